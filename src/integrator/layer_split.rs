@@ -11,9 +11,9 @@ use crate::integrator::surface::soa::{set3, vec3};
 /// leave to them. To be called once per batch, after v is known.
 pub(crate) fn apply_specular_layers(frame: &Frame, batch: &mut ShadingBatch) {
     for i in batch.soa.reflecting_points() {
-        let k = *batch.coefficients(i);
+        let k = &batch.coefficients[batch.points[i].coefficients as usize];
         let (block, lane) = batch.soa.lane_mut(i);
-        split_light(block, lane, &k);
+        split_light(block, lane, k);
         let (k_e, k_a) = batch.layered_ke_ka(i);
         let base_radiance = k_e + k_a * frame.ambient_at(batch.n(i));
         let (block, lane) = batch.soa.lane_mut(i);

@@ -15,6 +15,7 @@ mod frame;
 mod gather;
 mod ground_plane;
 mod layer_split;
+mod lobe_light;
 mod material;
 mod media;
 mod object_hits;

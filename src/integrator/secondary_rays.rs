@@ -14,17 +14,17 @@ use crate::geometry::{Rgb, offset_ray_origin};
 use crate::integrator::compositor::Compositor;
 use crate::integrator::frame::Frame;
 use crate::integrator::layer_split::widened;
+use crate::integrator::lobe_light::{LightReceiver, LobeLight, LobeRequest};
 use crate::integrator::material::coefficients::Coefficients;
 use crate::integrator::material::directional_albedo::COAT_F0;
 use crate::integrator::material::fresnel::fresnel_dielectric;
 use crate::integrator::material::ggx::{NARROW_ALPHA, SMOOTH_GLASS_ALPHA};
-use crate::integrator::material::ggx_lobe::{Lobe, LobeSample, LobeSubset};
+use crate::integrator::material::ggx_lobe::{Lobe, LobeSample};
 use crate::integrator::media::{Medium, MediumStack};
 use crate::integrator::paths::{Escape, PathState, SecondaryRay, Wave};
 use crate::integrator::sample::{SampleDimension, SampleStream};
 use crate::integrator::shading_batch::ShadingBatch;
 use crate::integrator::surface::soa::{dvec3, set3, vec3};
-use crate::scene::Environment;
 
 /// Lobes of a smaller importance are weak: they spawn no rays unless they are narrow, and look the environment up once.
 const STRONG_IMPORTANCE: f32 = 0.15;
@@ -52,8 +52,8 @@ struct PathVertex<'a, 's> {
     stream: SampleStream<'a>,
     /// Index of the point in the batch.
     i: usize,
-    k: Coefficients,
-    state: PathState,
+    k: &'a Coefficients,
+    state: &'a PathState,
     /// Share of the point's light that arrives at the origin of the path's ray.
     throughput: Rgb,
     p: Vec3,
@@ -76,10 +76,11 @@ pub(crate) fn spawn_rays(
     if compositor.rays.states.is_empty() {
         return;
     }
+    let mut spawned = Spawned { wave, light: LobeLight::new(stream.sampler.count) };
     for i in batch.soa.reflecting_points() {
         let path = batch.points[i].path;
-        let state = compositor.rays.states[path];
-        let k = *batch.coefficients(i);
+        let state = &compositor.rays.states[path];
+        let k = batch.coefficients(i);
         let (block, lane) = batch.soa.lane(i);
         let p = vec3(&block.p, lane);
         let throughput = compositor.transmittance[path] * state.medium_transmittance_to(p) * k.opacity;
@@ -100,16 +101,32 @@ pub(crate) fn spawn_rays(
             v: block.v(lane),
             normal_change: block.normal_change(lane),
         };
-        let environment_light = match vertex.medium_interface() {
-            Some(interface) => vertex.spawn_at_dielectric(&interface, wave),
-            None => vertex.spawn_reflections(wave),
-        };
-        if environment_light != Rgb::ZERO {
-            let (block, lane) = batch.soa.lane_mut(i);
-            let radiance = vec3(&block.radiance, lane) + environment_light;
-            set3(&mut block.radiance, lane, radiance.to_array());
+        if let Some(interface) = vertex.medium_interface() {
+            let environment_light = vertex.spawn_at_dielectric(&interface, spawned.wave);
+            add_radiance(batch, i, environment_light);
+        } else {
+            vertex.spawn_reflections(&mut spawned);
         }
     }
+    if let Some(environment) = &frame.environment {
+        let Spawned { wave, light } = spawned;
+        light.compute(frame.simd(), environment, |receiver, light| match receiver {
+            LightReceiver::Point(i) => add_radiance(batch, i, light),
+            LightReceiver::Ray(i) => wave.rays[i].unoccluded = Some(light),
+        });
+    }
+}
+
+fn add_radiance(batch: &mut ShadingBatch, i: usize, light: Rgb) {
+    let (block, lane) = batch.soa.lane_mut(i);
+    let radiance = vec3(&block.radiance, lane) + light;
+    set3(&mut block.radiance, lane, radiance.to_array());
+}
+
+/// What the points of a batch spawn.
+struct Spawned<'w> {
+    wave: &'w mut Wave,
+    light: LobeLight,
 }
 
 /// A specular layer of a point.
@@ -154,7 +171,7 @@ impl PathVertex<'_, '_> {
     /// The surface of the body that the point is on, if it refracts light there.
     fn medium_interface(&self) -> Option<MediumInterface> {
         let id = self.batch.points[self.i].id;
-        if !self.frame.refracts(id, &self.k) {
+        if !self.frame.refracts(id, self.k) {
             return None;
         }
         let entering = self.batch.is_front(self.i)?;
@@ -163,8 +180,8 @@ impl PathVertex<'_, '_> {
         Some(MediumInterface { media, eta: ior(media.current()) / ior(self.state.media.current()) })
     }
 
-    /// Spawns the rays of the microfacets and of the coat. Returns the environment's light where none is needed.
-    fn spawn_reflections(&self, wave: &mut Wave) -> Rgb {
+    /// Spawns the rays of the microfacets and of the coat, and requests the environment's light where none is needed.
+    fn spawn_reflections(&self, spawned: &mut Spawned) {
         let (block, lane) = self.batch.soa.lane(self.i);
         let layers = &self.k.layers;
         let alpha2_increase = block.alpha2_increase[lane];
@@ -188,22 +205,24 @@ impl PathVertex<'_, '_> {
             lobe: lobe(layers.coat_alpha, COAT_F0),
             dimension: SampleDimension::Coat,
         };
-        self.spawn_reflection(&microfacets, wave) + self.spawn_reflection(&coat, wave)
+        self.spawn_reflection(&microfacets, spawned);
+        self.spawn_reflection(&coat, spawned);
     }
 
-    fn spawn_reflection(&self, layer: &ReflectingLayer, wave: &mut Wave) -> Rgb {
-        let &ReflectingLayer { k_r, alpha, .. } = layer;
+    fn spawn_reflection(&self, layer: &ReflectingLayer, spawned: &mut Spawned) {
+        let &ReflectingLayer { k_r, alpha, lobe, .. } = layer;
         if k_r == Rgb::ZERO {
-            return Rgb::ZERO;
+            return;
         }
         let arrives = self.throughput * k_r;
         let importance = self.state.importance * arrives.max_element();
         if self.state.reflections_left == 0 || !is_traced(importance, alpha, self.stream.wave) {
-            let Some(environment) = &self.frame.environment else { return Rgb::ZERO };
-            return k_r * layer.occlusion * self.lobe_radiance(layer, importance, environment);
+            let weight = k_r * layer.occlusion;
+            let request = LobeRequest { lobe, receiver: LightReceiver::Point(self.i), weight };
+            return self.request_light(request, importance, &mut spawned.light);
         }
         let u = self.stream.get_2d(self.path(), layer.dimension).map(f64::from);
-        let LobeSample { l, weight, solid_angle } = layer.lobe.sample(u, self.stream.sampler.count);
+        let LobeSample { l, weight, solid_angle } = lobe.sample(u, self.stream.sampler.count);
         // A tilted normal or a wide lobe may point below the triangle.
         let direction = mirrored_to_side(l, self.n_g);
         let environment = self.frame.environment.as_ref();
@@ -216,42 +235,50 @@ impl PathVertex<'_, '_> {
             spread: self.state.spread + 2.0 * self.normal_change + solid_angle.sqrt(),
             importance,
             reflections_left: self.state.reflections_left - 1,
-            ..self.state
+            ..*self.state
         };
+        // Under a uniform environment, the weights of escaping rays have no noise already.
+        let needs_unoccluded = environment.is_some() && !is_uniform;
+        if needs_unoccluded {
+            let receiver = LightReceiver::Ray(spawned.wave.rays.len());
+            self.request_unoccluded(
+                LobeRequest { lobe, receiver, weight: arrives },
+                importance,
+                &mut spawned.light,
+            );
+        }
         let ray = SecondaryRay {
             parent: self.path(),
             weight: arrives * weight,
             // The mean of the weight is 1.
             escape_weight: if is_uniform { arrives } else { arrives * weight },
             escape: Escape::Radiance(escape),
-            unoccluded: environment
-                .filter(|_| !is_uniform)
-                .map(|e| arrives * self.unoccluded(layer, importance, e)),
+            // Set when the light of all lobes is computed.
+            unoccluded: None,
             direction: direction.as_vec3(),
             state,
         };
-        wave.push(ray, self.stream.samples[self.path()]);
-        Rgb::ZERO
+        spawned.wave.push(ray, self.stream.samples[self.path()]);
     }
 
-    /// The radiance of the environment over the lobe of a layer whose rays are traced.
-    fn unoccluded(&self, layer: &ReflectingLayer, importance: f32, environment: &Environment) -> Rgb {
+    /// Requests the light of the environment over the lobe of a ray that is traced, if nothing hid it.
+    fn request_unoccluded(&self, request: LobeRequest, importance: f32, light: &mut LobeLight) {
         // Alone, a sample would need many directions.
         if self.stream.wave > 0 || self.stream.sampler.count < MIN_SAMPLES_OF_LOBES {
-            return layer.lobe.prefiltered_radiance(environment);
+            light.look_up(request);
+        } else {
+            self.request_light(request, importance, light);
         }
-        self.lobe_radiance(layer, importance, environment)
     }
 
-    /// The radiance of the environment, averaged over the lobe of a layer.
-    fn lobe_radiance(&self, layer: &ReflectingLayer, importance: f32, environment: &Environment) -> Rgb {
+    /// Requests the light of the environment over a lobe.
+    fn request_light(&self, request: LobeRequest, importance: f32, light: &mut LobeLight) {
         // The error of a single lookup is not seen in a weak lobe.
         if importance < STRONG_IMPORTANCE {
-            return layer.lobe.prefiltered_radiance(environment);
+            light.look_up(request);
+        } else {
+            light.integrate(request, self.stream.samples[self.path()].index);
         }
-        let index = self.stream.samples[self.path()].index;
-        let subset = LobeSubset { index, count: self.stream.sampler.count };
-        layer.lobe.environment_radiance(environment, subset)
     }
 
     /// Spawns a reflected and a refracted ray. Returns the environment's light in place of rays that are not traced.
@@ -337,7 +364,7 @@ impl PathVertex<'_, '_> {
             media,
             importance,
             glass_events_left: self.state.glass_events_left - 1,
-            ..self.state
+            ..*self.state
         };
         let parent = self.path();
         let ray = SecondaryRay {

@@ -6,7 +6,7 @@
 
 use std::sync::OnceLock;
 
-use glam::DVec3;
+use glam::{DVec3, Vec4};
 
 use crate::geometry::golden_angle;
 use crate::integrator::material::fresnel::schlick_weight;
@@ -33,40 +33,56 @@ pub(crate) struct LobeMoments {
     pub alpha: f32,
 }
 
-impl LobeMoments {
-    /// Returns the moments of the lobe of roughness `alpha` seen at cosine `cos`, linear between the nodes of a table.
-    #[inline]
-    pub fn new(cos: f32, alpha: f32) -> LobeMoments {
-        static TABLE: OnceLock<Vec<[f32; 3]>> = OnceLock::new();
-        let table = TABLE.get_or_init(table);
+/// A place between four nodes of the table.
+#[derive(Clone, Copy, Debug, Default)]
+pub(crate) struct TablePosition {
+    /// Index of the first node.
+    first: u32,
+    /// Weight of the next column.
+    u: f32,
+    /// Weight of the next row.
+    v: f32,
+}
+
+impl TablePosition {
+    /// The place of a lobe of roughness `alpha` seen at cosine `cos`.
+    #[inline(always)]
+    pub fn new(cos: f32, alpha: f32) -> TablePosition {
         let node = |x: f32| {
             let x = x.clamp(0.0, 1.0).sqrt() * (NODES - 1) as f32;
             // NaN becomes index 0.
-            let i = (x as usize).min(NODES - 2);
+            let i = (x as u32).min(NODES as u32 - 2);
             (i, x - i as f32)
         };
         let ((row, v), (column, u)) = (node(alpha), node(cos));
-        let at = |k: usize| {
-            let (a, b, c, d) = (table[k], table[k + 1], table[k + NODES], table[k + NODES + 1]);
-            let mix = |i: usize| {
-                let (upper, lower) = (a[i] + (b[i] - a[i]) * u, c[i] + (d[i] - c[i]) * u);
-                upper + (lower - upper) * v
-            };
-            LobeMoments { x: mix(0), z: mix(1), alpha: mix(2) }
-        };
-        at(row * NODES + column)
+        TablePosition { first: row * NODES as u32 + column, u, v }
+    }
+}
+
+impl LobeMoments {
+    /// Returns the moments of a lobe, linear between the nodes of the table.
+    #[inline(always)]
+    pub fn at(position: TablePosition) -> LobeMoments {
+        static TABLE: OnceLock<Vec<Vec4>> = OnceLock::new();
+        let table = TABLE.get_or_init(table);
+        let TablePosition { first, u, v } = position;
+        let nodes = &table[first as usize..][..NODES + 2];
+        let upper = nodes[0] + (nodes[1] - nodes[0]) * u;
+        let lower = nodes[NODES] + (nodes[NODES + 1] - nodes[NODES]) * u;
+        let [x, z, alpha, _] = (upper + (lower - upper) * v).to_array();
+        LobeMoments { x, z, alpha }
     }
 }
 
 /// Rows of α, each with a column for each cosine.
-fn table() -> Vec<[f32; 3]> {
+fn table() -> Vec<Vec4> {
     let square = |i: usize, count: usize| (i as f64 / (count - 1) as f64).powi(2);
     let lengths: Vec<f64> = (0..NORMAL_NODES).map(|i| mean(square(i, NORMAL_NODES), 1.0).length()).collect();
     let moments = |k: usize| {
         let (alpha, cos) = (square(k / NODES, NODES), square(k % NODES, NODES).max(MIN_COS));
         let mean = mean(alpha, cos);
         let [x, _, z] = mean.normalize_or(DVec3::Z).to_array();
-        [x as f32, z as f32, normal_alpha(&lengths, mean.length()) as f32]
+        Vec4::new(x as f32, z as f32, normal_alpha(&lengths, mean.length()) as f32, 0.0)
     };
     (0..NODES * NODES).map(moments).collect()
 }
@@ -104,7 +120,7 @@ mod tests {
     #[test]
     fn lobes_at_normal_incidence_are_their_own() {
         for alpha in [0.0, 0.04, 0.25, 0.7, 1.0] {
-            let moments = LobeMoments::new(1.0, alpha);
+            let moments = LobeMoments::at(TablePosition::new(1.0, alpha));
             assert!((moments.alpha - alpha).abs() < 0.02 && moments.x.abs() < 0.05, "{alpha}: {moments:?}");
         }
     }
@@ -112,7 +128,7 @@ mod tests {
     #[test]
     fn smooth_lobes_point_in_the_direction_of_the_mirror() {
         for cos in [0.1f32, 0.4, 0.8] {
-            let LobeMoments { x, z, alpha } = LobeMoments::new(cos, 0.001);
+            let LobeMoments { x, z, alpha } = LobeMoments::at(TablePosition::new(cos, 0.001));
             assert!((x / z - (1.0 - cos * cos).sqrt() / cos).abs() < 0.1 / cos, "{cos}: {x} {z}");
             assert!(alpha < 0.01, "{cos}: {alpha}");
         }
@@ -121,7 +137,7 @@ mod tests {
     #[test]
     fn rough_lobes_lean_towards_the_normal() {
         let cos = 0.4f32;
-        let [smooth, rough] = [0.01, 0.6].map(|alpha| LobeMoments::new(cos, alpha));
+        let [smooth, rough] = [0.01, 0.6].map(|alpha| LobeMoments::at(TablePosition::new(cos, alpha)));
         assert!(rough.x / rough.z < 0.7 * smooth.x / smooth.z, "{smooth:?} {rough:?}");
     }
 }

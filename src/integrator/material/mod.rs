@@ -7,6 +7,8 @@ pub(crate) mod fresnel;
 pub(crate) mod ggx;
 pub(crate) mod ggx_lobe;
 pub(crate) mod hit_filter;
+pub(crate) mod lobe_integrals;
+pub(crate) mod lobe_lookups;
 pub(crate) mod lobe_moments;
 pub(crate) mod opacity;
 pub(crate) mod specular_antialiasing;

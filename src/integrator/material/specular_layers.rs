@@ -1,7 +1,7 @@
 //! The specular layers of a surface: what they reflect in total, and what reaches the base below them.
 
 use crate::geometry::Rgb;
-use crate::integrator::material::directional_albedo::{coat_albedo, dielectric_albedo, metal_albedo};
+use crate::integrator::material::directional_albedo::{FacetAlbedo, coat_albedo};
 
 /// The layers of a surface that reflect its surroundings: a clear coat over microfacets of metal and dielectric.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -80,13 +80,14 @@ impl SpecularLayers {
         if !self.reflects {
             return LayerAlbedo { k_r: Rgb::ZERO, k_r_coat: 0.0, base_share: 1.0 };
         }
+        let facets = FacetAlbedo::new(cos, alpha, self.ior);
         let mut dielectric = Rgb::ZERO;
         if self.metallic < 1.0 && self.dielectric_f90 > 0.0 {
-            dielectric = dielectric_albedo(cos, alpha, self.ior, self.dielectric_f0, self.dielectric_f90);
+            dielectric = facets.dielectric(self.dielectric_f0, self.dielectric_f90);
         }
         let mut k_r = dielectric;
         if self.metallic > 0.0 {
-            let metal = metal_albedo(cos, alpha, self.metal_f0, self.metal_f90);
+            let metal = facets.metal(self.metal_f0, self.metal_f90);
             k_r = dielectric + (metal - dielectric) * self.metallic;
         }
         let base_share = if self.covers_base { 1.0 - dielectric.max_element() } else { 1.0 };

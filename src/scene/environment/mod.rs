@@ -14,7 +14,7 @@ mod pyramid;
 use std::fmt;
 use std::sync::{Arc, OnceLock};
 
-use glam::{DMat3, Mat3, Vec3};
+use glam::{DMat3, Mat3, Vec2, Vec3};
 use twox_hash::XxHash3_128;
 
 use crate::geometry::Rgb;
@@ -22,6 +22,7 @@ use crate::geometry::Rgb;
 pub use cube_map::CubeMap;
 use diffuse::DiffuseTable;
 pub use irradiance::SkyIrradiance;
+use octahedral::to_square;
 pub use panorama::Panorama;
 use pyramid::{Level, Pyramid};
 
@@ -155,6 +156,26 @@ impl Environment {
         }
     }
 
+    /// [`Environment::radiance`] of many directions, in structure of arrays.
+    #[inline(always)]
+    pub(crate) fn radiance_of_lanes<const N: usize>(
+        &self,
+        d: &[[f32; N]; 3],
+        solid_angle: &[f32; N],
+    ) -> [Rgb; N] {
+        let Some(map) = &self.map else { return [self.radiance; N] };
+        let mut lookups = [MipLookup::default(); N];
+        for i in 0..N {
+            let d = self.to_map * Vec3::new(d[0][i], d[1][i], d[2][i]);
+            lookups[i] = MipLookup { d, p: to_square(d), level: map.level(solid_angle[i]) };
+        }
+        let mut radiance = [Rgb::ZERO; N];
+        for (radiance, lookup) in radiance.iter_mut().zip(&lookups) {
+            *radiance = map.look_up(lookup) * self.radiance;
+        }
+        radiance
+    }
+
     /// Returns the radiance, if it is the same in all directions.
     pub fn as_uniform(&self) -> Option<Rgb> {
         self.map.is_none().then_some(self.radiance)
@@ -210,15 +231,36 @@ impl EnvironmentMap {
 
     #[inline]
     fn radiance(&self, d: Vec3, solid_angle: f32) -> Rgb {
-        let level = 0.5 * log2(solid_angle / self.pyramid.texel_solid_angle());
+        self.look_up(&MipLookup { d, p: to_square(d), level: self.level(solid_angle) })
+    }
+
+    /// The mip level whose texels have a solid angle; negative for levels that are finer than the pyramid.
+    #[inline(always)]
+    fn level(&self, solid_angle: f32) -> f32 {
+        0.5 * log2(solid_angle / self.pyramid.texel_solid_angle())
+    }
+
+    #[inline(always)]
+    fn look_up(&self, lookup: &MipLookup) -> Rgb {
+        let &MipLookup { d, p, level } = lookup;
         match &self.panorama {
             Some(panorama) if level < 0.0 => {
                 let sharp = panorama.radiance(d);
-                if level <= -1.0 { sharp } else { sharp.lerp(self.pyramid.radiance(d, 0.0), 1.0 + level) }
+                if level <= -1.0 { sharp } else { sharp.lerp(self.pyramid.radiance(p, 0.0), 1.0 + level) }
             }
-            _ => self.pyramid.radiance(d, level),
+            _ => self.pyramid.radiance(p, level),
         }
     }
+}
+
+/// A lookup of the mip levels.
+#[derive(Clone, Copy, Default)]
+struct MipLookup {
+    /// Unit direction in the frame of the map.
+    d: Vec3,
+    /// The point of the direction in the unit square.
+    p: Vec2,
+    level: f32,
 }
 
 /// Returns the binary logarithm with an error below 0.01: continuous, increasing, and the same on every processor. That

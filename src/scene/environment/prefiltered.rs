@@ -3,7 +3,7 @@
 
 use std::f32::consts::PI;
 
-use glam::Vec3;
+use glam::{Vec2, Vec3};
 
 use super::kernel::Kernel;
 use super::octahedral::to_square;
@@ -15,25 +15,47 @@ use crate::geometry::Rgb;
 const SIDES: [usize; PREFILTERED_MAPS] = [8, 16, 16, 32, 64];
 
 impl Environment {
-    /// Returns the radiance averaged over the lobe that a GGX surface of roughness `alpha` reflects around the unit direction
-    /// `d`, seen from there. It is continuous in both.
-    #[inline]
-    pub fn prefiltered(&self, d: Vec3, alpha: f32) -> Rgb {
-        match &self.map {
-            None => self.radiance,
-            Some(map) => map.prefiltered(self.to_map * d, alpha) * self.radiance,
+    /// Returns the radiance averaged over lobes: those that a GGX surface of roughness `alpha` reflects around the unit
+    /// direction `d`, seen from there. It is continuous in both. `d` and `alpha` are structure of arrays.
+    #[inline(always)]
+    pub(crate) fn prefiltered<const N: usize>(&self, d: &[[f32; N]; 3], alpha: &[f32; N]) -> [Rgb; N] {
+        let Some(map) = &self.map else { return [self.radiance; N] };
+        let mut lookups = [PrefilteredLookup::default(); N];
+        for i in 0..N {
+            let d = self.to_map * Vec3::new(d[0][i], d[1][i], d[2][i]);
+            lookups[i] = PrefilteredLookup { d, p: to_square(d), alpha: alpha[i], octave: octave(alpha[i]) };
         }
+        let mut radiance = [Rgb::ZERO; N];
+        for (radiance, lookup) in radiance.iter_mut().zip(&lookups) {
+            *radiance = map.prefiltered(lookup) * self.radiance;
+        }
+        radiance
     }
 }
 
+/// A lookup of a prefiltered map.
+#[derive(Clone, Copy, Default)]
+struct PrefilteredLookup {
+    /// Unit direction in the frame of the map.
+    d: Vec3,
+    /// The point of the direction in the unit square.
+    p: Vec2,
+    alpha: f32,
+    octave: f32,
+}
+
+/// −log₂ α, at least 0.
+#[inline(always)]
+fn octave(alpha: f32) -> f32 {
+    (-log2(alpha.clamp(1e-6, 1.0))).max(0.0)
+}
+
 impl EnvironmentMap {
-    #[inline]
-    fn prefiltered(&self, d: Vec3, alpha: f32) -> Rgb {
-        let octave = -log2(alpha.clamp(1e-6, 1.0));
-        let octave = octave.max(0.0);
+    #[inline(always)]
+    fn prefiltered(&self, lookup: &PrefilteredLookup) -> Rgb {
+        let &PrefilteredLookup { d, p, alpha, octave } = lookup;
         let first = octave as usize;
         let t = octave - first as f32;
-        let p = to_square(d);
         let at = |i: usize| {
             if i < SIDES.len() {
                 self.prefiltered_level(i).radiance(p.x, p.y).truncate()

@@ -2,10 +2,10 @@
 
 use std::f32::consts::PI;
 
-use glam::{Vec3, Vec4};
+use glam::{Vec2, Vec3, Vec4};
 use rayon::prelude::*;
 
-use super::octahedral::{to_direction, to_square};
+use super::octahedral::to_direction;
 use crate::geometry::Rgb;
 
 /// Mip levels of an environment, finest first. The last one has a single texel.
@@ -67,10 +67,10 @@ impl Pyramid {
         4.0 * PI / (side * side)
     }
 
-    /// Returns the radiance from the unit direction `d`, linear in the position and in the level. Level 0 is the finest.
-    #[inline]
-    pub fn radiance(&self, d: Vec3, level: f32) -> Rgb {
-        let p = to_square(d);
+    /// Returns the radiance from the direction of the point `p` of the unit square ([`to_square`](super::octahedral::to_square)), linear in the position
+    /// and in the level. Level 0 is the finest.
+    #[inline(always)]
+    pub fn radiance(&self, p: Vec2, level: f32) -> Rgb {
         let level = level.clamp(0.0, (self.levels.len() - 1) as f32);
         let fine = level as usize;
         let t = level - fine as f32;
