@@ -18,7 +18,7 @@ import time
 from pathlib import Path
 
 from moving import Chromium
-from viewer import PAGE, PATH, Page, Viewer, message
+from viewer import PATH, Page, Tunnel, Viewer, message
 
 ROOT = Path(__file__).resolve().parents[1]
 
@@ -339,6 +339,32 @@ def check_clip(browser):
         viewer.process.wait()
 
 
+def check_tunnel(browser, viewer):
+    """The page works through another port, and keeps the view when the connection breaks."""
+    tunnel = Tunnel(viewer)
+    browser.call("Page.navigate", url=tunnel.url)
+    browser.until("document.readyState", "complete")
+    page = Page(browser)
+    page.settle()
+    page.says("document.getElementById('stage').focus()")
+    for name in ("7", "ArrowDown", "ArrowRight"):
+        page.key(name)
+    page.module("m.state.change({hidden: [1], samples: 1})")
+    page.settle()
+    view, shown = page.module("m.state.view"), page.bytes()
+    tunnel.breaks()
+    browser.until("document.getElementById('notice').hidden", False)
+    assert "lost" in page.says("document.getElementById('status').textContent")
+    tunnel.works_again()
+    browser.until("document.getElementById('notice').hidden", True)
+    page.key("ArrowLeft")
+    page.key("ArrowRight")
+    page.settle()
+    assert page.module("m.state.view") == view, (page.module("m.state.view"), view)
+    assert page.bytes() == shown
+    print("view: through another port, and again after a break")
+
+
 def check_events(browser):
     bad = [e for e in browser.events if e["method"] == "Runtime.exceptionThrown"]
     bad += [e for e in browser.events if e["method"] == "Log.entryAdded" and e["params"]["entry"]["level"] in ("error", "warning")]
@@ -372,6 +398,7 @@ def check(viewer, browser, folder, scene):
     requested = check_events(browser)
     assert requested and all(re.match(r"http://(127\.0\.0\.1|localhost):", url) for url in requested), requested
     print(f"view: no errors, and {len(requested)} files from this host alone")
+    check_tunnel(browser, viewer)
 
 
 if __name__ == "__main__":

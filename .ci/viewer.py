@@ -6,6 +6,7 @@ import re
 import socket
 import subprocess
 import tempfile
+import threading
 from pathlib import Path
 
 from moving import BLINN, Chromium
@@ -58,6 +59,50 @@ class Viewer:
         headers = {"path": f"/{self.token}/socket", "Origin": f"http://{self.host}", **headers}
         path = headers.pop("path")
         return self.request(path, connection=connection, **upgrade, **headers)[0]
+
+
+class Tunnel:
+    """Another port that leads to a viewer, as that of `ssh -L`."""
+
+    def __init__(self, viewer):
+        self.viewer = viewer
+        self.listener = socket.create_server(("127.0.0.1", 0))
+        self.url = f"http://127.0.0.1:{self.listener.getsockname()[1]}/{viewer.token}/"
+        self.connections = []
+        self.is_broken = False
+        threading.Thread(target=self.accept, daemon=True).start()
+
+    def accept(self):
+        while True:
+            near, _ = self.listener.accept()
+            if self.is_broken:
+                near.close()
+                continue
+            far = self.viewer.connect()
+            far.settimeout(None)
+            self.connections += [near, far]
+            for source, target in ((near, far), (far, near)):
+                threading.Thread(target=self.copy, args=(source, target), daemon=True).start()
+
+    @staticmethod
+    def copy(source, target):
+        try:
+            while data := source.recv(65536):
+                target.sendall(data)
+            target.shutdown(socket.SHUT_WR)
+        except OSError:
+            pass
+
+    def breaks(self):
+        self.is_broken = True
+        for connection in self.connections:
+            try:
+                connection.shutdown(socket.SHUT_RDWR)
+            except OSError:
+                pass
+
+    def works_again(self):
+        self.is_broken = False
 
 
 def message(value):

@@ -104,8 +104,6 @@ export class Picture {
     context.drawImage(decoded, 0, 0);
     decoded.close();
     this.shown = { header, blob };
-    this.#canvas.dataset.serial = header.serial;
-    this.#canvas.dataset.final = Boolean(header.final);
     this.#camera = camera;
     this.layOut();
     this.#drawBox();
