@@ -35,7 +35,7 @@ export function sphereOf(bounds) {
 }
 
 /** Returns the basis of an orbit. It is defined straight above and below, too. */
-export function basisOf({ azimuth, elevation }) {
+function basisOf({ azimuth, elevation }) {
   const [sa, ca] = [Math.sin(azimuth * DEGREE), Math.cos(azimuth * DEGREE)];
   const [se, ce] = [Math.sin(elevation * DEGREE), Math.cos(elevation * DEGREE)];
   return { u: [ca, 0, -sa], v: [-se * sa, ce, -se * ca], w: [ce * sa, se, ce * ca] };

@@ -71,7 +71,11 @@ export class Controls {
       $(id).addEventListener("change", event => state.change(patch(event.target)));
     onChange("variant", select => ({ variant: select.value || null }));
     onChange("lights", select => ({ lights: select.value }));
-    onChange("hdri", select => ({ hdri: select.value === "none" ? null : select.value }));
+    onChange("hdri", select => {
+      if (select.value !== "none") return { hdri: select.value };
+      // What no longer exists cannot be the background.
+      return { hdri: null, ...(state.view.background === "hdri" ? { background: "" } : {}) };
+    });
     onChange("view-transform", select => ({ view_transform: select.value }));
     onChange("samples", select => ({ samples: Number(select.value) }));
     onChange("ground", box => ({ ground: box.checked }));
