@@ -70,7 +70,7 @@ def check_gestures(page):
     page.key("1")
     project = "c.projectSegment(c.cameraOf(m.state.view.camera, m.picture.aspect), p, p)[0]"
     page.module("globalThis.fixed = (camera => camera.target.map((x, i) => x + [0.3, 0.2, 0][i] * camera.distance * 0.1))(m.state.view.camera)")
-    left, top, width, height = page.says("(r => [r.left, r.top, r.width, r.height])(document.getElementById('picture').getBoundingClientRect())")
+    left, top, width, height = page.rect("picture")
     x, y = page.module(f"(p => {project})(globalThis.fixed)")
     page.browser.call("Input.dispatchMouseEvent", type="mouseWheel", x=left + x * width, y=top + y * height, deltaX=0, deltaY=-300)
     page.until("m.state.view.camera.distance < %r * 0.9" % camera["distance"])
@@ -109,10 +109,10 @@ def check_picking(page):
     page.key("7")
     page.settle()
     found = []
-    left, top, width, height = page.says("(r => [r.left, r.top, r.width, r.height])(document.getElementById('picture').getBoundingClientRect())")
+    left, top, width, height = page.rect("picture")
     for i, name in enumerate(page.module("m.scene.objects.map(o => o.name)")):
-        middle = f"m.scene.objects[{i}].bounds.min.map((x, k) => k === 1 ? m.scene.objects[{i}].bounds.max[1] : (x + m.scene.objects[{i}].bounds.max[k]) / 2)"
-        x, y = page.module(f"(p => c.projectSegment(m.picture.camera, p, p)[0])({middle})")
+        top_of = "(({min, max}) => [(min[0] + max[0]) / 2, max[1], (min[2] + max[2]) / 2])"
+        x, y = page.module(f"(p => c.projectSegment(m.picture.camera, p, p)[0])({top_of}(m.scene.objects[{i}].bounds))")
         page.module("m.state.select(null)")
         page.click(left + x * width, top + y * height)
         time.sleep(0.05)

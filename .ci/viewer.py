@@ -159,13 +159,15 @@ class Page:
         self.pointer("mousePressed", x, y)
         self.pointer("mouseReleased", x, y)
 
+    def rect(self, name):
+        """Returns the left and top edge, the width and the height of an element."""
+        return self.says(f"(r => [r.left, r.top, r.width, r.height])(document.getElementById('{name}').getBoundingClientRect())")
+
     def press(self, button):
         """Clicks a button of the panel as a user does, so that the browser lets it copy."""
-        x, y = self.says(
-            f"(e => {{ e.scrollIntoView({{block: 'nearest'}}); const r = e.getBoundingClientRect(); "
-            f"return [r.left + r.width / 2, r.top + r.height / 2] }})(document.getElementById('{button}'))"
-        )
-        self.click(x, y)
+        self.says(f"document.getElementById('{button}').scrollIntoView({{block: 'nearest'}})")
+        left, top, width, height = self.rect(button)
+        self.click(left + width / 2, top + height / 2)
 
 
 def picture_page(words, file, script, size=(1280, 800)):
