@@ -28,8 +28,10 @@
 //! - `shards`: archives of images for WebDataset
 //! - `signals`: interrupted renders
 //! - `turntable`: a model or a camera once around
+//! - `view`: the server of `blinn view`: frames, commands, reloads, and requests that get nothing
 //! - `view_rects`: off-centre views from flags
 //! - `warnings`: how many are printed; `--version` and `--cull`
+//! - `watch`: `render --watch`
 
 #[path = "../common/mod.rs"]
 mod common;
@@ -63,5 +65,7 @@ mod shards;
 mod sheet;
 mod signals;
 mod turntable;
+mod view;
 mod view_rects;
 mod warnings;
+mod watch;

@@ -2,14 +2,17 @@
 
 use std::collections::BTreeMap;
 use std::sync::{Arc, Condvar, Mutex, MutexGuard};
+use std::time::{Duration, Instant};
 
 use super::messages::{PickMessage, ViewMessage};
 use super::outbox::Outbox;
 use super::quality::NextFrame;
 use crate::cancellation::CancelToken;
 
-/// How often other viewers may interrupt a frame that is refined.
+/// How often other viewers may interrupt a frame that is refined, unless it takes long.
 const MAX_INTERRUPTIONS: u32 = 3;
+/// Time after which a frame is interrupted however often it was before.
+const LONG: Duration = Duration::from_secs(2);
 
 /// A viewer by its number.
 pub type ViewerId = u64;
@@ -39,6 +42,7 @@ struct HubState {
 struct Running {
     viewer: ViewerId,
     is_refinement: bool,
+    since: Instant,
     cancel: CancelToken,
 }
 
@@ -249,7 +253,8 @@ impl HubState {
     fn interrupt_refinement(&self) {
         self.cancel(|running| {
             let viewer = self.viewers.get(&running.viewer);
-            running.is_refinement && viewer.is_none_or(|viewer| viewer.interruptions < MAX_INTERRUPTIONS)
+            let is_spared = viewer.is_some_and(|viewer| viewer.interruptions >= MAX_INTERRUPTIONS);
+            running.is_refinement && (!is_spared || running.since.elapsed() > LONG)
         });
     }
 
@@ -279,9 +284,131 @@ impl HubState {
             let next = viewer.next.take()?;
             let cancel = CancelToken::new();
             let is_refinement = next.is_refinement();
-            self.running = Some(Running { viewer: id, is_refinement, cancel: cancel.clone() });
+            let since = Instant::now();
+            self.running = Some(Running { viewer: id, is_refinement, since, cancel: cancel.clone() });
             Task::Frame { message: message?, next, cost: viewer.cost, cancel }
         };
         Some(Turn::Viewer { id, outbox, task })
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::cli::view::state::{CameraState, ViewState};
+
+    fn message(serial: u64) -> ViewMessage {
+        let view = ViewState {
+            camera: CameraState::File { index: 0 },
+            hidden: Vec::new(),
+            variant: None,
+            animation: None,
+            time: 0.0,
+            lights: String::new(),
+            exposure: Default::default(),
+            view_transform: String::new(),
+            hdri: None,
+            hdri_rotate: 0.0,
+            background: String::new(),
+            ground: false,
+            ao: 0,
+            samples: 4,
+        };
+        ViewMessage { serial, moving: false, size: (64, 36), view }
+    }
+
+    /// Takes a turn that is a frame: the viewer, its frame and the token that ends it.
+    fn frame(hub: &Hub) -> (ViewerId, NextFrame, CancelToken) {
+        match hub.next_turn() {
+            Turn::Viewer { id, task: Task::Frame { next, cancel, .. }, .. } => (id, next, cancel),
+            _ => panic!("another turn"),
+        }
+    }
+
+    /// A hub of viewers that have their scene.
+    fn hub(viewers: usize) -> Hub {
+        let hub = Hub::default();
+        for _ in 0..viewers {
+            hub.join(Arc::default());
+        }
+        for _ in 0..viewers {
+            assert!(matches!(hub.next_turn(), Turn::Viewer { task: Task::Scene, .. }));
+        }
+        hub
+    }
+
+    const FIRST: NextFrame = NextFrame::First { is_only: false };
+
+    #[test]
+    fn viewers_take_turns_and_first_frames_come_before_refinements() {
+        let hub = hub(3);
+        (0..3).for_each(|id| hub.show(id, message(1)));
+        let mut firsts = Vec::new();
+        for _ in 0..3 {
+            let (id, next, _) = frame(&hub);
+            assert_eq!(next, FIRST);
+            hub.frame_done(id, 1, None, Some(NextFrame::Final));
+            firsts.push(id);
+        }
+        firsts.sort();
+        assert_eq!(firsts, [0, 1, 2]);
+        let (refined, next, cancel) = frame(&hub);
+        assert_eq!(next, NextFrame::Final);
+        // A gesture interrupts it and comes first; then it is repeated, or another viewer's follows.
+        let other = (refined + 1) % 3;
+        hub.show(other, message(2));
+        assert!(cancel.is_cancelled());
+        hub.frame_cancelled(refined, 1, next);
+        let (id, next, _) = frame(&hub);
+        assert_eq!((id, next), (other, FIRST));
+        hub.frame_done(id, 2, None, None);
+        let mut rest = Vec::new();
+        for _ in 0..2 {
+            let (id, next, _) = frame(&hub);
+            assert_eq!(next, NextFrame::Final);
+            hub.frame_done(id, 1, None, None);
+            rest.push(id);
+        }
+        rest.sort();
+        assert_eq!(rest, (0..3).filter(|id| *id != other).collect::<Vec<_>>());
+    }
+
+    #[test]
+    fn a_short_refinement_is_interrupted_only_a_few_times() {
+        let hub = hub(2);
+        hub.show(0, message(1));
+        let (id, ..) = frame(&hub);
+        hub.frame_done(id, 1, None, Some(NextFrame::Final));
+        for serial in 0..MAX_INTERRUPTIONS {
+            let (id, next, cancel) = frame(&hub);
+            assert_eq!((id, next), (0, NextFrame::Final));
+            hub.show(1, message(serial.into()));
+            assert!(cancel.is_cancelled());
+            hub.frame_cancelled(0, 1, next);
+            assert_eq!(frame(&hub).0, 1);
+            hub.frame_done(1, serial.into(), None, None);
+        }
+        let (.., cancel) = frame(&hub);
+        hub.show(1, message(99));
+        assert!(!cancel.is_cancelled());
+        // Its own viewer ends it at any time.
+        hub.show(0, message(2));
+        assert!(cancel.is_cancelled());
+        hub.frame_cancelled(0, 1, NextFrame::Final);
+        let turns = [frame(&hub), frame(&hub)].map(|(id, next, _)| (id, next));
+        assert!(turns.contains(&(0, FIRST)) && turns.contains(&(1, FIRST)));
+    }
+
+    #[test]
+    fn what_a_viewer_leaves_is_forgotten() {
+        let hub = hub(2);
+        hub.show(0, message(1));
+        let (id, next, cancel) = frame(&hub);
+        hub.leave(0);
+        assert!(cancel.is_cancelled());
+        hub.frame_cancelled(id, 1, next);
+        assert!(!hub.is_busy(0) && hub.outboxes().len() == 1);
+        hub.show(1, message(1));
+        assert_eq!(frame(&hub).0, 1);
     }
 }
