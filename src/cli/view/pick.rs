@@ -34,6 +34,9 @@ pub fn pick(stage: &mut Stage, plan: &RenderPlan, path: &Path, x: f64, y: f64) -
         let ray = camera.eye_ray(film_x, film_y, frame.posed.centre);
         let cull_back_faces = plan.options.cull != BackFaceCulling::Off;
         let mut rays = RayBatch { cull_back_faces, ..Default::default() };
+        // As eye rays do.
+        rays.t_min = (camera.clip.near / camera.depth_per_t()) as f32;
+        rays.t_max = (camera.clip.far / camera.depth_per_t()) as f32;
         rays.push(ray.o, ray.d);
         let mut hits = Vec::new();
         let accel = frame.accel.as_ref().context("the scene has no acceleration structure")?;
