@@ -47,7 +47,7 @@ fn shell_line(command: &str, flags: &[OsString], scene: &Path, output: &Path) ->
 
 /// A word as a shell reads it; plain if no shell changes it.
 fn quoted(word: &str) -> Option<Cow<'_, str>> {
-    let is_plain = |c: char| c.is_ascii_alphanumeric() || "-_=./,:+@".contains(c);
+    let is_plain = |c: char| c.is_ascii_alphanumeric() || "-_=./,:+@%".contains(c);
     if !word.is_empty() && !word.starts_with('=') && word.chars().all(is_plain) {
         return Some(word.into());
     }
