@@ -18,7 +18,7 @@ pub use super::plan::{BackFaceCulling, PlannedFrame, RenderPlan, camera_name, lo
 pub use super::run::empty_images::EmptyImages;
 pub use super::run::panics::{catch as catch_panic, install_hook as install_panic_hook};
 pub use super::run::posed_frame::PosedFrame;
-pub use super::run::progress::{Reporter, SceneLog, quiet_reporter};
+pub use super::run::progress::{SceneLog, quiet_reporter};
 pub use super::run::session::{RenderSession, RenderedImage};
 
 /// Stands for a scene that is already loaded where the parser needs a path. No file has this name.
