@@ -43,6 +43,11 @@ impl Glob {
         self.0.as_str()
     }
 
+    /// Returns true if the pattern matches only one text: itself.
+    fn is_literal(&self) -> bool {
+        !self.0.as_str().contains(['*', '?', '['])
+    }
+
     fn matches_path(&self, path: &str) -> bool {
         let options = MatchOptions { require_literal_separator: true, ..MatchOptions::new() };
         let pattern = self.0.as_str();
@@ -135,12 +140,19 @@ impl Scene {
     fn find(&self, glob: &Glob, paths: &[String]) -> Result<Matches, NoMatch> {
         let mut matches = Matches { nodes: vec![false; self.nodes.len()], objects: BTreeSet::new() };
         let mut any = false;
+        // Lists of many plain names are compared, not matched.
+        let literal = glob.is_literal().then_some(glob.as_str());
+        let literal_path = literal.filter(|text| text.contains('/')).map(|text| text.trim_start_matches('/'));
         for (i, node) in self.nodes.iter().enumerate() {
-            let own = glob.matches_name(&node.name) || glob.matches_path(&paths[i]);
+            let own = match literal {
+                Some(text) => node.name == text || literal_path.is_some_and(|path| paths[i] == path),
+                None => glob.matches_name(&node.name) || glob.matches_path(&paths[i]),
+            };
             any |= own && !(node.name.is_empty() && self.nodes.len() == 1);
             matches.nodes[i] = own || node.parent.is_some_and(|p| matches.nodes[p as usize]);
         }
-        for (i, _) in self.objects.iter().enumerate().filter(|(_, name)| glob.matches_name(name)) {
+        let is_named = |name: &str| literal.map_or_else(|| glob.matches_name(name), |text| name == text);
+        for (i, _) in self.objects.iter().enumerate().filter(|(_, name)| is_named(name)) {
             matches.objects.insert(i as u32 + 1);
             any = true;
         }
