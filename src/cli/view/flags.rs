@@ -95,6 +95,13 @@ impl FlagContext<'_> {
         flags.extend(self.camera_flags(&state.camera)?.into_iter().map(OsString::from));
         flags.push(format!("--size={}x{}", size.0, size.1).into());
         flags.push(format!("--samples={}", state.samples).into());
+        if let Some(threshold) =
+            self.start.all.value("adaptive").filter(|_| state.samples >= ADAPTIVE_SAMPLES)
+        {
+            let mut flag = OsString::from("--adaptive=");
+            flag.push(threshold);
+            flags.push(flag);
+        }
         Ok(flags)
     }
 
@@ -102,9 +109,6 @@ impl FlagContext<'_> {
     fn start_flags(&self, state: &ViewState) -> Vec<OsString> {
         let kept = &self.start.kept;
         let mut dropped = Vec::new();
-        if state.samples < ADAPTIVE_SAMPLES {
-            dropped.push("adaptive");
-        }
         if state.background != "hdri" {
             dropped.push("background-blur");
         }

@@ -8,10 +8,11 @@ use crate::cli::args::ExplicitFlags;
 const OWN: [&str; 9] =
     ["port", "open", "json", "threads", "max-memory", "progress", "perf", "verbose", "quiet"];
 /// Flags that the state of the view replaces.
-const REPLACED: [&str; 33] = [
+const REPLACED: [&str; 34] = [
     "size",
     "max-size",
     "samples",
+    "adaptive",
     "background",
     "no-background",
     "exposure",
