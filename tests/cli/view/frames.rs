@@ -35,12 +35,9 @@ fn the_last_frame_has_the_bytes_of_its_command() {
         json!({"lights": "headlight", "background": "#102030"}),
     ];
     for (scene, flags) in [
-        ("figure/figure.glb", "--adaptive 0.1 --ground shadow --light-radius 0.01 -s 16"),
-        ("tests/cube.obj", "--ambient .1,.1,.1 --background-blur .2 --background hdri --hdri studio"),
+        ("figure/figure.glb", "--adaptive 0.1 --ground shadow --light-radius 0.01 --ambient .1,.1,.1 -s 16"),
+        ("tests/cube.obj", "--background-blur .2 --background hdri --hdri studio"),
     ] {
-        // The ambient light and the environment exclude each other.
-        let flags =
-            if scene.ends_with("obj") { flags.replace("--ambient .1,.1,.1", "") } else { flags.into() };
         let (_dir, dir) = folder();
         let scene = model(scene);
         let server = Server::start(&dir, &format!("{scene} {flags}"));
