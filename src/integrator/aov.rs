@@ -1,6 +1,6 @@
 //! Arbitrary output variables (AOVs): one layer of numbers for each, of the first surface at a pixel's centre.
 //!
-//! To add one: a variant, its row in [`Aov::ALL`], its name and channels, and its case in [`Aov::evaluate`].
+//! To add one, follow the steps in CONTRIBUTING.md: some are in other files, and the compiler does not report those.
 
 use glam::DVec3;
 

@@ -33,7 +33,7 @@ pub(crate) struct Flow {
 }
 
 impl FirstHit<'_> {
-    /// Direction of the eye ray; t counts its lengths.
+    /// Direction of the eye ray in the coordinates of the posed scene. It is not normalised: t counts its lengths.
     pub(crate) fn direction(&self, frame: &Frame) -> DVec3 {
         frame.camera.eye_ray(self.sample.x, self.sample.y, frame.posed.centre).d.as_dvec3()
     }

@@ -6,8 +6,8 @@ use crate::geometry::HitId;
 use crate::integrator::surface::texture_eval::TextureEvalContext;
 use crate::scene::PosedScene;
 
-/// A point on a surface, seen along a ray. Positions are metres relative to the scene's centre; normals are in world
-/// space.
+/// A point on a surface, seen along a ray. Positions are metres relative to the scene's centre. Normals are in the
+/// coordinates of the posed scene, which `Frame::scene_to_world` turns to the world's.
 #[derive(Clone, Copy, Debug)]
 pub struct SurfacePoint<'s> {
     /// The triangle.

@@ -1,4 +1,4 @@
-//! Positions, angles and clip planes of cameras.
+//! Parsers of positions, angles and clip planes of cameras.
 
 use glam::{DVec2, DVec3};
 

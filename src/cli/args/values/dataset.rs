@@ -1,4 +1,4 @@
-//! Formats and categories of datasets.
+//! Parsers of formats and categories of datasets.
 
 use super::numbers::glob;
 use crate::scene::Glob;

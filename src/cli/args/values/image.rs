@@ -1,4 +1,4 @@
-//! Sizes, colours, exposure and AOVs of images.
+//! Parsers of sizes, colours, exposure and AOVs of images.
 
 use glam::Vec3;
 

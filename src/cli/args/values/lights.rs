@@ -1,4 +1,4 @@
-//! Light sources and ambient occlusion.
+//! Parsers of light sources, environments and ambient occlusion.
 
 use std::path::PathBuf;
 

@@ -1,4 +1,4 @@
-//! Numbers, vectors, angles, counts and patterns.
+//! Parsers of numbers, vectors, angles, counts and patterns.
 
 use glam::DVec3;
 

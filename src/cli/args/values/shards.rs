@@ -1,4 +1,4 @@
-//! Sizes of archives.
+//! Parser of sizes of archives.
 
 use super::numbers::bytes;
 

@@ -1,4 +1,4 @@
-//! Distributions of views, and the ranges of their elevations and distances.
+//! Parsers of distributions of views, and of the ranges of their elevations and distances.
 
 use super::numbers::{exactly, number, numbers, positive};
 use crate::scene::{DistanceRange, ViewLayout};

@@ -1,4 +1,4 @@
-//! Light options, and checks for options that would have no effect.
+//! Resolves light options into lighting settings, and reports those that would have no effect.
 
 use super::environment_cache::load_cached;
 use crate::cli::args::values::HdriArg;
