@@ -1,13 +1,11 @@
-//! Closest hits of a batch of rays: ray packets in the world BVHs, single rays elsewhere.
+//! Closest hits of a batch of rays: ray packets in the world BVHs, ray streams elsewhere.
 
 use crate::accel::bvh::scene_bvh::SceneBvh;
 use crate::accel::packet::{self, PacketScratch};
 use crate::accel::packet_splitter::{PacketSplitter, can_trace_packet};
 use crate::accel::ray_batch::{HitBatch, HitFilter, RayBatch};
 use crate::accel::single_ray_tracer::SingleRayTracer;
-use crate::accel::traverse::exact_triangle_test::LocalRay;
-use crate::accel::traverse::query::{ClosestHit, RayContext};
-use crate::geometry::{Hit, HitId};
+use crate::accel::stream::{ClosestHitStream, Streams};
 use crate::simd::{Simd, SimdKernel};
 
 /// [`Accel::intersect`] at a SIMD level.
@@ -29,9 +27,10 @@ impl SimdKernel for IntersectKernel<'_> {
         let IntersectKernel { bvh, rays, filter, hits } = self;
         let mut tracer = SingleRayTracer::new(bvh);
         let mut scratch = PacketScratch::default();
+        let mut streams = Streams::default();
         let mut splitter = PacketSplitter::new(rays.len());
         while let Some(range) = splitter.pop() {
-            let as_packet = can_trace_packet(bvh, rays.coherence, range.len());
+            let as_packet = rays.source.is_empty() && can_trace_packet(bvh, rays.coherence, range.len());
             let worlds_traced = as_packet && {
                 let hits = &mut hits[range.clone()];
                 let range = range.clone();
@@ -44,21 +43,15 @@ impl SimdKernel for IntersectKernel<'_> {
             if worlds_traced && bvh.tlas.is_empty() {
                 continue;
             }
-            for i in range {
-                let hit = &mut hits[i];
-                let o = rays.origins[i];
-                let d = rays.directions[i];
-                let best = if hit.is_miss() { Hit { t: rays.t_max, id: HitId::NONE } } else { *hit };
-                let ray = RayContext { o, d, filter };
-                let cull_back_faces = rays.cull_back_faces;
-                let mut query = ClosestHit { ray, cull_back_faces, after: rays.after(i), best };
-                if let Some(ray) = LocalRay::new(o.as_dvec3(), d.as_dvec3()) {
-                    tracer.trace::<S>(&ray, worlds_traced, &mut query);
-                }
-                if !query.best.is_miss() {
-                    *hit = query.best;
-                }
-            }
+            let indices = match worlds_traced {
+                true => range.map(|ray| ray as u32).collect(),
+                false => streams.push(range).unwrap_or_default(),
+            };
+            let query = &mut ClosestHitStream { rays, indices: &indices, filter, hits: &mut *hits };
+            streams.trace::<S, _>(bvh, query, worlds_traced, &mut tracer);
         }
+        let indices = streams.take_pending();
+        let query = &mut ClosestHitStream { rays, indices: &indices, filter, hits };
+        streams.trace::<S, _>(bvh, query, false, &mut tracer);
     }
 }

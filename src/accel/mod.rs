@@ -13,7 +13,8 @@
 //! 1. [`Accel::intersect`] runs the `IntersectKernel` (`intersect.rs`) at a SIMD level. A `PacketSplitter` splits the
 //!    batch into ranges of up to 256 rays.
 //! 2. Rays of a range that share an origin or a direction traverse the world BVHs as a ray packet (`packet/`). Other
-//!    rays, and all rays in the TLAS, are traced one by one by `SingleRayTracer::trace`.
+//!    rays, and all rays in the TLAS, are traced as ray streams of up to 1024 rays (`stream/`); fewer than eight of them
+//!    one by one, by `SingleRayTracer::trace`.
 //! 3. A single ray enters a BVH by `Blas::traverse`, or by `Tlas::traverse`, which transforms it into the frames of the
 //!    instances that it reaches and continues in their BLASes.
 //! 4. `Bvh8::traverse_closest` visits nodes front to back (`traverse/bvh8_traversal.rs`). A `SimdNodeTest` tests the
@@ -38,6 +39,7 @@
 //! - *shadow ray*: a ray whose answer is not the closest hit but if, or how much, light passes. Rays of ambient occlusion
 //!   are shadow rays.
 //! - *ray packet*: up to 256 rays with a common origin or direction, in 16 *groups* of 16 rays; a *quad* is four groups.
+//! - *ray stream*: up to 1024 rays that share nothing. They visit each node together, as the *list* of rays that reach it.
 //!
 //! # Determinism
 //!
@@ -55,6 +57,7 @@ mod ray_batch;
 mod report;
 mod settings;
 mod single_ray_tracer;
+mod stream;
 mod traverse;
 
 pub use crate::simd::{SimdLevel, SimdLevelError};

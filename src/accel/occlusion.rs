@@ -1,10 +1,14 @@
-//! Occlusion (any hit) and transmittance of a batch of shadow rays: ray packets in the world BVHs, single rays elsewhere.
+//! Occlusion (any hit) and transmittance of a batch of shadow rays: ray packets in the world BVHs,
+//! ray streams elsewhere.
+
+use std::ops::Range;
 
 use crate::accel::bvh::scene_bvh::SceneBvh;
 use crate::accel::packet::{self, PACKET_SIZE, PacketOcclusion, PacketScratch};
 use crate::accel::packet_splitter::{PacketSplitter, can_trace_packet};
 use crate::accel::ray_batch::{Coherence, HitFilter, ShadowRayBatch};
-use crate::accel::single_ray_tracer::{SingleRayTracer, shadow_ray_query};
+use crate::accel::single_ray_tracer::SingleRayTracer;
+use crate::accel::stream::{AnyHitStream, STREAM_RAYS, Streams};
 use crate::accel::traverse::translucent_hits::Transmittance;
 use crate::geometry::Rgb;
 use crate::simd::{Simd, SimdKernel};
@@ -58,47 +62,114 @@ impl<A: ShadowRayAnswer> SimdKernel for ShadowRayKernel<'_, A> {
     #[inline(always)]
     fn run<S: Simd>(self) {
         let ShadowRayKernel { bvh, rays, filter, out } = self;
+        let t_max = if matches!(rays.coherence, Coherence::Direction(_)) { f32::INFINITY } else { 1.0 };
+        out.resize_with(rays.len(), || A::new(false, None, t_max));
         let mut tracer = SingleRayTracer::new(bvh);
         let mut scratch = PacketScratch::default();
-        let collected = if A::COLLECTS_TRANSMITTANCE { PACKET_SIZE } else { 0 };
-        let mut transmittances = vec![Transmittance::default(); collected].into_boxed_slice();
-        let t_max = if matches!(rays.coherence, Coherence::Direction(_)) { f32::INFINITY } else { 1.0 };
+        let mut streams = Streams::default();
+        let collected = |count: usize| if A::COLLECTS_TRANSMITTANCE { count.min(rays.len()) } else { 0 };
+        let mut packet_transmittances = vec![Transmittance::default(); collected(PACKET_SIZE)];
+        let transmittances = vec![Transmittance::default(); collected(STREAM_RAYS)];
+        let tracer = &mut tracer;
+        let mut batch = StreamBatch { bvh, rays, filter, out, t_max, tracer, transmittances };
         let mut splitter = PacketSplitter::new(rays.len());
         while let Some(range) = splitter.pop() {
-            transmittances.iter_mut().for_each(Transmittance::clear);
-            let collect = A::COLLECTS_TRANSMITTANCE.then_some(&mut *transmittances);
+            if !can_trace_packet(bvh, rays.coherence, range.len()) {
+                batch.trace_later::<S>(range, &mut streams);
+                continue;
+            }
+            packet_transmittances.iter_mut().for_each(Transmittance::clear);
+            let collect = A::COLLECTS_TRANSMITTANCE.then_some(&mut *packet_transmittances);
             let mut occlusion = PacketOcclusion::new(collect);
-            let as_packet = can_trace_packet(bvh, rays.coherence, range.len());
-            let worlds_traced = as_packet
-                && packet::occluded::<S>(
-                    bvh.worlds(),
-                    rays,
-                    range.clone(),
-                    filter,
-                    &mut occlusion,
-                    &mut scratch,
-                    &mut tracer.stack,
-                );
-            if as_packet && !worlds_traced {
-                if splitter.split(range.clone()) {
-                    continue;
+            let worlds_traced = packet::occluded::<S>(
+                bvh.worlds(),
+                rays,
+                range.clone(),
+                filter,
+                &mut occlusion,
+                &mut scratch,
+                &mut batch.tracer.stack,
+            );
+            if !worlds_traced {
+                if !splitter.split(range.clone()) {
+                    batch.trace_later::<S>(range, &mut streams);
                 }
-                // All BVHs are traversed again.
-                occlusion.clear_transmittance();
+                continue;
             }
-            let remaining = !worlds_traced || !bvh.tlas.is_empty();
-            for (i, ray) in range.enumerate() {
-                let mut occluded = occlusion.is_occluded(i);
-                if remaining && !occluded {
-                    let transmittance = occlusion.transmittance(i);
-                    let (local_ray, mut query) = shadow_ray_query(rays, ray, filter, transmittance);
-                    if let Some(local_ray) = local_ray {
-                        tracer.trace::<S>(&local_ray, worlds_traced, &mut query);
-                    }
-                    occluded = query.occluded;
+            if bvh.tlas.is_empty() {
+                for (i, ray) in range.enumerate() {
+                    let occluded = occlusion.is_occluded(i);
+                    batch.out[ray] = A::new(occluded, occlusion.transmittance(i), t_max);
                 }
-                out.push(A::new(occluded, occlusion.transmittance(i), t_max));
+            } else {
+                let indices: Vec<u32> = range.map(|ray| ray as u32).collect();
+                let mut occluded = [false; STREAM_RAYS];
+                for (i, occluded) in occluded.iter_mut().enumerate().take(indices.len()) {
+                    *occluded = occlusion.is_occluded(i);
+                }
+                let transmittances = A::COLLECTS_TRANSMITTANCE.then_some(&mut *packet_transmittances);
+                batch.trace::<S>(&indices, &mut occluded, transmittances, true, &mut streams);
             }
+        }
+        let pending = streams.take_pending();
+        batch.trace_waiting::<S>(&pending, &mut streams);
+    }
+}
+
+/// The rays of a batch that do not make packets.
+struct StreamBatch<'a, 'b, A> {
+    bvh: &'b SceneBvh,
+    rays: &'a ShadowRayBatch,
+    filter: &'a dyn HitFilter,
+    out: &'a mut Vec<A>,
+    t_max: f32,
+    tracer: &'a mut SingleRayTracer<'b>,
+    /// For each ray of a stream, if they are collected.
+    transmittances: Vec<Transmittance>,
+}
+
+impl<A: ShadowRayAnswer> StreamBatch<'_, '_, A> {
+    /// Traces rays together with others that make no packets.
+    #[inline(always)]
+    fn trace_later<S: Simd>(&mut self, range: Range<usize>, streams: &mut Streams) {
+        if let Some(waiting) = streams.push(range) {
+            self.trace_waiting::<S>(&waiting, streams);
+        }
+    }
+
+    /// Traces rays that have waited, and stores the answers.
+    #[inline(always)]
+    fn trace_waiting<S: Simd>(&mut self, indices: &[u32], streams: &mut Streams) {
+        let mut transmittances = std::mem::take(&mut self.transmittances);
+        transmittances.iter_mut().for_each(Transmittance::clear);
+        let collect = A::COLLECTS_TRANSMITTANCE.then_some(&mut *transmittances);
+        self.trace::<S>(indices, &mut [false; STREAM_RAYS], collect, false, streams);
+        self.transmittances = transmittances;
+    }
+
+    /// Traces rays, no more than a stream, and stores the answers. `occluded` says which are occluded by what packets have
+    /// traced, and `worlds_traced` that this is the world BVHs.
+    #[inline(always)]
+    fn trace<S: Simd>(
+        &mut self,
+        indices: &[u32],
+        occluded: &mut [bool; STREAM_RAYS],
+        mut transmittance: Option<&mut [Transmittance]>,
+        worlds_traced: bool,
+        streams: &mut Streams,
+    ) {
+        let StreamBatch { bvh, rays, filter, t_max, .. } = *self;
+        let mut query = AnyHitStream {
+            rays,
+            indices,
+            filter,
+            occluded: &mut *occluded,
+            transmittance: transmittance.as_deref_mut(),
+        };
+        streams.trace::<S, _>(bvh, &mut query, worlds_traced, self.tracer);
+        for (i, &ray) in indices.iter().enumerate() {
+            let transmittance = transmittance.as_mut().map(|all| &mut all[i]);
+            self.out[ray as usize] = A::new(occluded[i], transmittance, t_max);
         }
     }
 }

@@ -17,7 +17,7 @@ pub enum Coherence {
     None,
 }
 
-/// Rays to intersect, in world space. The arrays are parallel; `after` may be empty instead.
+/// Rays to intersect, in world space. The arrays are parallel; `after` and `source` may be empty instead.
 #[derive(Clone, Debug)]
 pub struct RayBatch {
     /// The vector that the rays share.
@@ -35,6 +35,9 @@ pub struct RayBatch {
     /// Finds the hit behind a given one: if it is not empty, each ray's hit comes later than this one in the order of
     /// (t, id), whatever `t_min`. Coincident triangles are found one after the other.
     pub after: Vec<Hit>,
+    /// The triangle that each ray starts on, which it does not hit. The hits of rays that leave a surface
+    /// are found faster with it. Such rays are not traced as packets.
+    pub source: Vec<HitId>,
 }
 
 impl Default for RayBatch {
@@ -47,11 +50,18 @@ impl Default for RayBatch {
             t_min: 0.0,
             t_max: f32::INFINITY,
             after: Vec::new(),
+            source: Vec::new(),
         }
     }
 }
 
 impl RayBatch {
+    /// The triangle that ray `i` starts on, or [`HitId::NONE`].
+    #[inline]
+    pub(crate) fn source(&self, i: usize) -> HitId {
+        self.source.get(i).copied().unwrap_or(HitId::NONE)
+    }
+
     /// The greatest hit in the order of (t, id) that comes before all hits from `t_min` on.
     #[inline]
     pub(crate) fn lower_bound(&self) -> Hit {
@@ -70,6 +80,7 @@ impl RayBatch {
         self.origins.clear();
         self.directions.clear();
         self.after.clear();
+        self.source.clear();
     }
 
     /// Adds a ray.
@@ -83,7 +94,11 @@ impl RayBatch {
         for (to, &from) in indices.iter().enumerate() {
             self.origins[to] = self.origins[from];
             self.directions[to] = self.directions[from];
+            if let Some(&source) = self.source.get(from) {
+                self.source[to] = source;
+            }
         }
+        self.source.truncate(indices.len());
         self.origins.truncate(indices.len());
         self.directions.truncate(indices.len());
         self.after.clear();

@@ -13,7 +13,7 @@ use crate::simd::Simd;
 pub(crate) struct SingleRayTracer<'a> {
     bvh: &'a SceneBvh,
     /// The BLASes of the TLAS, by their number there.
-    blases: Vec<&'a Blas>,
+    pub blases: Vec<&'a Blas>,
     pub stack: TraversalStack,
 }
 

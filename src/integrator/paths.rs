@@ -4,7 +4,7 @@
 use glam::{DVec3, Vec3};
 
 use crate::accel::RayBatch;
-use crate::geometry::{RayDifferential, Rgb};
+use crate::geometry::{HitId, RayDifferential, Rgb};
 use crate::integrator::environment_occlusion::{OcclusionEstimate, arriving_light};
 use crate::integrator::frame::Frame;
 use crate::integrator::media::MediumStack;
@@ -84,6 +84,8 @@ pub(crate) struct SecondaryRay {
     pub unoccluded: Option<Rgb>,
     /// Unit length.
     pub direction: Vec3,
+    /// The triangle that the ray starts on.
+    pub source: HitId,
     pub state: PathState,
 }
 
@@ -105,6 +107,7 @@ impl Wave {
         *batch = RayBatch::default();
         batch.origins.extend(self.rays.iter().map(|ray| ray.state.origin));
         batch.directions.extend(self.rays.iter().map(|ray| ray.direction));
+        batch.source.extend(self.rays.iter().map(|ray| ray.source));
     }
 }
 

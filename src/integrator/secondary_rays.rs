@@ -228,7 +228,7 @@ impl PathVertex<'_, '_> {
         let environment = self.frame.environment.as_ref();
         let is_uniform = environment.is_some_and(|e| e.as_uniform().is_some());
         let escape = environment.map_or(Rgb::ZERO, |e| e.radiance(direction.as_vec3(), solid_angle));
-        let (origin, _) = self.batch.offset_origin(self.i, direction);
+        let (origin, source) = self.batch.offset_origin(self.i, direction);
         let state = PathState {
             origin,
             width: self.state.width_at(self.p),
@@ -256,6 +256,7 @@ impl PathVertex<'_, '_> {
             // Set when the light of all lobes is computed.
             unoccluded: None,
             direction: direction.as_vec3(),
+            source,
             state,
         };
         spawned.wave.push(ray, self.stream.samples[self.path()]);
@@ -374,6 +375,7 @@ impl PathVertex<'_, '_> {
             escape,
             unoccluded: None,
             direction,
+            source: self.batch.points[self.i].id,
             state,
         };
         wave.push(ray, self.stream.samples[parent]);

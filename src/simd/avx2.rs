@@ -42,6 +42,49 @@ impl Simd for Avx2 {
     }
 
     #[inline(always)]
+    fn transpose16(columns: &[Pair<F32x8>; 16], rows: &mut [[f32; 16]; 16]) {
+        for left in [0, 8] {
+            let mut low = [columns[0].0.0; 8];
+            let mut high = low;
+            for i in 0..8 {
+                low[i] = columns[left + i].0.0;
+                high[i] = columns[left + i].1.0;
+            }
+            transpose8(&mut low);
+            transpose8(&mut high);
+            for i in 0..8 {
+                // SAFETY: see the module comment; halves of rows have the size of a register.
+                unsafe {
+                    _mm256_storeu_ps(rows[i].as_mut_ptr().add(left), low[i]);
+                    _mm256_storeu_ps(rows[8 + i].as_mut_ptr().add(left), high[i]);
+                }
+            }
+        }
+    }
+
+    #[inline(always)]
+    fn compress_ids(ids: &[u32; 16], masks: &[u8; 16], bit: usize, out: &mut [u32; 16]) -> usize {
+        // SAFETY: see the module comment; `masks` has the size of a register, `ids` of two, and rows of the table half of
+        // one. The second store begins at a lane of eight at most, and ends within `out`.
+        unsafe {
+            // The bit becomes the sign of each byte; bits that cross into the next byte are below it.
+            let shift = _mm_cvtsi32_si128(7 - (bit & 7) as i32);
+            let masks = _mm_sll_epi16(_mm_loadu_si128(masks.as_ptr().cast()), shift);
+            let mask = _mm_movemask_epi8(masks) as u32;
+            let mut end = 0;
+            for half in 0..2 {
+                let mask = (mask >> (8 * half)) as usize & 255;
+                let front = _mm256_cvtepu8_epi32(_mm_loadl_epi64(COMPRESS[mask].as_ptr().cast()));
+                let ids = _mm256_loadu_si256(ids.as_ptr().add(8 * half).cast());
+                let front = _mm256_permutevar8x32_epi32(ids, front);
+                _mm256_storeu_si256(out.as_mut_ptr().add(end).cast(), front);
+                end += mask.count_ones() as usize;
+            }
+            end
+        }
+    }
+
+    #[inline(always)]
     fn broadcast_quad(quad: &[f32; 4]) -> Pair<F32x8> {
         // SAFETY: see the module comment; `quad` has half the size of a register.
         Pair::repeat(F32x8(unsafe {
@@ -64,6 +107,31 @@ impl Simd for Avx2 {
     fn call_outlined<K: OutlinedKernel<Self>>(kernel: K) -> K::Output {
         // SAFETY: only kernels that `run` has entered get here, and its caller has checked the processor.
         unsafe { run_outlined(kernel) }
+    }
+}
+
+/// Transposes eight columns into eight rows.
+#[inline(always)]
+fn transpose8(columns: &mut [__m256; 8]) {
+    // SAFETY: see the module comment.
+    unsafe {
+        let mut pairs = [_mm256_setzero_pd(); 8];
+        for i in 0..4 {
+            let (a, b) = (columns[2 * i], columns[2 * i + 1]);
+            pairs[2 * i] = _mm256_castps_pd(_mm256_unpacklo_ps(a, b));
+            pairs[2 * i + 1] = _mm256_castps_pd(_mm256_unpackhi_ps(a, b));
+        }
+        // Half h of register 4c + r holds row 4h + r of columns 4c to 4c + 3.
+        let mut fours = [_mm256_setzero_ps(); 8];
+        for i in 0..4 {
+            let (a, b) = (pairs[i / 2 * 4 + i % 2], pairs[i / 2 * 4 + 2 + i % 2]);
+            fours[2 * i] = _mm256_castpd_ps(_mm256_unpacklo_pd(a, b));
+            fours[2 * i + 1] = _mm256_castpd_ps(_mm256_unpackhi_pd(a, b));
+        }
+        for i in 0..4 {
+            columns[i] = _mm256_permute2f128_ps::<0x20>(fours[i], fours[4 + i]);
+            columns[4 + i] = _mm256_permute2f128_ps::<0x31>(fours[i], fours[4 + i]);
+        }
     }
 }
 
@@ -199,7 +267,17 @@ impl_x86_lanes!(
     _mm_cmp_ps,
     mask_bits4,
     select4,
-    {}
+    {
+        #[inline(always)]
+        fn eq_u32(values: &[u32; 4], x: u32) -> u32 {
+            // SAFETY: as above; `values` has the size of a register.
+            unsafe {
+                let values = _mm_loadu_si128(values.as_ptr().cast());
+                let equal = _mm_cmpeq_epi32(values, _mm_set1_epi32(x as i32));
+                _mm_movemask_ps(_mm_castsi128_ps(equal)) as u32
+            }
+        }
+    }
 );
 
 impl_x86_lanes!(

@@ -152,6 +152,51 @@ impl Simd for Avx512 {
     }
 
     #[inline(always)]
+    fn transpose16(columns: &[F32x16; 16], rows: &mut [[f32; 16]; 16]) {
+        // SAFETY: see the module comment; rows have the size of a register.
+        unsafe {
+            let zero = _mm512_setzero_ps();
+            // Pairs of columns, then four columns each. Quarter q of register 4c + r holds row 4q + r of columns 4c to 4c + 3.
+            let mut pairs = [_mm512_setzero_pd(); 16];
+            for i in 0..8 {
+                let (a, b) = (columns[2 * i].0, columns[2 * i + 1].0);
+                pairs[2 * i] = _mm512_castps_pd(_mm512_unpacklo_ps(a, b));
+                pairs[2 * i + 1] = _mm512_castps_pd(_mm512_unpackhi_ps(a, b));
+            }
+            let mut fours = [zero; 16];
+            for i in 0..8 {
+                let (a, b) = (pairs[i / 2 * 4 + i % 2], pairs[i / 2 * 4 + 2 + i % 2]);
+                fours[2 * i] = _mm512_castpd_ps(_mm512_unpacklo_pd(a, b));
+                fours[2 * i + 1] = _mm512_castpd_ps(_mm512_unpackhi_pd(a, b));
+            }
+            for i in 0..4 {
+                let (a, b, c, d) = (fours[i], fours[4 + i], fours[8 + i], fours[12 + i]);
+                // Even quarters, then odd ones.
+                let left = _mm512_shuffle_f32x4::<0x88>(a, b);
+                let right = _mm512_shuffle_f32x4::<0x88>(c, d);
+                _mm512_storeu_ps(rows[i].as_mut_ptr(), _mm512_shuffle_f32x4::<0x88>(left, right));
+                _mm512_storeu_ps(rows[8 + i].as_mut_ptr(), _mm512_shuffle_f32x4::<0xdd>(left, right));
+                let left = _mm512_shuffle_f32x4::<0xdd>(a, b);
+                let right = _mm512_shuffle_f32x4::<0xdd>(c, d);
+                _mm512_storeu_ps(rows[4 + i].as_mut_ptr(), _mm512_shuffle_f32x4::<0x88>(left, right));
+                _mm512_storeu_ps(rows[12 + i].as_mut_ptr(), _mm512_shuffle_f32x4::<0xdd>(left, right));
+            }
+        }
+    }
+
+    #[inline(always)]
+    fn compress_ids(ids: &[u32; 16], masks: &[u8; 16], bit: usize, out: &mut [u32; 16]) -> usize {
+        // SAFETY: see the module comment; arrays have the size of a register.
+        unsafe {
+            let masks = _mm_loadu_si128(masks.as_ptr().cast());
+            let mask = _mm_test_epi8_mask(masks, _mm_set1_epi8((1u8 << (bit & 7)) as i8));
+            let front = _mm512_maskz_compress_epi32(mask, _mm512_loadu_si512(ids.as_ptr().cast()));
+            _mm512_storeu_si512(out.as_mut_ptr().cast(), front);
+            mask.count_ones() as usize
+        }
+    }
+
+    #[inline(always)]
     fn lookup_f64(table: &[f64; 16], indices: &[u32; 16]) -> [f64; 16] {
         // SAFETY: see the module comment; tables have the size of two registers.
         unsafe {

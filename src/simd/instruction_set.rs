@@ -84,6 +84,30 @@ pub(crate) trait Simd {
         }
     }
 
+    /// Transposes sixteen columns into sixteen rows, whose elements are copied as bits.
+    #[inline(always)]
+    fn transpose16(columns: &[Self::F32x16; 16], rows: &mut [[f32; 16]; 16]) {
+        for (i, column) in columns.iter().enumerate() {
+            let mut lanes = [0.0; 16];
+            column.store(&mut lanes);
+            for (row, x) in rows.iter_mut().zip(lanes) {
+                row[i] = x;
+            }
+        }
+    }
+
+    /// Moves the ids whose mask has bit number `bit` set to the front of `out`, in order, and returns how many there are.
+    /// What follows them in `out` is unspecified.
+    #[inline(always)]
+    fn compress_ids(ids: &[u32; 16], masks: &[u8; 16], bit: usize, out: &mut [u32; 16]) -> usize {
+        let mut end = 0;
+        for i in 0..16 {
+            out[end & 15] = ids[i];
+            end += usize::from(masks[i] >> bit & 1);
+        }
+        end
+    }
+
     /// Looks up table[index] for each index modulo 16.
     #[inline(always)]
     fn lookup_f64(table: &[f64; 16], indices: &[u32; 16]) -> [f64; 16] {

@@ -21,6 +21,8 @@ pub(crate) trait Lanes<const N: usize>:
     fn abs(self) -> Self;
     /// Flips the sign where the sign bit of `sign` is set.
     fn xor_sign(self, sign: Self) -> Self;
+    /// Returns the largest power of two that is not greater than a normal number's absolute value: its exponent alone.
+    fn floor_power_of_two(self) -> Self;
     /// Approximates 1/self with a relative error of at most 1.1·2⁻²³, provided that neither operand nor result is
     /// subnormal.
     #[inline(always)]

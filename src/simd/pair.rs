@@ -90,6 +90,10 @@ macro_rules! impl_lanes_for_pair {
                 Pair(self.0.xor_sign(o.0), self.1.xor_sign(o.1))
             }
             #[inline(always)]
+            fn floor_power_of_two(self) -> Self {
+                Pair(self.0.floor_power_of_two(), self.1.floor_power_of_two())
+            }
+            #[inline(always)]
             fn lt(self, o: Self) -> u32 {
                 self.0.lt(o.0) | self.1.lt(o.1) << $half
             }

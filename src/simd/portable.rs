@@ -101,6 +101,10 @@ impl Lanes<4> for F32x4 {
         F32x4(self.0 ^ (o.0 & f32x4::splat(-0.0)))
     }
     #[inline(always)]
+    fn floor_power_of_two(self) -> Self {
+        F32x4(self.0 & f32x4::splat(f32::INFINITY))
+    }
+    #[inline(always)]
     fn lt(self, o: Self) -> u32 {
         self.0.simd_lt(o.0).to_bitmask()
     }

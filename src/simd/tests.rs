@@ -48,6 +48,12 @@ fn check_lanes<const N: usize, L: Lanes<N>>() {
     let mask = 0x5a5a_3c69 & all_lanes::<N>();
     assert_eq!(to_array(x.select(mask, y)), each(&|i| if mask >> i & 1 == 1 { a[i] } else { b[i] }));
     assert!(to_array(y.rcp()).iter().zip(b).all(|(r, b)| (r * b - 1.0).abs() < 3e-7 || b == 0.0));
+    let powers = to_array(y.floor_power_of_two());
+    assert!(
+        powers.iter().zip(b).all(|(&p, b)| b == 0.0 || (b.abs() >= p && b.abs() < 2.0 * p)),
+        "{powers:?}"
+    );
+    assert!(powers.iter().all(|p| p.to_bits() & 0x007f_ffff == 0));
     let nan = L::splat(f32::NAN);
     assert_eq!(to_array(nan.min(x)), a);
     assert_eq!(to_array(nan.max(x)), a);
@@ -118,6 +124,33 @@ fn check_interleaving<S: Simd>() {
     assert!((0..16).all(|i| rows[i] == [a[i], b[i], 4]));
 }
 
+fn check_transpose<S: Simd>() {
+    // Also bits that are no numbers.
+    let element = |row: usize, column: usize| f32::from_bits(0x7fa0_0000 + (16 * row + column) as u32);
+    let columns: [S::F32x16; 16] =
+        std::array::from_fn(|column| S::F32x16::load(&std::array::from_fn(|row| element(row, column))));
+    let mut rows = [[0.0; 16]; 16];
+    S::transpose16(&columns, &mut rows);
+    for (row, elements) in rows.iter().enumerate() {
+        for (column, x) in elements.iter().enumerate() {
+            assert_eq!(x.to_bits(), element(row, column).to_bits(), "row {row}, column {column}");
+        }
+    }
+}
+
+fn check_compress_ids<S: Simd>() {
+    let ids: [u32; 16] = std::array::from_fn(|i| 100 + i as u32);
+    for n in 0..2000u32 {
+        let masks: [u8; 16] = std::array::from_fn(|i| (n.wrapping_mul(0x9e37_79b9) >> i) as u8);
+        for bit in 0..8 {
+            let expected: Vec<u32> = (0..16).filter(|&i| masks[i] >> bit & 1 == 1).map(|i| ids[i]).collect();
+            let mut out = [0; 16];
+            let count = S::compress_ids(&ids, &masks, bit, &mut out);
+            assert_eq!(out[..count], expected, "{masks:?} {bit}");
+        }
+    }
+}
+
 fn check_table_lookup<S: Simd>() {
     let indices: [u32; 16] = std::array::from_fn(|i| (i * i + 3) as u32 % 16);
     let numbers = std::array::from_fn(|i| 0.5 + i as f64);
@@ -159,6 +192,8 @@ impl SimdKernel for CheckAllKernel {
         check_permute_compress::<S>();
         check_compress_intersected::<S>();
         check_interleaving::<S>();
+        check_transpose::<S>();
+        check_compress_ids::<S>();
         check_table_lookup::<S>();
         check_quads::<S>();
     }

@@ -78,6 +78,10 @@ macro_rules! impl_x86_lanes {
                 $name(unsafe { $xor(self.0, $and($set1(-0.0), o.0)) })
             }
             #[inline(always)]
+            fn floor_power_of_two(self) -> Self {
+                $name(unsafe { $and($set1(f32::INFINITY), self.0) })
+            }
+            #[inline(always)]
             fn lt(self, o: Self) -> u32 {
                 $mask_bits(unsafe { $cmp::<_CMP_LT_OQ>(self.0, o.0) })
             }

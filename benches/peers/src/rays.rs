@@ -226,6 +226,7 @@ impl Rays {
                 let d = cosine_direction(n, random(id, 3), random(id, 4));
                 let o = offset_ray_origin(surface.p, surface.p_error, n, n);
                 bounce.push(o, d);
+                bounce.source.push(hit.id);
                 open.push(o, o + d * (LONG * size), hit.id);
                 near.push(o, o + d * (SHORT * size), hit.id);
             }

@@ -22,7 +22,7 @@ use crate::scene::SurfaceClass;
 use crate::simd::{Lanes, OutlinedKernel, Simd};
 
 /// No triangle's index, nor that of a set of coincident ones.
-const NO_SOURCE: u32 = u32::MAX;
+pub(crate) const NO_SOURCE: u32 = u32::MAX;
 
 /// Triangles and the BVH over them.
 #[derive(Debug, Default)]
@@ -109,7 +109,7 @@ impl Blas {
 
     /// Returns the index of the triangle `source` of the scene, or [`NO_SOURCE`] where it is not one of this BLAS's.
     #[inline(always)]
-    fn source_index(&self, source: HitId, instance: Option<u32>) -> u32 {
+    pub fn source_index(&self, source: HitId, instance: Option<u32>) -> u32 {
         match instance {
             None => self.ids.index(source).unwrap_or(NO_SOURCE),
             Some(instance) if instance == source.instance => source.triangle,
@@ -168,7 +168,7 @@ impl<S: Simd, Q: RayQuery> OutlinedKernel<S> for TraverseBlasKernel<'_, Q> {
         let node_test = SimdNodeTest::<S>::new(&box_ray);
         let triangle_ray = TriangleTestRay::new(ray, blas.centre, blas.radius, query.early_exit_t_max());
         let limit = box_limit(ray, query);
-        let source = if Q::ANY_HIT { blas.source_index(query.source(), instance) } else { NO_SOURCE };
+        let source = blas.source_index(query.source(), instance);
         let blocks: &[Triangle4] = &blas.blocks;
         let mut leaves: TriangleIntersector<S, Q> = TriangleIntersector {
             blas,
@@ -224,7 +224,7 @@ impl<S: Simd, Q: RayQuery> TriangleIntersector<'_, S, Q> {
     fn intersect(&mut self, block: &Triangle4) -> bool {
         let candidates = self.triangle_ray.candidates::<S>(block, self.limit);
         let mut possible = candidates.possible;
-        if Q::ANY_HIT && possible != 0 {
+        if possible != 0 {
             // Nearly every such ray would take the exact test of its own triangle.
             possible &= !S::F32x4::eq_u32(&block.indices, self.source);
         }

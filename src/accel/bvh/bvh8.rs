@@ -130,6 +130,12 @@ impl Bvh8Node {
         (1 << self.count()) - 1
     }
 
+    /// The slot to be pushed `nth` for an octant.
+    #[inline(always)]
+    pub fn nth_slot(&self, octant: Octant, nth: usize) -> usize {
+        (self.order[nth] >> octant.0) as usize & (WIDTH - 1)
+    }
+
     /// Slots in the order of pushing (farthest first) for an octant, in the lowest three bits of each word.
     #[inline(always)]
     pub fn order(&self, octant: Octant) -> [u32; WIDTH] {
@@ -141,6 +147,9 @@ impl Bvh8Node {
     }
 }
 
+/// Number of octants.
+pub(crate) const OCTANTS: usize = 8;
+
 /// An octant of ray directions. It holds three times the octant's number, the shift of its bits in [`Bvh8Node::order`].
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Octant(u32);
@@ -151,6 +160,12 @@ impl Octant {
     pub fn of(d: Vec3) -> Octant {
         let bit = |x: f32| u32::from(x >= 0.0);
         Octant(3 * (bit(d.x) | bit(d.y) << 1 | bit(d.z) << 2))
+    }
+
+    /// The octant of a number below eight, whose lowest bit is set where x grows along the ray.
+    #[inline(always)]
+    pub fn from_number(number: usize) -> Octant {
+        Octant(3 * (number as u32 & 7))
     }
 
     /// The octant of the negated direction.

@@ -30,11 +30,6 @@ impl<'t> PacketOcclusion<'t> {
         PacketOcclusion { occluded: [0; GROUPS_PER_PACKET], transmittance }
     }
 
-    /// Forgets the translucent surfaces, to collect them again.
-    pub fn clear_transmittance(&mut self) {
-        self.transmittance.iter_mut().flat_map(|all| all.iter_mut()).for_each(Transmittance::clear);
-    }
-
     /// Returns true if a ray is occluded.
     #[inline(always)]
     pub fn is_occluded(&self, ray: usize) -> bool {

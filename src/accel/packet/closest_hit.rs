@@ -142,6 +142,7 @@ impl<'a> ClosestHits<'a, '_> {
         ClosestHit {
             ray: self.context(ray),
             cull_back_faces: self.rays.cull_back_faces,
+            source: HitId::NONE,
             after: self.rays.after(self.first + ray),
             best: self.closest_hit(ray),
         }

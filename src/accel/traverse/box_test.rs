@@ -16,7 +16,7 @@ pub(crate) const NEAR_FACTOR: f32 = 1.0 - 8.0 * EPSILON;
 pub(crate) const MIN_DIRECTION: f32 = 1e-30;
 
 /// Maximum of o/d that a [`BoxTestRay`] works with.
-const MAX_SHIFT: f32 = 1e37;
+pub(crate) const MAX_SHIFT: f32 = 1e37;
 
 /// Returns 1/d by component, finite also where d is zero.
 #[inline(always)]

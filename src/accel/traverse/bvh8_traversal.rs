@@ -27,7 +27,7 @@ impl Default for TraversalStack {
 impl TraversalStack {
     /// Returns room for eight more words behind the first `len`.
     #[inline(always)]
-    fn room(&mut self, len: usize) -> (&mut [f32; WIDTH], &mut [u32; WIDTH]) {
+    pub fn room(&mut self, len: usize) -> (&mut [f32; WIDTH], &mut [u32; WIDTH]) {
         if len + WIDTH > self.words.len() {
             self.grow(len);
         }
@@ -39,6 +39,18 @@ impl TraversalStack {
             (Some(near), Some(words)) => (near, words),
             _ => unreachable!("ranges have their length"),
         }
+    }
+
+    /// The child at a place of the stack and the distance at which the ray enters it.
+    #[inline(always)]
+    pub fn child(&self, place: usize) -> Option<(u32, f32)> {
+        Some((*self.words.get(place)?, *self.near.get(place)?))
+    }
+
+    /// The last two of the first `len` words.
+    #[inline(always)]
+    pub fn last_two(&mut self, len: usize) -> Option<&mut [u32; 2]> {
+        self.words.get_mut(..len)?.last_chunk_mut()
     }
 
     #[cold]

@@ -52,9 +52,7 @@ pub(crate) trait RayQuery {
     fn t_min(&self) -> f32;
 
     /// The triangle that the ray starts on, whose hits have no effect; [`HitId::NONE`] without one.
-    fn source(&self) -> HitId {
-        HitId::NONE
-    }
+    fn source(&self) -> HitId;
 
     /// An opaque hit before this t ends the query, whichever triangle it is.
     fn early_exit_t_max(&self) -> Option<f32>;
@@ -92,6 +90,8 @@ impl RayContext<'_> {
 pub(crate) struct ClosestHit<'a> {
     pub ray: RayContext<'a>,
     pub cull_back_faces: bool,
+    /// The triangle that the ray starts on, which it does not hit.
+    pub source: HitId,
     pub after: Hit,
     /// The closest hit so far; before the first one, the t beyond which nothing counts, and no id.
     pub best: Hit,
@@ -99,6 +99,11 @@ pub(crate) struct ClosestHit<'a> {
 
 impl RayQuery for ClosestHit<'_> {
     const ANY_HIT: bool = false;
+
+    #[inline(always)]
+    fn source(&self) -> HitId {
+        self.source
+    }
 
     #[inline(always)]
     fn t_max(&self) -> f32 {
@@ -133,7 +138,7 @@ impl RayQuery for ClosestHit<'_> {
             return ControlFlow::Continue(());
         }
         let ids = if t == self.after.t { ids.after(self.after.id) } else { ids };
-        for id in ids.iter() {
+        for id in ids.iter().filter(|&id| id != self.source) {
             let hit = Hit { t, id };
             if !hit.before(&self.best) {
                 break;

@@ -48,7 +48,8 @@ pub(crate) fn intersect_with_stats(
         let d = rays.directions[i];
         let best = Hit { t: rays.t_max, id: HitId::NONE };
         let ray = RayContext { o, d, filter };
-        let query = ClosestHit { ray, cull_back_faces: rays.cull_back_faces, after: rays.after(i), best };
+        let cull_back_faces = rays.cull_back_faces;
+        let query = ClosestHit { ray, cull_back_faces, source: rays.source(i), after: rays.after(i), best };
         let mut tracer = CountingTracer { bvh, blases: &blases, query, stats: TraversalStats::default() };
         if let Some(ray) = LocalRay::new(o.as_dvec3(), d.as_dvec3()) {
             tracer.trace(&ray, &mut stack);

@@ -185,6 +185,7 @@ impl<'s> HitPoint<'s> {
                     _ => self.random_direction(stage).as_vec3(),
                 };
                 rays.push(self.origin(d), d);
+                rays.source.push(self.id);
             }
             TileBatch::Any(segments) => {
                 let (from, to) = match stage {

@@ -1,6 +1,7 @@
 //! Every BVH query against brute force, bit for bit, whichever BVH and SIMD level answers it.
 
 mod queries;
+mod streams;
 mod transmittance;
 mod update;
 

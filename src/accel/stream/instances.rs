@@ -1,0 +1,182 @@
+//! Streams in the TLAS, and in the frames of the instances that they reach.
+
+use std::array::from_fn;
+use std::marker::PhantomData;
+
+use glam::Vec3;
+
+use crate::accel::bvh::blas::Blas;
+use crate::accel::bvh::bvh8::LEAF_BIT;
+use crate::accel::bvh::instance::BlasInstance;
+use crate::accel::bvh::tlas::Tlas;
+use crate::accel::stream::leaf::TriangleVisitor;
+use crate::accel::stream::list_visitor::ListVisitor;
+use crate::accel::stream::query::{SingleRayTask, StreamQuery};
+use crate::accel::stream::ray_lines::{BoxPadding, GROUP, MIN_STREAM_RAYS, NO_OCTANT, RayGroup, RayLines};
+use crate::accel::stream::traversal::{StreamMemory, TraverseKernel};
+use crate::accel::traverse::bvh8_traversal::TraversalStack;
+use crate::accel::traverse::exact_triangle_test::LocalRay;
+use crate::accel::traverse::query::RayQuery;
+use crate::simd::{Lanes, OutlinedKernel, Simd};
+
+/// Scales of t that f32 represents with room to spare.
+const T_SCALES: [f64; 2] = [1e-30, 1e30];
+
+/// Continues lists in the BLASes of instances.
+pub(super) struct InstanceVisitor<'a, 'b, Q> {
+    pub tlas: &'a Tlas,
+    pub blases: &'a [&'b Blas],
+    pub query: &'a mut Q,
+    pub memory: &'a mut StreamMemory,
+    /// The rays of the world's stream in the current instance's frame.
+    pub rays: &'a mut Vec<u32>,
+    pub stack: &'a mut TraversalStack,
+}
+
+impl<S: Simd, Q: StreamQuery> ListVisitor<S> for InstanceVisitor<'_, '_, Q> {
+    const ANY_HIT: bool = Q::ANY_HIT;
+
+    #[inline(always)]
+    fn visit_leaf(&mut self, leaf: u32, rays: &[u32], lines: &mut RayLines) {
+        let tlas = self.tlas;
+        for instance in tlas.instances(leaf) {
+            self.rays.clear();
+            self.rays.extend(rays.iter().filter(|&&ray| !lines.has_ended(ray as usize)));
+            if self.rays.len() < MIN_STREAM_RAYS {
+                for i in 0..self.rays.len() {
+                    self.trace_single::<S>(instance, i);
+                }
+            } else {
+                S::call_outlined(InstanceKernel { visitor: &mut *self, instance });
+            }
+            for &ray in &*self.rays {
+                lines.set_t_max(ray as usize, self.query.t_max(ray as usize));
+            }
+        }
+    }
+
+    #[inline(always)]
+    fn prefetch(&self, _: u32) {}
+}
+
+impl<Q: StreamQuery> InstanceVisitor<'_, '_, Q> {
+    /// Traces ray `i` of those in an instance's frame as a single ray.
+    #[inline(always)]
+    fn trace_single<S: Simd>(&mut self, instance: &BlasInstance, i: usize) {
+        let ray = self.rays[i] as usize;
+        let blas = self.blases[instance.blas as usize];
+        let root = blas.bvh.root.unwrap_or(LEAF_BIT);
+        let Some(local_ray) = self.query.local_ray(ray) else { return };
+        let local_ray = instance.transform.ray(&local_ray);
+        let instance = instance.instance;
+        let stack = &mut *self.stack;
+        self.query
+            .update(ray, TraverseInstance { blas, root, local_ray, instance, stack, simd: PhantomData::<S> });
+    }
+}
+
+/// The traversal of an instance's BLAS by a single ray.
+struct TraverseInstance<'a, S> {
+    blas: &'a Blas,
+    root: u32,
+    local_ray: LocalRay,
+    instance: u32,
+    stack: &'a mut TraversalStack,
+    simd: PhantomData<S>,
+}
+
+impl<S: Simd> SingleRayTask for TraverseInstance<'_, S> {
+    #[inline(always)]
+    fn run(self, query: &mut impl RayQuery) {
+        self.blas.traverse::<S, _>(self.root, &self.local_ray, Some(self.instance), query, self.stack);
+    }
+}
+
+/// Traces the rays of a visitor as a stream in an instance's frame.
+struct InstanceKernel<'v, 'a, 'b, Q> {
+    visitor: &'v mut InstanceVisitor<'a, 'b, Q>,
+    instance: &'v BlasInstance,
+}
+
+impl<S: Simd, Q: StreamQuery> OutlinedKernel<S> for InstanceKernel<'_, '_, '_, Q> {
+    type Output = ();
+
+    #[inline(always)]
+    fn run(self) {
+        let InstanceKernel { visitor, instance } = self;
+        let blas = visitor.blases[instance.blas as usize];
+        let Some(root) = blas.bvh.root else { return };
+        let count = visitor.rays.len();
+        visitor.memory.lines.clear();
+        for first in (0..count).step_by(GROUP) {
+            let rays = &visitor.rays[first..count.min(first + GROUP)];
+            let local_rays: [Option<LocalRay>; GROUP] = from_fn(|i| {
+                let local_ray = visitor.query.local_ray(*rays.get(i)? as usize)?;
+                let local_ray = instance.transform.ray(&local_ray);
+                let [min, max] = T_SCALES;
+                (min < local_ray.t_scale && local_ray.t_scale < max).then_some(local_ray)
+            });
+            store_group::<S, Q>(visitor.memory, first / GROUP, visitor.query, rays, &local_rays);
+            for (i, &ray) in rays.iter().enumerate() {
+                let source = visitor.query.source(ray as usize);
+                visitor.memory.lines.triangles[first + i].source =
+                    blas.source_index(source, Some(instance.instance));
+            }
+        }
+        S::call_outlined(TraverseKernel {
+            bvh: &blas.bvh,
+            root,
+            count,
+            visitor: &mut TriangleVisitor {
+                blas,
+                instance: Some(instance),
+                query_rays: Some(visitor.rays),
+                bounds: visitor.memory.lines.error_bounds(blas.centre, blas.radius, true),
+                query: &mut *visitor.query,
+            },
+            memory: &mut *visitor.memory,
+        });
+        for i in 0..count {
+            if visitor.memory.lines.octants[i] == NO_OCTANT {
+                visitor.trace_single::<S>(instance, i);
+            }
+        }
+    }
+}
+
+/// Stores group `g` of the rays in an instance's frame. Those without a local ray take no part in the stream.
+#[inline(always)]
+fn store_group<S: Simd, Q: StreamQuery>(
+    memory: &mut StreamMemory,
+    g: usize,
+    query: &Q,
+    rays: &[u32],
+    local_rays: &[Option<LocalRay>; GROUP],
+) {
+    let mut o = [Vec3::ZERO; GROUP];
+    let mut d = [Vec3::X; GROUP];
+    let mut t_min = [0.0; GROUP];
+    let mut t_max = [0.0; GROUP];
+    let mut t_scale = [1.0; GROUP];
+    let mut valid = 0;
+    for (i, (&ray, local_ray)) in rays.iter().zip(local_rays).enumerate() {
+        let ray = ray as usize;
+        if let Some(local_ray) = local_ray {
+            o[i] = local_ray.o.as_vec3();
+            d[i] = local_ray.d.as_vec3();
+            t_min[i] = query.t_min(ray);
+            t_max[i] = query.t_max(ray);
+            t_scale[i] = local_ray.t_scale as f32;
+            valid |= 1 << i;
+        }
+    }
+    let group = RayGroup {
+        o: S::deinterleave3(&o),
+        d: S::deinterleave3(&d),
+        t_min: S::F32x16::load(&t_min),
+        t_max: S::F32x16::load(&t_max),
+        t_scale: S::F32x16::load(&t_scale),
+        is_from_light: query.is_from_light(),
+    };
+    memory.lines.store_group::<S>(g, &group, valid, BoxPadding::default());
+}

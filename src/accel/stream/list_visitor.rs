@@ -1,0 +1,16 @@
+//! What traversal by streams does at leaves.
+
+use crate::accel::stream::ray_lines::RayLines;
+use crate::simd::Simd;
+
+/// Intersects lists of rays with the contents of leaves.
+pub(super) trait ListVisitor<S: Simd> {
+    /// True for any-hit queries.
+    const ANY_HIT: bool;
+
+    /// Intersects rays with a leaf whose box they meet, and updates their limits.
+    fn visit_leaf(&mut self, leaf: u32, rays: &[u32], lines: &mut RayLines);
+
+    /// Prefetches a leaf.
+    fn prefetch(&self, leaf: u32);
+}

@@ -1,0 +1,144 @@
+//! Traces streams through all BVHs of a scene.
+
+use std::marker::PhantomData;
+
+use glam::Vec3;
+
+use crate::accel::bvh::blas::Blas;
+use crate::accel::bvh::scene_bvh::SceneBvh;
+use crate::accel::single_ray_tracer::SingleRayTracer;
+use crate::accel::stream::instances::InstanceVisitor;
+use crate::accel::stream::leaf::TriangleVisitor;
+use crate::accel::stream::query::{SingleRayTask, StreamQuery};
+use crate::accel::stream::ray_lines::{BoxPadding, GROUP, NO_OCTANT, RayGroup, RayLines};
+use crate::accel::stream::scratch::StreamScratch;
+use crate::accel::stream::traversal::TraverseKernel;
+use crate::accel::traverse::exact_triangle_test::LocalRay;
+use crate::accel::traverse::query::RayQuery;
+use crate::simd::{Lanes, OutlinedKernel, Simd};
+
+/// Traces a stream: the rays of `query`, no more than [`STREAM_RAYS`].
+///
+/// [`STREAM_RAYS`]: crate::accel::stream::STREAM_RAYS
+pub(crate) struct StreamTracer<'a, 'b, Q> {
+    pub bvh: &'b SceneBvh,
+    /// True if the world BVHs have been traversed already.
+    pub worlds_traced: bool,
+    pub query: &'a mut Q,
+    pub scratch: &'a mut StreamScratch,
+    pub single: &'a mut SingleRayTracer<'b>,
+}
+
+impl<S: Simd, Q: StreamQuery> OutlinedKernel<S> for StreamTracer<'_, '_, Q> {
+    type Output = ();
+
+    #[inline(always)]
+    fn run(self) {
+        let StreamTracer { bvh, worlds_traced, query, scratch, single } = self;
+        let StreamScratch { world: memory, instance: instance_memory, instance_rays, .. } = scratch;
+        let count = query.len();
+        for blas in bvh.worlds().into_iter().filter(|_| !worlds_traced) {
+            let Some(root) = blas.bvh.root else { continue };
+            load_rays::<S, Q>(&mut memory.lines, query, BoxPadding::default());
+            load_sources(&mut memory.lines, query, blas);
+            let mut visitor = TriangleVisitor {
+                blas,
+                instance: None,
+                query_rays: None,
+                bounds: memory.lines.error_bounds(blas.centre, blas.radius, false),
+                query: &mut *query,
+            };
+            S::call_outlined(TraverseKernel { bvh: &blas.bvh, root, count, memory, visitor: &mut visitor });
+        }
+        if let Some(root) = bvh.tlas.bvh.root {
+            let padding =
+                BoxPadding { constant: bvh.tlas.padding, per_distance: bvh.tlas.padding_per_distance };
+            load_rays::<S, Q>(&mut memory.lines, query, padding);
+            let mut visitor = InstanceVisitor {
+                tlas: &bvh.tlas,
+                blases: &single.blases,
+                query: &mut *query,
+                memory: instance_memory.get_or_insert_default(),
+                rays: instance_rays,
+                stack: &mut single.stack,
+            };
+            let bvh = &bvh.tlas.bvh;
+            S::call_outlined(TraverseKernel { bvh, root, count, memory, visitor: &mut visitor });
+        }
+        for ray in 0..count {
+            if memory.lines.octants[ray] == NO_OCTANT && query.t_max(ray) != f32::NEG_INFINITY {
+                // Too long, too short or too far away for the stream, if it is finite at all.
+                trace_single::<S, Q>(query, ray, single, worlds_traced);
+            }
+        }
+    }
+}
+
+/// Traces a ray of a query as a single ray through all BVHs; through the TLAS alone if the world BVHs have been traversed.
+#[inline(always)]
+pub(crate) fn trace_single<S: Simd, Q: StreamQuery>(
+    query: &mut Q,
+    ray: usize,
+    tracer: &mut SingleRayTracer,
+    worlds_traced: bool,
+) {
+    if let Some(local_ray) = query.local_ray(ray) {
+        query.update(ray, TraceScene { tracer, local_ray, worlds_traced, simd: PhantomData::<S> });
+    }
+}
+
+/// The traversal of all BVHs by a single ray.
+struct TraceScene<'a, 'b, S> {
+    tracer: &'a mut SingleRayTracer<'b>,
+    local_ray: LocalRay,
+    worlds_traced: bool,
+    simd: PhantomData<S>,
+}
+
+impl<S: Simd> SingleRayTask for TraceScene<'_, '_, S> {
+    #[inline(always)]
+    fn run(self, query: &mut impl RayQuery) {
+        self.tracer.trace::<S>(&self.local_ray, self.worlds_traced, query);
+    }
+}
+
+/// Loads the rays of a query whose queries have not ended.
+#[inline(always)]
+fn load_rays<S: Simd, Q: StreamQuery>(lines: &mut RayLines, query: &Q, padding: BoxPadding) {
+    lines.clear();
+    let count = query.len();
+    for g in 0..count.div_ceil(GROUP) {
+        let mut o = [Vec3::ZERO; GROUP];
+        let mut d = [Vec3::ZERO; GROUP];
+        let mut t_min = [0.0; GROUP];
+        let mut t_max = [0.0; GROUP];
+        for i in 0..GROUP {
+            let ray = (GROUP * g + i).min(count - 1);
+            (o[i], d[i]) = query.origin_and_direction(ray);
+            t_min[i] = query.t_min(ray);
+            t_max[i] = query.t_max(ray);
+        }
+        let t_max = S::F32x16::load(&t_max);
+        let live = S::F32x16::splat(0.0).lt(t_max);
+        let mut group = RayGroup {
+            o: S::deinterleave3(&o),
+            d: S::deinterleave3(&d),
+            t_min: S::F32x16::load(&t_min),
+            t_max,
+            t_scale: t_max,
+            is_from_light: query.is_from_light(),
+        };
+        let left = count - GROUP * g;
+        let used = if left >= GROUP { (1 << GROUP) - 1 } else { (1 << left) - 1 };
+        let valid = used & live & group.normalize();
+        lines.store_group::<S>(g, &group, valid, padding);
+    }
+}
+
+/// Loads the indices of the triangles that rays start on.
+#[inline(always)]
+fn load_sources<Q: StreamQuery>(lines: &mut RayLines, query: &Q, blas: &Blas) {
+    for (ray, line) in lines.triangles.iter_mut().enumerate().take(query.len()) {
+        line.source = blas.source_index(query.source(ray), None);
+    }
+}
