@@ -75,8 +75,8 @@ pub struct TurnArgs {
                                 "view_point", "view_dir", "view_up", "camera_xml", "camera_azimuth_angle",
                                 "camera_elevation_angle"])]
     pub views: Option<u32>,
-    /// Formats of the dataset, a list: nerf (transforms.json), colmap (a sparse model), bop (object poses), coco
-    /// (annotations.json) [default: nerf]
+    /// Formats of the dataset, a list: nerf (transforms.json), colmap or colmap-bin (a sparse model as text or binary), bop
+    /// (object poses), coco or coco-polygons (annotations.json) [default: nerf]
     #[arg(long, value_name = "LIST", requires = "views", value_parser = values::dataset_formats)]
     pub dataset: Option<DatasetFormats>,
     /// Categories of --dataset coco: object or material (their names), NAME=GLOB or NAME=material:GLOB (repeatable)
