@@ -16,7 +16,7 @@ pub type HitDistances = Vec<Vec<f32>>;
 
 /// Seconds of `work` on all of `count` batches on `threads` threads. `flush` sets flush-to-zero and
 /// denormals-are-zero, as Embree's manual recommends; blinn does not change the mode.
-fn time(threads: usize, count: usize, flush: bool, work: impl Fn(usize) + Sync) -> f64 {
+pub fn time(threads: usize, count: usize, flush: bool, work: impl Fn(usize) + Sync) -> f64 {
     let next = AtomicUsize::new(0);
     let run = || {
         if flush {

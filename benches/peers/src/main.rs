@@ -1,10 +1,13 @@
-//! Compares blinn with Embree: the same meshes and rays, in one process, with interleaved timing.
+//! Compares blinn with Embree and obvhs: the same meshes and rays, in one process, with interleaved timing.
 
 mod embree;
 mod engines;
 mod frame;
 mod measure;
+mod npz;
+mod obvhs;
 mod options;
+mod ray_dump;
 mod rays;
 mod scene;
 
@@ -32,6 +35,7 @@ fn run(args: &[String]) -> Result<(), String> {
     let figures = match options.mode {
         Mode::Rays => measure::rays(&options, &embree()?)?,
         Mode::Build => measure::builds(&options, &embree()?)?,
+        Mode::Dump => measure::dumps(&options, &embree()?)?,
         Mode::Scale => measure::scale(&options, &embree()?)?,
         Mode::Frame => frame::frames(&options)?,
         Mode::Alone => measure::alone(&options)?,

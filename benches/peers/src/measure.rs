@@ -9,7 +9,9 @@ use serde_json::{Value, json};
 
 use crate::embree::{Embree, EmbreeScene};
 use crate::engines::{EmbreeRays, EmbreeVariant, blinn_distances, mismatch_rate, time_blinn};
+use crate::obvhs::ObvhsScene;
 use crate::options::Options;
+use crate::ray_dump::{DumpedSet, RayDump};
 use crate::rays::{Film, RaySet, Rays};
 use crate::scene::{convert, posed};
 
@@ -76,13 +78,13 @@ fn compare_sets(
         if set.rays() == 0 {
             continue;
         }
-        let row = compare(set, accel, built, threads, rounds);
+        let row = compare(set, accel, built, None, threads, rounds);
         print_row(threads, set, &row);
         if set.name == "eye" || set.name == "shadow, point" {
             some += set.rays();
             sums = [0, 1, 2, 3, 4].map(|i| sums[i] + row.seconds()[i]);
         }
-        out.push(context.json(set.name, row.json(set)));
+        out.push(context.json(&set.name, row.json(set)));
     }
     let [ours, best, robust, one, robust_one] = sums;
     let rate = |s: f64| some as f64 / s / 1e6;
@@ -101,6 +103,71 @@ fn compare_sets(
     out.push(context.json("eye + shadow", ratios));
 }
 
+/// Rays per second of blinn, Embree and obvhs on the rays of archives, and the fractions of rays whose hits differ from those
+/// in the archive.
+pub fn dumps(options: &Options, embree: &Embree) -> Result<Value, String> {
+    let mut out = Vec::new();
+    for path in &options.dumps {
+        let dump = RayDump::read(path)?;
+        let generated = &dump.scene;
+        let scene = convert(generated);
+        let posed = posed(&scene)?;
+        let (accel, _) = Accel::build(&posed, &options.build);
+        let built =
+            [EmbreeScene::new(embree, generated, 2, false)?, EmbreeScene::new(embree, generated, 2, true)?];
+        let obvhs = ObvhsScene::new(&generated.meshes[0]);
+        let (width, height) = dump.size;
+        println!("\n### {}, {width} × {height} pixels, medians of {}", title(generated), options.rounds);
+        println!(
+            "| threads | rays | Mrays | blinn Mray/s | Embree best (variant) | robust best (variant) | obvhs | to best | to robust | to obvhs | blinn differs | Embree robust | Embree | obvhs |"
+        );
+        println!("|---|---|---|---|---|---|---|---|---|---|---|---|---|---|");
+        for &threads in &options.threads {
+            for DumpedSet { rays: set, expected } in &dump.sets {
+                let row = compare(set, &accel, &built, Some(&obvhs), threads, options.rounds);
+                let single = EmbreeVariant { width: 1, coherent: false, from_light: false };
+                let flat = EmbreeRays::new(set, false);
+                let differ = [
+                    blinn_distances(&accel, set),
+                    flat.found(&built[1], single),
+                    flat.found(&built[0], single),
+                    obvhs.found(set),
+                ]
+                .map(|found| mismatch_rate(expected, &found));
+                print_dumped(threads, set, &row, differ);
+                let film = Film { width, height, tile: 32, samples: 1 };
+                let mut figures = row.json(set);
+                let [ours, robust, fast, other] = differ;
+                figures["differ"] =
+                    json!({"blinn": ours, "Embree robust": robust, "Embree": fast, "obvhs": other});
+                out.push(RowContext { scene: generated, film, threads }.json(&set.name, figures));
+            }
+        }
+    }
+    Ok(out.into())
+}
+
+fn print_dumped(threads: usize, set: &RaySet, row: &Row, differ: [f64; 4]) {
+    let rate = |seconds: f64| set.rays() as f64 / seconds / 1e6;
+    let [ours, best, robust, ..] = row.seconds();
+    let obvhs = row.obvhs.unwrap_or(f64::NAN);
+    let [a, b, c, d] = differ;
+    println!(
+        "| {threads} | {} | {:.3} | {:.2} | {:.2} ({}) | {:.2} ({}) | {:.2} | {:.2} | {:.2} | {:.2} | {a:.1e} | {b:.1e} | {c:.1e} | {d:.1e} |",
+        set.name,
+        set.rays() as f64 / 1e6,
+        rate(ours),
+        rate(best),
+        row.best[0].0.name(),
+        rate(robust),
+        row.best[1].0.name(),
+        rate(obvhs),
+        best / ours,
+        robust / ours,
+        obvhs / ours,
+    );
+}
+
 /// Rays per second of blinn alone, for profilers.
 pub fn alone(options: &Options) -> Result<Value, String> {
     let mut out = Vec::new();
@@ -111,7 +178,8 @@ pub fn alone(options: &Options) -> Result<Value, String> {
         let (accel, _) = Accel::build(&posed, &options.build);
         for &film in &options.films {
             let rays = Rays::new(&generated, &posed, &accel, film);
-            let is_wanted = |set: &&RaySet| options.only.as_deref().is_none_or(|name| name == set.name);
+            let is_wanted =
+                |set: &&RaySet| options.only.as_deref().is_none_or(|name| name == set.name.as_str());
             for set in rays.all().into_iter().filter(is_wanted) {
                 for &threads in &options.threads {
                     let times = (0..options.rounds).map(|_| time_blinn(&accel, set, threads)).collect();
@@ -124,7 +192,7 @@ pub fn alone(options: &Options) -> Result<Value, String> {
                         set.name
                     );
                     let context = RowContext { scene: &generated, film, threads };
-                    out.push(context.json(set.name, json!({"blinn": rate})));
+                    out.push(context.json(&set.name, json!({"blinn": rate})));
                 }
             }
         }
@@ -169,6 +237,8 @@ struct Row {
     best: [(EmbreeVariant, f64); 2],
     /// Embree's single rays: default mode, then robust mode.
     single: [f64; 2],
+    /// obvhs's single rays.
+    obvhs: Option<f64>,
     /// Fraction of rays whose hits differ from Embree's robust single rays.
     mismatches: f64,
 }
@@ -185,7 +255,7 @@ impl Row {
             "count": set.rays(), "blinn": rate(self.blinn),
             "best": rate(self.best[0].1), "best way": self.best[0].0.name(),
             "robust best": rate(self.best[1].1), "robust best way": self.best[1].0.name(),
-            "1": rate(self.single[0]), "robust 1": rate(self.single[1]), "differ": self.mismatches,
+            "1": rate(self.single[0]), "robust 1": rate(self.single[1]), "obvhs": self.obvhs.map(rate), "differ": self.mismatches,
         })
     }
 }
@@ -210,8 +280,15 @@ fn print_row(threads: usize, set: &RaySet, row: &Row) {
     );
 }
 
-/// Times blinn and all variants of Embree in interleaved rounds. The first round warms up and drops slow variants.
-fn compare(set: &RaySet, accel: &Accel, built: &[EmbreeScene; 2], threads: usize, rounds: usize) -> Row {
+/// Times blinn, all variants of Embree, and obvhs in interleaved rounds. The first round warms up and drops slow variants.
+fn compare(
+    set: &RaySet,
+    accel: &Accel,
+    built: &[EmbreeScene; 2],
+    obvhs: Option<&ObvhsScene>,
+    threads: usize,
+    rounds: usize,
+) -> Row {
     let embree_rays =
         [false, true].map(|light| (!light || set.light().is_some()).then(|| EmbreeRays::new(set, light)));
     let time = |variant: EmbreeVariant, robust: bool| {
@@ -230,9 +307,10 @@ fn compare(set: &RaySet, accel: &Accel, built: &[EmbreeScene; 2], threads: usize
         let variant = EmbreeVariant { width: 1, coherent: false, from_light: false };
         mismatch_rate(&blinn_distances(accel, set), &flat.found(&built[1], variant))
     });
-    let mut own = Vec::new();
+    let (mut own, mut others) = (Vec::new(), Vec::new());
     for _ in 0..rounds {
         own.push(time_blinn(accel, set, threads));
+        others.extend(obvhs.map(|obvhs| obvhs.time(set, threads)));
         for run in &mut runs {
             run.times.push(time(run.variant, run.robust));
         }
@@ -243,7 +321,8 @@ fn compare(set: &RaySet, accel: &Accel, built: &[EmbreeScene; 2], threads: usize
     let best = [false, true]
         .map(|robust| of(robust).fold((medians[0].0, f64::INFINITY), |a, b| if b.1 < a.1 { b } else { a }));
     let one = [false, true].map(|robust| of(robust).next().map_or(f64::NAN, |m| m.1));
-    Row { blinn: median(own), best, single: one, mismatches: differ }
+    let obvhs = obvhs.map(|_| median(others));
+    Row { blinn: median(own), best, single: one, obvhs, mismatches: differ }
 }
 
 /// Build times in seconds and memory in bytes.
@@ -312,7 +391,7 @@ pub fn scale(options: &Options, embree: &Embree) -> Result<Value, String> {
             [EmbreeScene::new(embree, &generated, 2, false)?, EmbreeScene::new(embree, &generated, 2, true)?];
         let rays = Rays::new(&generated, &posed, &accel, film);
         let row = [&rays.eye, &rays.shadow].map(|set| {
-            let row = compare(set, &accel, &built, 1, options.rounds);
+            let row = compare(set, &accel, &built, None, 1, options.rounds);
             [row.blinn, row.best[0].1].map(|s| s / set.rays().max(1) as f64 * 1e9)
         });
         let [[eye, their_eye], [shadow, their_shadow]] = row;

@@ -12,6 +12,8 @@ use crate::rays::Film;
 pub enum Mode {
     /// Rays per second of blinn and of Embree.
     Rays,
+    /// The rays of archives, with obvhs beside Embree, and the hits of all compared with those of the archive.
+    Dump,
     /// Build times and memory of blinn and of Embree.
     Build,
     /// Time per ray from 10 thousand triangles to 10 million.
@@ -26,6 +28,8 @@ pub enum Mode {
 pub struct Options {
     pub mode: Mode,
     pub scenes: Vec<(SceneKind, usize)>,
+    /// The archives of `dump`.
+    pub dumps: Vec<PathBuf>,
     pub threads: Vec<usize>,
     pub rounds: usize,
     /// The films to trace rays for, one for each size.
@@ -39,6 +43,7 @@ pub struct Options {
 }
 
 pub const USAGE: &str = "usage: blinn-peers rays|build|scale|frame|alone [KIND:TRIANGLES …] [options]
+       blinn-peers dump FILE.npz … [options]
   --quick           480x270 pixels, three rounds, smaller scenes
   --threads LIST    numbers of threads [default: 1,2]
   --rounds N        interleaved rounds, whose medians count [default: 5]
@@ -48,7 +53,8 @@ pub const USAGE: &str = "usage: blinn-peers rays|build|scale|frame|alone [KIND:T
   --only NAME       with `alone`: trace only this set of rays
   --json FILE       write all results
   --embree FOLDER   folder of libembree4 [default: target/embree/embreex.libs]
-A scene is a kind and a number of triangles: scan:70k, interior:1.4m. BLINN_SIMD selects blinn's SIMD level, as it
+A scene is a kind and a number of triangles: scan:70k, interior:1.4m. `blinn rays SCENE --dump FILE.npz --triangles`
+writes the archives of `dump`. BLINN_SIMD selects blinn's SIMD level, as it
 does for the program.";
 
 /// Pixels of small, middle and large pictures.
@@ -59,6 +65,7 @@ impl Options {
         let mut words = words.iter().map(String::as_str);
         let mode = match words.next() {
             Some("rays") => Mode::Rays,
+            Some("dump") => Mode::Dump,
             Some("build") => Mode::Build,
             Some("scale") => Mode::Scale,
             Some("frame") => Mode::Frame,
@@ -68,6 +75,7 @@ impl Options {
         let mut options = Options {
             mode,
             scenes: Vec::new(),
+            dumps: Vec::new(),
             threads: vec![1, 2],
             rounds: 5,
             films: Vec::new(),
@@ -95,6 +103,7 @@ impl Options {
                 "--only" => options.only = Some(value()?.into()),
                 "--json" => options.json = Some(value()?.into()),
                 "--embree" => options.embree = value()?.into(),
+                file if mode == Mode::Dump && !file.starts_with('-') => options.dumps.push(file.into()),
                 scene => {
                     let (kind, size) =
                         scene.split_once(':').ok_or(format!("unknown argument '{scene}'\n{USAGE}"))?;
@@ -108,6 +117,9 @@ impl Options {
         }
         options.films =
             sizes.into_iter().map(|(width, height)| Film { width, height, tile, samples }).collect();
+        if mode == Mode::Dump && options.dumps.is_empty() {
+            return Err(format!("dump needs archives of blinn rays --triangles\n{USAGE}"));
+        }
         if options.scenes.is_empty() {
             options.scenes = default_scenes(mode, quick);
         }
@@ -154,6 +166,7 @@ fn default_scenes(mode: Mode, quick: bool) -> Vec<(SceneKind, usize)> {
         (Mode::Scale, false) => scans(&[10_000, 100_000, 1_000_000, 10_000_000]),
         (Mode::Scale, true) => scans(&[10_000, 100_000, 1_000_000]),
         (Mode::Alone, _) => scans(&[70_000]),
+        (Mode::Dump, _) => Vec::new(),
         (Mode::Frame, _) => scans(&[70_000, 1_100_000]),
     }
 }

@@ -60,7 +60,7 @@ impl Batch {
 
 /// The rays of one kind.
 pub struct RaySet {
-    pub name: &'static str,
+    pub name: String,
     /// One batch per tile.
     pub batches: Vec<Batch>,
     /// The indices of each batch's rays in squares of 4 × 4 pixels: the best order for Embree's packets. blinn's
@@ -71,7 +71,7 @@ pub struct RaySet {
 }
 
 /// The margin relative to the size of the scene.
-const MARGIN: f32 = 1e-4;
+pub const MARGIN: f32 = 1e-4;
 
 /// Lengths of occlusion rays relative to the size of the scene.
 const LONG: f32 = 4.0;
@@ -180,7 +180,12 @@ impl Rays {
         let high = (scene.yfov.to_radians() * 0.5).tan();
         let wide = high * film.width as f32 / film.height as f32;
         let size = distance.max(1e-3);
-        let set = |name, margin| RaySet { name, batches: Vec::new(), packet_order: Vec::new(), margin };
+        let set = |name: &str, margin| RaySet {
+            name: name.into(),
+            batches: Vec::new(),
+            packet_order: Vec::new(),
+            margin,
+        };
         let mut rays = Rays {
             eye: set("eye", 0.0),
             orthographic: set("orthographic", 0.0),
