@@ -1,6 +1,6 @@
 //! Files whose changes are noticed: sizes and times are looked at again and again.
 //!
-//! That works on disks of other computers, where the system reports no changes, and when editors replace files.
+//! This works on disks of other computers, where the system reports no changes, and when editors replace files.
 
 use std::path::{Path, PathBuf};
 use std::thread::sleep;
@@ -15,7 +15,7 @@ const QUIET: Duration = Duration::from_millis(200);
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub struct WatchedFiles(Vec<(PathBuf, Option<FileState>)>);
 
-/// What tells one content of a file from another.
+/// Size, time and number of a file, which change with its content.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 struct FileState {
     length: u64,

@@ -16,7 +16,7 @@ use crate::scene::{Orbit, Scene};
 /// Least samples of adaptive sampling.
 const ADAPTIVE_SAMPLES: u32 = 5;
 
-/// What flags are made from, beside the state.
+/// The scene and the command line, which flags depend on beside the state.
 pub struct FlagContext<'a> {
     pub start: &'a StartFlags,
     pub scene: &'a Scene,

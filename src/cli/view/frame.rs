@@ -26,7 +26,7 @@ const DRAFT_BOUNCES: u8 = 1;
 /// Most rays of ambient occlusion in coarse frames.
 const DRAFT_OCCLUSION: u32 = 2;
 
-/// How good a frame is.
+/// Size and samples of a frame.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Quality {
     /// One sample for each pixel of a smaller picture.

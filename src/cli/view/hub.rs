@@ -9,7 +9,7 @@ use super::outbox::Outbox;
 use super::quality::NextFrame;
 use crate::cancellation::CancelToken;
 
-/// How often other viewers may interrupt a frame that is refined, unless it takes long.
+/// Number of times that other viewers may interrupt a frame that is refined, unless it takes long.
 const MAX_INTERRUPTIONS: u32 = 3;
 /// Time after which a frame is interrupted however often it was before.
 const LONG: Duration = Duration::from_secs(2);
@@ -22,7 +22,7 @@ pub type ViewerId = u64;
 pub struct Hub {
     state: Mutex<HubState>,
     is_due: Condvar,
-    /// Tells that the scene was loaded again.
+    /// Signals that the scene was loaded again.
     is_reloaded: Condvar,
 }
 
@@ -34,7 +34,7 @@ struct HubState {
     last: ViewerId,
     running: Option<Running>,
     needs_reload: bool,
-    /// How often the scene was loaded again, or could not be.
+    /// Number of times that the scene was loaded again, or could not be.
     reloads: u64,
 }
 
@@ -53,7 +53,7 @@ struct Viewer {
     /// The newest state, and the next frame of it.
     message: Option<Arc<ViewMessage>>,
     next: Option<NextFrame>,
-    /// How often the frame was interrupted.
+    /// Number of times that the frame was interrupted.
     interruptions: u32,
     /// Seconds for a sample of a pixel, from recent frames.
     cost: Option<f64>,

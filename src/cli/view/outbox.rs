@@ -1,4 +1,4 @@
-//! What waits to be sent to a viewer: the newest of each kind, so that a slow viewer costs no more than one picture.
+//! Messages that wait to be sent to a viewer: the newest of each kind, so that a slow viewer costs no more than one picture.
 
 use std::collections::VecDeque;
 use std::sync::{Arc, Mutex, MutexGuard};
@@ -6,7 +6,7 @@ use std::sync::{Arc, Mutex, MutexGuard};
 /// Most answers to picks that wait.
 const MAX_PICKED: usize = 8;
 
-/// What waits to be sent to a viewer.
+/// Messages that wait to be sent to a viewer.
 #[derive(Default)]
 pub struct Outbox(Mutex<Waiting>);
 

@@ -35,7 +35,7 @@ impl NextFrame {
         !matches!(self, NextFrame::First { .. })
     }
 
-    /// How good the frame is. `cost` is the time for a sample of a pixel in seconds.
+    /// Size and samples of the frame. `cost` is the time for a sample of a pixel in seconds.
     pub fn quality(self, size: (u32, u32), samples: u32, cost: f64) -> Quality {
         let pixels = f64::from(size.0) * f64::from(size.1);
         let is_only = match self {

@@ -1,5 +1,6 @@
 //! The one thread that renders for all viewers, and loads the scene again when its files change.
 
+use std::collections::HashSet;
 use std::path::PathBuf;
 use std::sync::{Arc, Mutex};
 
@@ -261,7 +262,7 @@ fn watched_files(plans: &PicturePlans, scene: &Scene) -> Vec<PathBuf> {
 
 /// The state of a view for the scene after a reload: objects are found by their names.
 fn carry_over(view: &ViewState, old: &Description, new: &Description) -> ViewState {
-    let hidden_names: std::collections::HashSet<&String> =
+    let hidden_names: HashSet<&String> =
         view.hidden.iter().filter_map(|object| old.objects.get(*object as usize)).collect();
     let hidden = (0u32..).zip(&new.objects).filter(|(_, name)| hidden_names.contains(name));
     let count = |list: &str| new.message[list].as_array().map_or(0, Vec::len);

@@ -15,7 +15,7 @@ const HEAD_TIMEOUT: Duration = Duration::from_secs(5);
 /// Names of this computer that browsers resolve to it without asking anyone.
 const LOOPBACK_NAMES: [&str; 3] = ["localhost", "127.0.0.1", "[::1]"];
 
-/// What a request asks for, after all checks.
+/// A request that passed all checks.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub enum Request {
     /// The page, or a file of it by its name.

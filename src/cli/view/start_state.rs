@@ -10,7 +10,7 @@ use crate::cli::plan::RenderPlan;
 use crate::cli::run::framing::Framing;
 use crate::display::ViewTransform;
 use crate::scene::{
-    AnimationChoice, Camera, DEFAULT_YFOV, LightSet, PosedScene, Projection, Scene, active_animations,
+    AnimationChoice, Camera, DEFAULT_YFOV, LightSet, PosedScene, Projection, Scene, View, active_animations,
 };
 
 /// The state that shows what `blinn render` would with the same flags.
@@ -73,9 +73,8 @@ fn light_names(sets: &[LightSet]) -> String {
 fn start_camera(plan: &RenderPlan, posed: &PosedScene, camera: &Camera) -> CameraState {
     let scene = posed.scene;
     let view = &plan.options.view;
-    let is_unchanged =
-        crate::scene::View { camera: None, fit: Default::default(), clip: None, ..view.clone() }
-            == crate::scene::View::default();
+    let without_lens = View { camera: None, fit: Default::default(), clip: None, ..view.clone() };
+    let is_unchanged = without_lens == View::default();
     if is_unchanged && view.uses_file_camera(scene) {
         let index = view.camera.as_ref().map_or(Some(0), |name| scene.find_camera(name));
         if let Some(index) = index.and_then(|index| u32::try_from(index).ok()) {

@@ -135,7 +135,7 @@ mod tests {
         scene
     }
 
-    /// What the patterns match is what `--hide` hides.
+    /// The patterns match the objects that `--hide` hides.
     #[test]
     fn patterns_hide_as_few_objects_as_possible() {
         let scene = scene();

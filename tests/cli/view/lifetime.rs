@@ -1,4 +1,4 @@
-//! What a viewer leaves behind: nothing.
+//! Threads, memory and files after viewers and the server have gone.
 #![cfg(target_os = "linux")]
 
 use std::time::{Duration, Instant};
