@@ -140,11 +140,16 @@ impl Hub {
         self.is_due.notify_one();
     }
 
-    /// True while a viewer waits for something.
+    /// Returns true while a viewer waits for something. If that is new, it interrupts another viewer's refinement once
+    /// this has taken long.
     pub fn is_busy(&self, id: ViewerId) -> bool {
         let state = self.lock();
+        let Some(viewer) = state.viewers.get(&id) else { return false };
+        if viewer.has_new_work() {
+            state.interrupt_refinement();
+        }
         let is_running = state.running.as_ref().is_some_and(|running| running.viewer == id);
-        is_running || state.viewers.get(&id).is_some_and(Viewer::has_work)
+        is_running || viewer.has_work()
     }
 
     /// Has the scene loaded again at the next turn, and waits until it is.
@@ -240,6 +245,12 @@ impl Viewer {
     fn has_work(&self) -> bool {
         self.needs_scene || self.pick.is_some() || self.next.is_some()
     }
+
+    /// Returns true if nothing was shown yet of what the viewer asked for last.
+    fn has_new_work(&self) -> bool {
+        let is_refined = self.next.is_none_or(NextFrame::is_refinement);
+        self.needs_scene || self.pick.is_some() || !is_refined
+    }
 }
 
 impl HubState {
@@ -261,15 +272,8 @@ impl HubState {
     fn take_turn(&mut self) -> Option<Turn> {
         let after = self.viewers.range(self.last + 1..).map(|(id, viewer)| (*id, viewer));
         let before = self.viewers.range(..=self.last).map(|(id, viewer)| (*id, viewer));
-        let order: Vec<(ViewerId, bool, bool)> = after
-            .chain(before)
-            .map(|(id, viewer)| {
-                let is_refined = viewer.next.is_some_and(NextFrame::is_refinement);
-                let is_new =
-                    viewer.needs_scene || viewer.pick.is_some() || (viewer.next.is_some() && !is_refined);
-                (id, is_new, viewer.has_work())
-            })
-            .collect();
+        let order: Vec<(ViewerId, bool, bool)> =
+            after.chain(before).map(|(id, viewer)| (id, viewer.has_new_work(), viewer.has_work())).collect();
         let first_new = order.iter().find(|(_, is_new, _)| *is_new);
         let (id, ..) = *first_new.or_else(|| order.iter().find(|(.., has_work)| *has_work))?;
         self.last = id;
@@ -390,7 +394,18 @@ mod tests {
         }
         let (.., cancel) = frame(&hub);
         hub.show(1, message(99));
-        assert!(!cancel.is_cancelled());
+        assert!(hub.is_busy(1) && !cancel.is_cancelled());
+        // A long one gives way in the end.
+        if let Some(running) = hub.lock().running.as_mut() {
+            running.since -= 2 * LONG;
+        }
+        assert!(hub.is_busy(0) && !cancel.is_cancelled());
+        assert!(hub.is_busy(1) && cancel.is_cancelled());
+        hub.frame_cancelled(0, 1, NextFrame::Final);
+        assert_eq!(frame(&hub).0, 1);
+        hub.frame_done(1, 99, None, None);
+        let (.., cancel) = frame(&hub);
+        hub.show(1, message(100));
         // Its own viewer ends it at any time.
         hub.show(0, message(2));
         assert!(cancel.is_cancelled());

@@ -183,3 +183,20 @@ fn flags_without_a_page_are_refused() {
     fails(&dir, &["view", "missing.glb"], 1, "missing.glb");
     fails(&dir, &["view", &cube, "--camera", "x"], 1, "no camera 'x'");
 }
+
+/// A picture that takes long gives way to the gestures of others, and is finished when they pause.
+#[test]
+fn a_long_picture_delays_no_other_viewer() {
+    let (_dir, dir) = folder();
+    let server = Server::start(&dir, &model("figure/figure.glb"));
+    let (mut patient, mut other) = (server.viewer(), server.viewer());
+    let view = patient.view();
+    patient.post(&changed(&view, &json!({"samples": 60_000})), [640, 360], false);
+    patient.next_frame();
+    for _ in 0..6 {
+        other.post(&view, [320, 180], true);
+        assert_eq!(other.next_frame().header["serial"], other.serial);
+    }
+    let frames = patient.show(&changed(&view, &json!({"samples": 9})), [64, 36]);
+    assert_eq!(frames.last().unwrap().header["samples"], 9);
+}
