@@ -53,7 +53,7 @@ pub(super) fn render_adaptive(
         let refined: Vec<bool> = tile.pixels().map(block_differs).collect();
         let pixels: Vec<UVec2> =
             tile.pixels().zip(&refined).filter(|(_, refined)| **refined).map(|(p, _)| p).collect();
-        let mut more = render_pixels(&generator, frame, integrator, &pixels, scratch).into_iter();
+        let mut more = render_pixels(&generator, frame, integrator, &pixels, scratch, monitor).into_iter();
         let colors = tile.pixels().zip(refined).map(|(p, refined)| {
             let first = first.colors[index(p)];
             match refined.then(|| more.next()).flatten() {

@@ -32,7 +32,7 @@ pub(super) fn render_uniform(
     let generator = SampleGenerator::new(settings);
     render_tiles(settings, monitor, |tile, scratch| {
         let pixels: Vec<UVec2> = tile.pixels().collect();
-        render_pixels(&generator, frame, integrator, &pixels, scratch)
+        render_pixels(&generator, frame, integrator, &pixels, scratch, monitor)
     })
 }
 
@@ -57,18 +57,24 @@ pub(super) fn render_tiles(
     if monitor.is_cancelled() { Err(Cancelled) } else { Ok(film.into_pixels()) }
 }
 
-/// Renders pixels: the mean of the samples of each.
+/// Renders pixels: the mean of the samples of each. After a cancellation, the rest is black.
 pub(super) fn render_pixels(
     generator: &SampleGenerator,
     frame: &Frame,
     integrator: &dyn Integrator,
     pixels: &[UVec2],
     scratch: &mut TileScratch,
+    monitor: &dyn ProgressMonitor,
 ) -> Vec<Rgba> {
     let TileScratch { samples, colors, integrator: integrator_scratch } = scratch;
     let n = generator.samples_per_pixel();
     let mut means = Vec::with_capacity(pixels.len());
     for batch in pixels.chunks((BATCH_SAMPLES / n).max(1)) {
+        // With many samples, a tile takes long.
+        if monitor.is_cancelled() {
+            means.resize(pixels.len(), Rgba::ZERO);
+            break;
+        }
         let [low, high] = generator.film_bounds(batch);
         if !integrator.may_hit(frame, low, high) {
             means.resize(means.len() + batch.len(), Rgba::ZERO);
