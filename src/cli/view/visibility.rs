@@ -144,8 +144,8 @@ mod tests {
             (vec![0], vec!["car"], vec![0, 1, 2]),
             (vec![1], vec!["car/wheel"], vec![1, 2]),
             (vec![3], vec!["/wheel"], vec![3]),
-            (vec![4], vec!["a [[]1]"], vec![4]),
-            (vec![1, 2, 4], vec!["car/wheel", "a [[]1]"], vec![1, 2, 4]),
+            (vec![4], vec!["a [[]1[]]"], vec![4]),
+            (vec![1, 2, 4], vec!["car/wheel", "a [[]1[]]"], vec![1, 2, 4]),
             (vec![9], vec![], vec![]),
         ] {
             let found = patterns.patterns(&hidden);
