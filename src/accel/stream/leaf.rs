@@ -24,7 +24,7 @@ pub(super) struct TriangleVisitor<'a, Q> {
     pub query: &'a mut Q,
 }
 
-/// What the test of a ray needs of a block, and any ray.
+/// Inputs of the test of a ray: those of a block, and of any ray.
 struct PreparedBlock<S: Simd> {
     v0: Vec3Lanes<S::F32x4>,
     e1: Vec3Lanes<S::F32x4>,

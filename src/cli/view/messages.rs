@@ -9,7 +9,7 @@ use super::state::ViewState;
 #[derive(Clone, Debug, Deserialize)]
 #[serde(tag = "type", rename_all = "lowercase")]
 pub enum PageMessage {
-    View(ViewMessage),
+    View(Box<ViewMessage>),
     Pick(PickMessage),
 }
 

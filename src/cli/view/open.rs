@@ -24,9 +24,9 @@ const KEPT: Duration = Duration::from_secs(30);
 /// There is no such program, or no temporary file.
 pub fn in_browser(url: &str) -> Result<()> {
     let mut file = tempfile::Builder::new().prefix("blinn-view-").suffix(".html").tempfile()?;
-    write!(
+    writeln!(
         file,
-        "<!doctype html><meta http-equiv=\"refresh\" content=\"0;url={url}\"><title>blinn view</title>\n"
+        "<!doctype html><meta http-equiv=\"refresh\" content=\"0;url={url}\"><title>blinn view</title>"
     )?;
     file.flush()?;
     let mut command = Command::new(OPENER);

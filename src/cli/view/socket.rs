@@ -107,7 +107,7 @@ impl Viewer<'_> {
         let Message::Text(text) = message else { return };
         let Membership { hub, id } = &self.membership;
         match parse(text) {
-            Ok(PageMessage::View(view)) => hub.show(*id, view),
+            Ok(PageMessage::View(view)) => hub.show(*id, *view),
             Ok(PageMessage::Pick(pick)) => hub.pick(*id, pick),
             Err(error) => {
                 self.outbox.error(messages::error(&format!("the message cannot be read: {error}")).into())

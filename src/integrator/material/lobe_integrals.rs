@@ -124,13 +124,13 @@ impl AutovecKernel for IntegralKernel<'_> {
             for k in 0..self.per_sample {
                 let directions = block.directions(k, self.total);
                 let radiance = self.environment.radiance_of_lanes(&directions.l, &directions.solid_angle);
-                for i in 0..LANES {
-                    sum[i] += radiance[i] * directions.weight[i];
+                for (i, sum) in sum.iter_mut().enumerate() {
+                    *sum += radiance[i] * directions.weight[i];
                 }
             }
-            for i in 0..LANES {
+            for (i, sum) in sum.iter_mut().enumerate() {
                 let [cos, alpha, f0] = [block.v[2][i], block.alpha[i], block.f0[i]].map(|x| x as f32);
-                sum[i] /= self.per_sample as f32 * single_scattering_albedo(cos, alpha, f0);
+                *sum /= self.per_sample as f32 * single_scattering_albedo(cos, alpha, f0);
             }
             self.radiance.extend_from_slice(&sum);
         }
@@ -152,16 +152,19 @@ impl LobeBlock {
     /// Direction number `k` of each lobe, of `total` in the pixel.
     #[inline(always)]
     fn directions(&self, k: u32, total: u32) -> LobeDirections {
+        // Outside of the vectorised loop, because of its table.
         let mut around = [[0.0; 2]; LANES];
-        for i in 0..LANES {
-            around[i] = direction_around(self.first[i] + k);
+        for (around, first) in around.iter_mut().zip(self.first) {
+            *around = direction_around(first + k);
         }
         let zero = [0.0; LANES];
         let mut out = LobeDirections { l: [zero; 3], weight: zero, solid_angle: zero };
-        for i in 0..LANES {
-            let (v, alpha, f0) = (dvec3(&self.v, i), self.alpha[i], self.f0[i]);
+        for (i, around) in around.into_iter().enumerate() {
+            let v = dvec3(&self.v, i);
+            let alpha = self.alpha[i];
+            let f0 = self.f0[i];
             let u = (f64::from(self.first[i] + k) + 0.5) / f64::from(total);
-            let m = sample_visible_normal_at(v, alpha, around[i], u);
+            let m = sample_visible_normal_at(v, alpha, around, u);
             let v_m = v.dot(m);
             let l = m * (2.0 * v_m) - v;
             let world = dvec3(&self.x, i) * l.x + dvec3(&self.y, i) * l.y + dvec3(&self.z, i) * l.z;

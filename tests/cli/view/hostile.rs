@@ -40,7 +40,7 @@ fn other_requests_get_nothing() {
     let wrong = format!("{}{}", if token.starts_with('0') { '1' } else { '0' }, &token[1..]);
     let long = "x".repeat(40_000);
     for (line, own_host, status) in [
-        (format!("GET / HTTP/1.1"), host.clone(), "404"),
+        ("GET / HTTP/1.1".to_string(), host.clone(), "404"),
         (format!("GET /{wrong}/ HTTP/1.1"), host.clone(), "404"),
         (format!("GET /{}/ HTTP/1.1", &token[1..]), host.clone(), "404"),
         (format!("GET /{token}/ HTTP/1.1"), "example.org".into(), "404"),
@@ -52,7 +52,7 @@ fn other_requests_get_nothing() {
         (format!("GET /{token}/index.html? HTTP/1.1"), host.clone(), "404"),
         (format!("GET /{token}/socket HTTP/1.1"), host.clone(), "404"),
         (format!("POST /{token}/ HTTP/1.1"), host.clone(), "405"),
-        (format!("CONNECT example.org:80 HTTP/1.1"), host.clone(), "405"),
+        ("CONNECT example.org:80 HTTP/1.1".to_string(), host.clone(), "405"),
         (format!("GET /{token}/ HTTP/1.1\r\nX: {long}"), host.clone(), "400"),
         (format!("GET /{token}/\0 HTTP/1.1"), host.clone(), "400"),
         ("nonsense".into(), host.clone(), "400"),
