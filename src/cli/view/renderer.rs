@@ -130,10 +130,11 @@ impl Renderer {
             Ok((picture, frame)) => {
                 let cost = frame.cost();
                 let header = frame.header(serial);
-                outbox.frame(FrameMessage { header, bytes: frame.bytes });
+                // Before the frame, which may be the last: the page then has the command of what it shows.
                 if !message.moving && !next.is_refinement() {
                     outbox.command(self.command_message(message, &picture, &frame.warnings));
                 }
+                outbox.frame(FrameMessage { header, bytes: frame.bytes });
                 self.hub.frame_done(id, serial, Some(cost), next.after(quality, samples));
             }
             Err(_) if cancel.is_cancelled() => self.hub.frame_cancelled(id, serial, next),
