@@ -7,7 +7,7 @@ use crate::integrator::material::lobe_lookups::LobeLookups;
 use crate::scene::Environment;
 use crate::simd::SimdLevel;
 
-/// What receives the light of a lobe.
+/// Receivers of the light of a lobe.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum LightReceiver {
     /// A point of the batch, by its index.

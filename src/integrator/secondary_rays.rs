@@ -123,7 +123,7 @@ fn add_radiance(batch: &mut ShadingBatch, i: usize, light: Rgb) {
     set3(&mut block.radiance, lane, radiance.to_array());
 }
 
-/// What the points of a batch spawn.
+/// Rays and requests for light that the points of a batch spawn.
 struct Spawned<'w> {
     wave: &'w mut Wave,
     light: LobeLight,

@@ -81,9 +81,9 @@ pub struct SampledView {
 /// Rotation of the light of a view about the vertical, in degrees from +Z towards +X, so that files hold it exactly.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct LightRotation {
-    /// Of the light sources.
+    /// Rotation of the light sources.
     pub sources: f64,
-    /// Of the environment.
+    /// Rotation of the environment.
     pub environment: f64,
 }
 

@@ -1,4 +1,4 @@
-//! What traversal by streams does at leaves.
+//! Visitors of leaves, for traversal by streams.
 
 use crate::accel::stream::ray_lines::RayLines;
 use crate::simd::Simd;

@@ -60,7 +60,7 @@ impl CameraList {
         self.file.path()
     }
 
-    /// What --cameras has to name to find the list: a file, or true and the folder of a list of several files.
+    /// Path that --cameras has to name to find the list: a file, or true and the folder of a list of several files.
     pub fn input(&self) -> (&Path, bool) {
         let file = self.file.path();
         match file.parent().filter(|_| self.file.has_several_files()) {

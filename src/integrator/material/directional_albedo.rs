@@ -22,9 +22,9 @@ pub(crate) struct FacetAlbedo {
     e: f32,
     /// Mean of E over all directions.
     e_mean: f32,
-    /// Of facets that reflect (1 − v·h)⁵.
+    /// Albedo of facets that reflect (1 − v·h)⁵.
     schlick: f32,
-    /// Of facets that reflect the curve of a dielectric.
+    /// Albedo of facets that reflect the curve of a dielectric.
     curve: f32,
 }
 
