@@ -8,6 +8,29 @@ use clap::parser::ValueSource;
 use super::command_tree::{built, find_command, innermost};
 use super::help;
 
+/// Flags that place a camera, without those that fit it to the scene. A resolved camera replaces them.
+pub const CAMERA_FLAGS: [&str; 19] = [
+    "camera",
+    "view-point",
+    "view-dir",
+    "look-at",
+    "view-up",
+    "proj-distance",
+    "view-width",
+    "view-height",
+    "yfov",
+    "view-rect",
+    "intrinsics",
+    "shift",
+    "projection",
+    "camera-orthographic",
+    "orbit",
+    "zoom",
+    "camera-azimuth-angle",
+    "camera-elevation-angle",
+    "camera-xml",
+];
+
 /// A flag by its own name, also if an alias was used.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Flag {

@@ -39,7 +39,7 @@ pub use check::CheckArgs;
 pub use choices::*;
 pub use compare::CompareArgs;
 pub use diff::DiffArgs;
-pub use explicit_flags::ExplicitFlags;
+pub use explicit_flags::{CAMERA_FLAGS, ExplicitFlags};
 pub use farm::{EngineArgs, JobArgs, JobCommand};
 pub use info::InfoArgs;
 pub use output::OutputArgs;

@@ -4,31 +4,8 @@ use glam::DVec2;
 
 use crate::scene::{Camera, ClipPlanes, Projection};
 
-/// Flags that the resolved camera replaces.
-pub const REPLACED: [&str; 22] = [
-    "camera",
-    "view-point",
-    "view-dir",
-    "look-at",
-    "view-up",
-    "proj-distance",
-    "view-width",
-    "view-height",
-    "yfov",
-    "view-rect",
-    "intrinsics",
-    "shift",
-    "projection",
-    "camera-orthographic",
-    "orbit",
-    "elevation",
-    "zoom",
-    "camera-azimuth-angle",
-    "camera-elevation-angle",
-    "camera-xml",
-    "clip",
-    "fit",
-];
+/// Flags that the resolved camera replaces, besides [`CAMERA_FLAGS`](crate::cli::args::CAMERA_FLAGS).
+pub const FRAMING_FLAGS: [&str; 3] = ["elevation", "clip", "fit"];
 
 /// The flags that give exactly this camera. `None` if there are none: for an empty view, for an off-centre view
 /// rectangle, and for a file's camera that mirrors or shears.

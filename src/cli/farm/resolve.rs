@@ -14,7 +14,7 @@ use super::job_text::text_args;
 use crate::batch::{FrameList, PathTemplate};
 use crate::cancellation::CancelToken;
 use crate::cli::args::values::HdriArg;
-use crate::cli::args::{EngineArgs, ExplicitFlags, JobCommand};
+use crate::cli::args::{CAMERA_FLAGS, EngineArgs, ExplicitFlags, JobCommand};
 use crate::cli::plan::RenderPlan;
 use crate::cli::run::progress::SceneLog;
 use crate::cli::run::scene_job::load_scene;
@@ -170,7 +170,7 @@ impl<'a> JobPlan<'a> {
             resolved.push(format!("--light-scale={light_scale}"));
         }
         if let Some(camera) = camera {
-            flags = flags.without(&camera_flags::REPLACED);
+            flags = flags.without(&CAMERA_FLAGS).without(&camera_flags::FRAMING_FLAGS);
             resolved.extend(camera);
         }
         if self.output.animation.is_some() {

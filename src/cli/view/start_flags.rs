@@ -2,13 +2,13 @@
 
 use std::ffi::OsString;
 
-use crate::cli::args::ExplicitFlags;
+use crate::cli::args::{CAMERA_FLAGS, ExplicitFlags};
 
 /// Flags of the page and of the process, which no picture has.
 const OWN: [&str; 9] =
     ["port", "open", "json", "threads", "max-memory", "progress", "perf", "verbose", "quiet"];
-/// Flags that the state of the view replaces.
-const REPLACED: [&str; 34] = [
+/// Flags that the state of the view replaces, besides those of the camera.
+const REPLACED: [&str; 15] = [
     "size",
     "max-size",
     "samples",
@@ -17,25 +17,6 @@ const REPLACED: [&str; 34] = [
     "no-background",
     "exposure",
     "view",
-    "camera",
-    "view-point",
-    "view-dir",
-    "look-at",
-    "view-up",
-    "proj-distance",
-    "view-width",
-    "view-height",
-    "yfov",
-    "view-rect",
-    "intrinsics",
-    "shift",
-    "projection",
-    "camera-orthographic",
-    "orbit",
-    "zoom",
-    "camera-azimuth-angle",
-    "camera-elevation-angle",
-    "camera-xml",
     "lights",
     "ao",
     "hdri",
@@ -58,7 +39,7 @@ impl StartFlags {
     /// Reads a valid command line.
     pub fn parse(argv: &[OsString]) -> StartFlags {
         let all = ExplicitFlags::parse(argv).without(&OWN);
-        let kept = all.clone().without(&REPLACED);
+        let kept = all.clone().without(&CAMERA_FLAGS).without(&REPLACED);
         StartFlags { all, kept }
     }
 
