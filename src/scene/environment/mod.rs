@@ -30,6 +30,8 @@ use pyramid::{Level, Pyramid};
 const MAX_PANORAMA_WIDTH: u32 = 8192;
 /// Maximum number of texels on a side of the finest mip level.
 const MAX_PYRAMID_SIDE: usize = 1024;
+/// Mip level from which on the panorama itself is looked up.
+const SHARP_LEVEL: f32 = -1.0;
 /// Number of maps that are averaged over reflected lobes.
 const PREFILTERED_MAPS: usize = 5;
 
@@ -231,7 +233,12 @@ impl EnvironmentMap {
 
     #[inline]
     fn radiance(&self, d: Vec3, solid_angle: f32) -> Rgb {
-        self.look_up(&MipLookup { d, p: to_square(d), level: self.level(solid_angle) })
+        let level = self.level(solid_angle);
+        match &self.panorama {
+            // Backgrounds need no point of the pyramid.
+            Some(panorama) if level <= SHARP_LEVEL => panorama.radiance(d),
+            _ => self.look_up(&MipLookup { d, p: to_square(d), level }),
+        }
     }
 
     /// The mip level whose texels have a solid angle; negative for levels that are finer than the pyramid.
@@ -246,7 +253,8 @@ impl EnvironmentMap {
         match &self.panorama {
             Some(panorama) if level < 0.0 => {
                 let sharp = panorama.radiance(d);
-                if level <= -1.0 { sharp } else { sharp.lerp(self.pyramid.radiance(p, 0.0), 1.0 + level) }
+                let t = level - SHARP_LEVEL;
+                if t <= 0.0 { sharp } else { sharp.lerp(self.pyramid.radiance(p, 0.0), t) }
             }
             _ => self.pyramid.radiance(p, level),
         }
