@@ -150,7 +150,7 @@ impl OutlineSet {
         }
     }
 
-    /// Leads an outline from `above` around the outline of `hole` and back.
+    /// Joins the outline of `hole` to the outline through `above`, by an edge there and back.
     fn join(&mut self, above: usize, hole: usize) {
         let (before_hole, after) = (self.nodes[hole].previous, self.nodes[above].next);
         let hole_again = self.nodes.len();

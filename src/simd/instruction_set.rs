@@ -97,7 +97,7 @@ pub(crate) trait Simd {
     }
 
     /// Moves the ids whose mask has bit number `bit` set to the front of `out`, in order, and returns how many there are.
-    /// What follows them in `out` is unspecified.
+    /// The lanes behind them in `out` are unspecified.
     #[inline(always)]
     fn compress_ids(ids: &[u32; 16], masks: &[u8; 16], bit: usize, out: &mut [u32; 16]) -> usize {
         let mut end = 0;

@@ -143,7 +143,7 @@ impl RayLines {
         self.max_direction_squared = 0.0;
     }
 
-    /// Lets hits beyond `t_max` have no effect.
+    /// Limits a ray to hits up to `t_max`.
     #[inline(always)]
     pub fn set_t_max(&mut self, ray: usize, t_max: f32) {
         let ray = ray & (STREAM_RAYS - 1);

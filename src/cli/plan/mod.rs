@@ -265,7 +265,7 @@ impl RenderPlan {
     /// All files for frames of the `index`-th scene, counted from 1, with previews and the files of a dataset.
     pub fn output_files(&self, scene: &Path, index: usize, frames: &[PlannedFrame]) -> Vec<PathBuf> {
         if let Some(shards) = &self.outputs.shards {
-            // Of archives of limited bytes, the number is not known.
+            // The number of archives of limited bytes is not known.
             return if shards.max_bytes().is_none() { vec![shards.file(index)] } else { Vec::new() };
         }
         let files_of = |frame| self.outputs.files(&self.outputs.target(scene, index, frame));

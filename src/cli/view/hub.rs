@@ -131,7 +131,7 @@ impl Hub {
         self.is_due.notify_one();
     }
 
-    /// Asks what is at a pixel. Only the last question is kept.
+    /// Requests the object at a pixel. Only the last request is kept.
     pub fn pick(&self, id: ViewerId, pick: PickMessage) {
         let mut state = self.lock();
         let Some(viewer) = state.viewers.get_mut(&id) else { return };

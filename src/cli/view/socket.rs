@@ -90,7 +90,7 @@ impl Viewer<'_> {
         }
     }
 
-    /// Asks a silent peer for a sign of life.
+    /// Pings a silent peer, and ends the connection of one that is gone.
     fn check_presence(&mut self) -> Result<(), Error> {
         let silence = self.heard.elapsed();
         if silence >= GONE_AFTER {

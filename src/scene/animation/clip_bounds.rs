@@ -131,7 +131,7 @@ impl<'s> ClipSampler<'s> {
         let begin = || (first, Vec::with_capacity(CLUSTER_SIZE));
         let results = (1..self.times.len()).into_par_iter().fold(begin, |state, time| step(time, state));
         let joined = results.map(|(extremes, _)| extremes).reduce(|| first, E::join);
-        // What was skipped is missing.
+        // Bounds of a cancelled computation lack what it skipped.
         self.cache.check().map(|()| joined)
     }
 

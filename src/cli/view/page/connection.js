@@ -40,7 +40,7 @@ export class Connection {
     this.#flush();
   }
 
-  /** Asks what is at a pixel of the picture. */
+  /** Requests the object at a pixel of the picture. */
   pick(x, y, then) {
     if (!this.isOpen) return;
     this.#flush(true);
