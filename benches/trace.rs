@@ -4,7 +4,7 @@
 
 use std::hint::black_box;
 
-use blinn::accel::{Accel, BuildSettings};
+use blinn::accel::{Accel, AccelSettings};
 use blinn::bench::scenes::SceneKind;
 use blinn::bench::{BenchStage, RaySet, RaySets, Workload};
 use blinn::geometry::Rgba;
@@ -50,9 +50,9 @@ fn scan(c: &mut Criterion) {
     let settings = RenderSettings { width: 320, height: 180, samples: 1, ..Default::default() };
     let mut group = c.benchmark_group(subject.name.as_str());
     group.sample_size(10);
-    group.bench_function("build", |b| b.iter(|| Accel::build(black_box(&posed), &BuildSettings::default())));
+    group.bench_function("build", |b| b.iter(|| Accel::build(black_box(&posed), &AccelSettings::default())));
 
-    let (accel, _) = Accel::build(&posed, &BuildSettings::default());
+    let (accel, _) = Accel::build(&posed, &AccelSettings::default());
     let frame = frame(&posed, &accel, &settings);
     for set in ray_sets(&frame, &settings, [BenchStage::Eye, BenchStage::Shadow, BenchStage::Bounce1]) {
         group.throughput(Throughput::Elements(set.len()));
@@ -87,7 +87,7 @@ fn deforming(c: &mut Criterion) {
     let poses = [1.0 / 3.0, 1.0 / 3.0 - 1.0 / 24.0].map(|time| rest.at_time(time));
     let mut group = c.benchmark_group(format!("{}, twisted", subject.name));
     group.sample_size(10);
-    let build = |posed: &PosedScene| Accel::build(posed, &BuildSettings::default()).0;
+    let build = |posed: &PosedScene| Accel::build(posed, &AccelSettings::default()).0;
     group.bench_function("rebuild", |b| b.iter(|| build(black_box(&poses[0]))));
     let mut refitted = build(&rest);
     let mut next = poses.iter().cycle();
@@ -153,7 +153,7 @@ fn floor(side: u32) -> Scene {
 fn textures(c: &mut Criterion) {
     let scene = floor(4096);
     let posed = pose(&scene, &PoseSettings::default()).unwrap();
-    let (accel, _) = Accel::build(&posed, &BuildSettings::default());
+    let (accel, _) = Accel::build(&posed, &AccelSettings::default());
     let settings = RenderSettings { width: 320, height: 180, samples: 1, ..Default::default() };
     let view = View {
         view_point: Some(DVec3::new(0.0, 1.5, 0.0)),

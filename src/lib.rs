@@ -9,7 +9,7 @@
 //! its own.
 //!
 //! ```
-//! use blinn::accel::{Accel, BuildSettings};
+//! use blinn::accel::{Accel, AccelSettings};
 //! use blinn::display::{Background, Display, ViewTransform};
 //! use blinn::import::{LoadOptions, load};
 //! use blinn::integrator::{Frame, Phong};
@@ -24,7 +24,7 @@
 //!
 //! // Pose the scene at a time (0 s), and build the BVHs.
 //! let posed = pose(&scene, &PoseSettings::default())?;
-//! let (accel, _report) = Accel::build(&posed, &BuildSettings::default());
+//! let (accel, _report) = Accel::build(&posed, &AccelSettings::default());
 //!
 //! // Render with the file's camera and lights, or with defaults.
 //! let settings = RenderSettings { width: 64, height: 36, ..Default::default() };
@@ -77,7 +77,7 @@
 //! building a new one.
 //!
 //! ```
-//! # use blinn::accel::{Accel, BuildSettings};
+//! # use blinn::accel::{Accel, AccelSettings};
 //! # use blinn::import::{LoadOptions, load};
 //! use blinn::scene::{PoseSettings, pose};
 //!
@@ -87,7 +87,7 @@
 //! let start = at(0.0)?;
 //! let later = at(0.5)?;
 //! assert_ne!(start.bounds(), later.bounds());
-//! let (mut accel, _) = Accel::build(&start, &BuildSettings::default());
+//! let (mut accel, _) = Accel::build(&start, &AccelSettings::default());
 //! let _report = accel.update(&later);
 //! # Ok(())
 //! # }

@@ -5,7 +5,7 @@
 use std::error::Error;
 use std::path::PathBuf;
 
-use blinn::accel::{Accel, BuildSettings};
+use blinn::accel::{Accel, AccelSettings};
 use blinn::display::{Background, Display, ViewTransform};
 use blinn::glam::{DVec3, Vec3};
 use blinn::import::{LoadOptions, load};
@@ -20,7 +20,7 @@ fn main() -> Result<(), Box<dyn Error>> {
     let folder = PathBuf::from(args.next().ok_or("missing argument: output folder")?);
     let (scene, _) = load(file.as_ref(), &LoadOptions::default())?;
     let posed = pose(&scene, &PoseSettings::default())?;
-    let (accel, _) = Accel::build(&posed, &BuildSettings::default());
+    let (accel, _) = Accel::build(&posed, &AccelSettings::default());
     let settings = RenderSettings { width: 320, height: 180, ..Default::default() };
     let background = Background::Color(Vec3::splat(0.05));
     let display = Display { ev: 0.0, view: ViewTransform::Standard, background };

@@ -4,7 +4,7 @@
 
 use std::error::Error;
 
-use blinn::accel::{Accel, BuildSettings};
+use blinn::accel::{Accel, AccelSettings};
 use blinn::import::{LoadOptions, load};
 use blinn::integrator::{Aov, Frame};
 use blinn::render::{RenderSettings, render_aovs};
@@ -14,7 +14,7 @@ fn main() -> Result<(), Box<dyn Error>> {
     let file = std::env::args().nth(1).ok_or("missing argument: scene")?;
     let (scene, _) = load(file.as_ref(), &LoadOptions::default())?;
     let posed = pose(&scene, &PoseSettings::default())?;
-    let (accel, _) = Accel::build(&posed, &BuildSettings::default());
+    let (accel, _) = Accel::build(&posed, &AccelSettings::default());
     let settings = RenderSettings { width: 160, height: 160, ..Default::default() };
     let (camera, _) = View::default().resolve(&posed, settings.width, settings.height)?;
     let lit = Lighting::default().resolve(&posed, &camera);

@@ -4,7 +4,7 @@
 
 use std::error::Error;
 
-use blinn::accel::{Accel, BuildSettings};
+use blinn::accel::{Accel, AccelSettings};
 use blinn::display::{Background, Display, ViewTransform};
 use blinn::import::{LoadOptions, load};
 use blinn::integrator::{Frame, Phong};
@@ -17,7 +17,7 @@ fn main() -> Result<(), Box<dyn Error>> {
     warnings.iter().for_each(|warning| eprintln!("{warning}"));
 
     let posed = pose(&scene, &PoseSettings::default())?;
-    let (accel, _) = Accel::build(&posed, &BuildSettings::default());
+    let (accel, _) = Accel::build(&posed, &AccelSettings::default());
     let settings = RenderSettings { width: 320, height: 240, ..Default::default() };
     let (camera, _) = View::default().resolve(&posed, settings.width, settings.height)?;
     let lit = Lighting::default().resolve(&posed, &camera);

@@ -5,7 +5,7 @@
 use std::error::Error;
 use std::sync::atomic::{AtomicU64, Ordering};
 
-use blinn::accel::{Accel, BuildSettings};
+use blinn::accel::{Accel, AccelSettings};
 use blinn::import::{LoadOptions, load};
 use blinn::integrator::{Frame, Phong};
 use blinn::render::{Cancelled, ProgressMonitor, RenderSettings, render};
@@ -32,7 +32,7 @@ fn main() -> Result<(), Box<dyn Error>> {
     let file = std::env::args().nth(1).ok_or("missing argument: scene")?;
     let (scene, _) = load(file.as_ref(), &LoadOptions::default())?;
     let posed = pose(&scene, &PoseSettings::default())?;
-    let (accel, _) = Accel::build(&posed, &BuildSettings::default());
+    let (accel, _) = Accel::build(&posed, &AccelSettings::default());
     let settings = RenderSettings { width: 480, height: 320, ..Default::default() };
     let (camera, _) = View::default().resolve(&posed, settings.width, settings.height)?;
     let lit = Lighting::default().resolve(&posed, &camera);

@@ -63,7 +63,7 @@ mod traverse;
 pub use crate::simd::{SimdLevel, SimdLevelError};
 pub use ray_batch::{Coherence, HitBatch, HitFilter, RayBatch, ShadowRayBatch};
 pub use report::{AccelStats, BuildReport};
-pub use settings::{BuildSettings, FlattenBudget, Preset};
+pub use settings::{AccelSettings, FlattenBudget, Preset};
 pub use traverse::traversal_stats::TraversalStats;
 
 use std::collections::btree_map::Entry;
@@ -83,7 +83,7 @@ use occlusion::ShadowRayKernel;
 /// The acceleration structure: a posed scene's triangles in BVHs. It owns all that it needs.
 #[derive(Debug)]
 pub struct Accel {
-    settings: BuildSettings,
+    settings: AccelSettings,
     bvh: SceneBvh,
     /// The plan that `bvh` was built by.
     plan: InstancingPlan,
@@ -93,7 +93,7 @@ pub struct Accel {
 
 impl Accel {
     /// Builds the BVHs of `posed`, and reports the triangles that it rejected.
-    pub fn build(posed: &PosedScene, settings: &BuildSettings) -> (Accel, BuildReport) {
+    pub fn build(posed: &PosedScene, settings: &AccelSettings) -> (Accel, BuildReport) {
         never_cancelled(Accel::build_cancellable(posed, settings, &CancelToken::default()))
     }
 
@@ -103,7 +103,7 @@ impl Accel {
     /// `cancel` was cancelled.
     pub fn build_cancellable(
         posed: &PosedScene,
-        settings: &BuildSettings,
+        settings: &AccelSettings,
         cancel: &CancelToken,
     ) -> Result<(Accel, BuildReport), Cancelled> {
         let mut accel = Accel {
@@ -132,7 +132,7 @@ impl Accel {
         posed: &PosedScene,
         cancel: &CancelToken,
     ) -> Result<BuildReport, Cancelled> {
-        let BuildSettings { preset, flatten, .. } = self.settings;
+        let AccelSettings { preset, flatten, .. } = self.settings;
         let plan = InstancingPlan::new(posed, flatten, |mesh| self.flags_cache.get(posed, mesh));
         if self.plan.static_world != plan.static_world {
             self.bvh.static_world = build_world_blas(posed, &plan.static_world, preset, cancel)?;

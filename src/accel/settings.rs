@@ -4,7 +4,7 @@ use crate::simd::SimdLevel;
 
 /// How BVHs are built and traversed.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub struct BuildSettings {
+pub struct AccelSettings {
     /// Build time against traversal time. Pictures never depend on it.
     pub preset: Preset,
     /// The SIMD instructions of traversal: by default the best that the processor has. Pictures never depend on

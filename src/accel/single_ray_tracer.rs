@@ -5,7 +5,7 @@ use crate::accel::bvh::scene_bvh::SceneBvh;
 use crate::accel::ray_batch::{Coherence, HitFilter, ShadowRayBatch};
 use crate::accel::traverse::bvh8_traversal::TraversalStack;
 use crate::accel::traverse::exact_triangle_test::LocalRay;
-use crate::accel::traverse::query::{AnyHit, RayContext, RayQuery};
+use crate::accel::traverse::query::{AnyHit, FilteredRay, RayQuery};
 use crate::accel::traverse::translucent_hits::Transmittance;
 use crate::simd::Simd;
 
@@ -51,17 +51,16 @@ pub(crate) fn shadow_ray_query<'a, 'p>(
     transmittance: Option<&'p mut Transmittance>,
 ) -> (Option<LocalRay>, AnyHit<'a, 'p>) {
     let from = rays.from[i];
-    let (o, d, t_max, ray) = match rays.coherence {
+    let (o, d, t_max, local) = match rays.coherence {
         Coherence::Direction(d) => (from, d, f32::INFINITY, LocalRay::new(from.as_dvec3(), d.as_dvec3())),
         Coherence::Origin(light) => (light, from - light, 1.0, LocalRay::from_light_to_point(light, from)),
         Coherence::None => {
             (rays.to[i], from - rays.to[i], 1.0, LocalRay::from_light_to_point(rays.to[i], from))
         }
     };
-    let context = RayContext { o, d, filter };
+    let ray = FilteredRay { o, d, filter };
     // A shadow ray to a point is traced from there.
     let to_light = if t_max == 1.0 { -d } else { d };
-    let query =
-        AnyHit { ray: context, to_light, t_max, source: rays.source[i], occluded: false, transmittance };
-    (ray, query)
+    let query = AnyHit { ray, to_light, t_max, source: rays.source[i], occluded: false, transmittance };
+    (local, query)
 }

@@ -6,7 +6,7 @@ use super::npz::{NpyArray, NpyType};
 use super::rays::{RaySet, RaySets, TileBatch};
 use super::record::MeasureError;
 use super::stage::BenchStage;
-use crate::accel::{Accel, BuildSettings, Coherence, RayBatch, ShadowRayBatch, SimdLevel};
+use crate::accel::{Accel, AccelSettings, Coherence, RayBatch, ShadowRayBatch, SimdLevel};
 use crate::geometry::{Hit, HitId, Ray};
 use crate::import::{LoadOptions, Warning, load};
 use crate::integrator::{Frame, MaterialHitFilter, SurfacePoint};
@@ -64,7 +64,7 @@ pub fn dump_rays(file: &Path, settings: &DumpSettings) -> Result<RayDump, Measur
         )));
     }
     let posed = pose(&scene, &PoseSettings::default())?;
-    let build = BuildSettings { simd: settings.simd, ..BuildSettings::default() };
+    let build = AccelSettings { simd: settings.simd, ..AccelSettings::default() };
     let (accel, _) = Accel::build(&posed, &build);
     let (camera, _) = View::default().resolve(&posed, width, height)?;
     let lit = Lighting::default().resolve(&posed, &camera);

@@ -12,7 +12,7 @@ use super::stage::BenchStage;
 use super::stage_record::{StageKey, StageWork};
 use super::work_hash::WorkHash;
 use super::workload::Workload;
-use crate::accel::{Accel, AccelStats, BuildSettings};
+use crate::accel::{Accel, AccelSettings, AccelStats};
 use crate::display::{Background, Display, ViewTransform};
 use crate::geometry::Rgb;
 use crate::import::load;
@@ -52,7 +52,7 @@ impl SceneRound<'_> {
         self.add(BenchStage::Load, None, StageWork::default(), timing)?;
         let posed = timer.install(|| pose(&scene, &PoseSettings::default()))?;
 
-        let build = BuildSettings { simd: settings.simd, ..BuildSettings::default() };
+        let build = AccelSettings { simd: settings.simd, ..AccelSettings::default() };
         let (timing, (accel, _)) = timer.measure(|| Accel::build(&posed, &build));
         self.add(BenchStage::Build, None, StageWork::default(), timing)?;
         if self.is_first {

@@ -4,7 +4,7 @@ use std::sync::Arc;
 
 use anyhow::Result;
 
-use crate::accel::{Accel, BuildSettings};
+use crate::accel::{Accel, AccelSettings};
 use crate::cli::embed::PosedFrame;
 use crate::scene::{AnimationChoice, PoseSettings, Scene, pose};
 
@@ -30,7 +30,7 @@ impl PosedCell {
     pub fn build(scene: Arc<Scene>, time: f64, animation: &AnimationChoice) -> Result<PosedCell> {
         let mut cell = PosedCell::pose(scene, time, animation)?;
         cell.with_dependent_mut(|_, frame| {
-            frame.accel = Some(Accel::build(&frame.posed, &BuildSettings::default()).0);
+            frame.accel = Some(Accel::build(&frame.posed, &AccelSettings::default()).0);
         });
         Ok(cell)
     }

@@ -1,6 +1,6 @@
 //! Frame after frame in one process: memory does not grow.
 
-use blinn::accel::{Accel, BuildSettings};
+use blinn::accel::{Accel, AccelSettings};
 use blinn::display::{Background, Display, ViewTransform};
 use blinn::geometry::Rgb;
 use blinn::import::{LoadOptions, load};
@@ -31,7 +31,7 @@ fn frame(number: usize) -> usize {
     let time = number as f64 / 24.0;
     let at = PoseSettings { time, animation: AnimationChoice::Default, centre: None };
     let posed = pose(&scene, &at).unwrap();
-    let (accel, _) = Accel::build(&posed, &BuildSettings::default());
+    let (accel, _) = Accel::build(&posed, &AccelSettings::default());
     let settings = RenderSettings { width: 48, height: 27, samples: 2, ..Default::default() };
     let (camera, _) = View::default().resolve(&posed, settings.width, settings.height).unwrap();
     let lit = Lighting::default().resolve(&posed, &camera);

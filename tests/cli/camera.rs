@@ -1,7 +1,7 @@
 //! Views and parts of a scene: `--orbit`, `--zoom`, f3d's camera flags, `--hide` and `--only-objects`, by the
 //! library behind them.
 
-use blinn::accel::{Accel, BuildSettings};
+use blinn::accel::{Accel, AccelSettings};
 use blinn::integrator::{Aov, Frame};
 use blinn::render::{RenderSettings, render_aovs};
 use blinn::scene::{
@@ -22,7 +22,7 @@ fn layer(scene: &Scene, view: &View, time: f64, aov: Aov) -> Vec<f32> {
     let posed = pose(scene, &settings).unwrap();
     let settings = RenderSettings { width: 64, height: 48, ..Default::default() };
     let (camera, _) = view.resolve(&posed, 64, 48).unwrap();
-    let (accel, _) = Accel::build(&posed, &BuildSettings::default());
+    let (accel, _) = Accel::build(&posed, &AccelSettings::default());
     let lit = Lighting::default().resolve(&posed, &camera);
     let frame = Frame::new(&posed, &accel, camera, &lit);
     render_aovs(&frame, &[aov], &settings, &()).unwrap().remove(0).values

@@ -1,6 +1,6 @@
 //! Off-centre view rectangles: `--view-rect`, `--intrinsics` and `--shift`, against projections written here.
 
-use blinn::accel::{Accel, BuildSettings};
+use blinn::accel::{Accel, AccelSettings};
 use blinn::integrator::{Aov, Frame};
 use blinn::render::{PixelRect, RenderSettings, render_aovs};
 use blinn::scene::{
@@ -18,7 +18,7 @@ fn layer(scene: &Scene, view: &View, aov: Aov, crop: Option<PixelRect>) -> (Vec<
     let posed = pose(scene, &PoseSettings::default()).unwrap();
     let settings = RenderSettings { width: SIZE.0, height: SIZE.1, crop, ..Default::default() };
     let (camera, _) = view.resolve(&posed, SIZE.0, SIZE.1).unwrap();
-    let (accel, _) = Accel::build(&posed, &BuildSettings::default());
+    let (accel, _) = Accel::build(&posed, &AccelSettings::default());
     let lit = Lighting::default().resolve(&posed, &camera);
     let frame = Frame::new(&posed, &accel, camera, &lit);
     (render_aovs(&frame, &[aov], &settings, &()).unwrap().remove(0).values, camera)

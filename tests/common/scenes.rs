@@ -3,7 +3,7 @@
 use std::collections::HashMap;
 use std::f64::consts::{PI, TAU};
 
-use blinn::accel::{Accel, BuildSettings, HitFilter, Preset, SimdLevel};
+use blinn::accel::{Accel, AccelSettings, HitFilter, Preset, SimdLevel};
 use blinn::geometry::HitId;
 use blinn::scene::{
     AlphaMode, Instance, LocalTransform, Material, Mesh, Node, PoseSettings, PosedScene, Projection,
@@ -223,7 +223,7 @@ pub fn posed(scene: &Scene) -> PosedScene<'_> {
 }
 
 pub fn build(posed: &PosedScene) -> Accel {
-    Accel::build(posed, &BuildSettings::default()).0
+    Accel::build(posed, &AccelSettings::default()).0
 }
 
 /// The SIMD levels that this processor supports.
@@ -232,7 +232,7 @@ pub fn simd_levels() -> impl Iterator<Item = SimdLevel> {
 }
 
 pub fn build_with(posed: &PosedScene, preset: Preset) -> Accel {
-    Accel::build(posed, &BuildSettings { preset, ..BuildSettings::default() }).0
+    Accel::build(posed, &AccelSettings { preset, ..AccelSettings::default() }).0
 }
 
 /// Accepts all hits; translucent surfaces attenuate by an amount that depends on the triangle.

@@ -1,7 +1,7 @@
 //! Our models against Blender's render passes (`models/tests/references`, by `models/scripts/references.py`):
 //! mask, depth, shading normal and base colour.
 
-use blinn::accel::{Accel, BuildSettings};
+use blinn::accel::{Accel, AccelSettings};
 use blinn::import::{LoadOptions, load};
 use blinn::integrator::{Aov, Frame};
 use blinn::render::{RenderSettings, render_aovs};
@@ -82,7 +82,7 @@ fn ours(case: &Value, file: &str) -> Buffers {
     let side = |i: usize| case["size"][i].as_u64().unwrap() as u32;
     let (width, height) = (side(0), side(1));
     let (camera, _) = view.resolve(&posed, width, height).unwrap();
-    let (accel, _) = Accel::build(&posed, &BuildSettings::default());
+    let (accel, _) = Accel::build(&posed, &AccelSettings::default());
     let lit = Lighting::default().resolve(&posed, &camera);
     let mut frame = Frame::new(&posed, &accel, camera, &lit);
     frame.cull_back_faces = false;

@@ -3,7 +3,7 @@
 
 use std::path::PathBuf;
 
-use blinn::accel::{Accel, BuildSettings};
+use blinn::accel::{Accel, AccelSettings};
 use blinn::geometry::HitId;
 use blinn::import::{LoadOptions, load};
 use blinn::integrator::{Aov, Frame};
@@ -101,7 +101,7 @@ fn an_independent_reader_finds_the_same_triangles() {
 
 /// Renders depth, vertex normal and albedo through this camera.
 fn render_layers(posed: &PosedScene, camera: &Camera) -> [Vec<f32>; 3] {
-    let (accel, _) = Accel::build(posed, &BuildSettings::default());
+    let (accel, _) = Accel::build(posed, &AccelSettings::default());
     let lit = Lighting::default().resolve(posed, camera);
     let frame = Frame::new(posed, &accel, *camera, &lit);
     let settings = RenderSettings { width: SIDE, height: SIDE, samples: 1, ..Default::default() };

@@ -1,7 +1,7 @@
 //! Known pitfalls of glTF loaders, one test for each, from file to picture. Those of OBJ are tested beside
 //! its importer.
 
-use blinn::accel::{Accel, BuildSettings};
+use blinn::accel::{Accel, AccelSettings};
 use blinn::import::{LoadOptions, load};
 use blinn::integrator::{Aov, Frame};
 use blinn::render::{RenderSettings, render_aovs};
@@ -34,7 +34,7 @@ fn model(name: &str) -> Scene {
 /// Renders one layer of the unit square from +z, 8 × 8 pixels.
 fn render_layer(scene: &Scene, aov: Aov) -> Vec<f32> {
     let posed = pose(scene, &PoseSettings::default()).unwrap();
-    let (accel, _) = Accel::build(&posed, &BuildSettings::default());
+    let (accel, _) = Accel::build(&posed, &AccelSettings::default());
     let view = View {
         view_point: Some(DVec3::new(0.5, 0.5, 3.0)),
         view_dir: Some(DVec3::NEG_Z),
@@ -472,7 +472,7 @@ fn p20_blended_faces_do_not_depend_on_the_order_in_the_file() {
         let scene = file.load().0;
         assert!(scene.materials.iter().all(|m| m.alpha_mode == AlphaMode::Blend));
         let posed = pose(&scene, &PoseSettings::default()).unwrap();
-        let (accel, _) = Accel::build(&posed, &BuildSettings::default());
+        let (accel, _) = Accel::build(&posed, &AccelSettings::default());
         let view = View {
             view_point: Some(DVec3::new(0.2, 0.2, 5.0)),
             view_dir: Some(DVec3::NEG_Z),

@@ -4,7 +4,7 @@
 use std::path::{Path, PathBuf};
 use std::process::Command;
 
-use blinn::accel::{Accel, BuildSettings};
+use blinn::accel::{Accel, AccelSettings};
 use blinn::geometry::Rgb;
 use blinn::import::{LoadOptions, load};
 use blinn::integrator::{Frame, Phong, Stage};
@@ -46,7 +46,7 @@ fn ours(kind: &str, mode: &str, units: LightUnits) -> Vec<Vec3> {
     let posed = pose(&scene, &PoseSettings::default()).unwrap();
     let settings = RenderSettings { width: SIZE.0, height: SIZE.1, samples: 1, ..Default::default() };
     let (camera, _) = View::default().resolve(&posed, SIZE.0, SIZE.1).unwrap();
-    let (accel, _) = Accel::build(&posed, &BuildSettings::default());
+    let (accel, _) = Accel::build(&posed, &AccelSettings::default());
     let lighting = Lighting { units, ambient: Some(Rgb::ZERO), ..Lighting::default() };
     let frame = Frame::new(&posed, &accel, camera, &lighting.resolve(&posed, &camera));
     let pixels = render(&frame, &Phong { stage: Stage::Shadow }, &settings, &()).unwrap();

@@ -1,7 +1,7 @@
 //! The same input gives the same bytes: on any number of threads, for any tile size, BVH preset and SIMD
 //! level.
 
-use blinn::accel::{Accel, BuildSettings, Preset, SimdLevel};
+use blinn::accel::{Accel, AccelSettings, Preset, SimdLevel};
 use blinn::integrator::{AmbientOcclusion, Aov, Frame, Phong};
 use blinn::render::{Pixels, RenderSettings, render, render_aovs};
 use blinn::scene::{Ground, GroundKind, Lighting, PoseSettings, Scene, View, pose};
@@ -24,7 +24,7 @@ fn picture(
     preset: Preset,
     light: Light,
 ) -> (Pixels, Vec<Vec<u32>>) {
-    let build = BuildSettings { preset, ..BuildSettings::default() };
+    let build = AccelSettings { preset, ..AccelSettings::default() };
     picture_with(scene, threads, tile, build, light)
 }
 
@@ -32,7 +32,7 @@ fn picture_with(
     scene: &Scene,
     threads: usize,
     tile: u32,
-    build: BuildSettings,
+    build: AccelSettings,
     light: Light,
 ) -> (Pixels, Vec<Vec<u32>>) {
     let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
@@ -98,7 +98,7 @@ fn pictures_do_not_depend_on_threads_tiles_or_simd_levels() {
         let expected = picture(&scene, 1, 16, Preset::Medium, light);
         let mut pictures = 0;
         for simd in SimdLevel::ALL.into_iter().filter(|t| t.is_supported()) {
-            let build = BuildSettings { simd, ..BuildSettings::default() };
+            let build = AccelSettings { simd, ..AccelSettings::default() };
             for (threads, tile) in [1, 2, 3, 8, 64].into_iter().flat_map(|n| [7, 16, 64].map(|t| (n, t))) {
                 for _ in 0..5 {
                     let got = picture_with(&scene, threads, tile, build, light);

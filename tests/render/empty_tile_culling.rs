@@ -2,7 +2,7 @@
 
 use std::sync::atomic::{AtomicUsize, Ordering};
 
-use blinn::accel::{Accel, BuildSettings, Preset};
+use blinn::accel::{Accel, AccelSettings, Preset};
 use blinn::geometry::Rgba;
 use blinn::integrator::{Frame, Integrator, Phong, Sample, Scratch};
 use blinn::render::{LowDiscrepancySampler, PixelFilter, RenderSettings, render};
@@ -60,7 +60,7 @@ fn culling_does_not_change_pictures() {
         let scene = load_model(name);
         let posed = pose(&scene, &PoseSettings::default()).unwrap();
         for preset in presets {
-            let (accel, _) = Accel::build(&posed, &BuildSettings { preset, ..BuildSettings::default() });
+            let (accel, _) = Accel::build(&posed, &AccelSettings { preset, ..AccelSettings::default() });
             let bounds = posed.bounds();
             let (middle, size) = (bounds.centre(), (bounds.max - bounds.min).length());
             for round in 0..12 {

@@ -6,7 +6,7 @@
 use std::fs;
 use std::path::Path;
 
-use blinn::accel::{Accel, BuildSettings};
+use blinn::accel::{Accel, AccelSettings};
 use blinn::display::{Background, Display, ViewTransform};
 use blinn::geometry::Rgb;
 use blinn::import::{LoadOptions, load, load_camera_xml};
@@ -64,7 +64,7 @@ impl Shot {
         let (scene, warnings) = load(&model_path(self.model), &LoadOptions::default()).unwrap();
         assert!(warnings.is_empty(), "{}: {warnings:?}", self.model);
         let posed = pose(&scene, &PoseSettings { time: self.time, ..Default::default() }).unwrap();
-        let (accel, _) = Accel::build(&posed, &BuildSettings::default());
+        let (accel, _) = Accel::build(&posed, &AccelSettings::default());
         let settings = RenderSettings { width: WIDTH, height: HEIGHT, samples: 4, ..Default::default() };
         let (camera, _) = self.view.resolve(&posed, WIDTH, HEIGHT).unwrap();
         let lit = self.lighting.resolve(&posed, &camera);

@@ -1,6 +1,6 @@
 //! Every formula of the lecture, with known answers.
 
-use blinn::accel::{Accel, BuildSettings};
+use blinn::accel::{Accel, AccelSettings};
 use blinn::geometry::Rgb;
 use blinn::integrator::{Frame, MaterialOverrides, Phong, Stage};
 use blinn::render::{RenderSettings, render};
@@ -66,7 +66,7 @@ fn radiance_under_sky(
 ) -> Vec3 {
     let settings = PoseSettings { centre: Some(DVec3::ZERO), ..Default::default() };
     let posed = pose(scene, &settings).unwrap();
-    let (accel, _) = Accel::build(&posed, &BuildSettings::default());
+    let (accel, _) = Accel::build(&posed, &AccelSettings::default());
     let view =
         View { view_point: Some(eye), look_at: Some(DVec3::ZERO), yfov: Some(0.1), ..Default::default() };
     let (camera, _) = view.resolve(&posed, 1, 1).unwrap();

@@ -1,6 +1,6 @@
 //! Masks of objects, and tracks of surface points.
 
-use blinn::accel::{Accel, BuildSettings};
+use blinn::accel::{Accel, AccelSettings};
 use blinn::integrator::{Aov, Frame};
 use blinn::render::{MaskRect, RenderSettings, render_aovs, render_object_masks, trace_surface_tracks};
 use blinn::scene::{Camera, Lighting, Orbit, PoseSettings, Scene, View, pose};
@@ -21,7 +21,7 @@ fn camera(scene: &Scene, azimuth: f64) -> Camera {
 /// Calls `check` with the frame of a scene.
 fn with_frame<T>(scene: &Scene, camera: Camera, check: impl FnOnce(&Frame) -> T) -> T {
     let posed = pose(scene, &PoseSettings::default()).unwrap();
-    let (accel, _) = Accel::build(&posed, &BuildSettings::default());
+    let (accel, _) = Accel::build(&posed, &AccelSettings::default());
     let lit = Lighting::default().resolve(&posed, &camera);
     check(&Frame::new(&posed, &accel, camera, &lit))
 }

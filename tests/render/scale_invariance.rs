@@ -1,6 +1,6 @@
 //! Pictures do not depend on the scene's scale and position: all ray tolerances are relative.
 
-use blinn::accel::{Accel, BuildSettings};
+use blinn::accel::{Accel, AccelSettings};
 use blinn::import::{LoadOptions, load};
 use blinn::integrator::{AmbientOcclusion, Frame, Phong};
 use blinn::render::{Pixels, RenderSettings, render};
@@ -56,7 +56,7 @@ fn transform_roots(scene: &mut Scene, by: DAffine3) {
 /// Renders with soft shadows, ambient occlusion and a ground, all sized by `s`.
 fn render_scaled(scene: &Scene, s: f64) -> Pixels {
     let posed = pose(scene, &PoseSettings::default()).unwrap();
-    let (accel, _) = Accel::build(&posed, &BuildSettings::default());
+    let (accel, _) = Accel::build(&posed, &AccelSettings::default());
     let settings = RenderSettings { width: 64, height: 36, samples: 4, ..Default::default() };
     let (camera, _) = View::default().resolve(&posed, settings.width, settings.height).unwrap();
     // `light_radius` is an angle for suns and a length for other lights. Scenes without lights get a rig of

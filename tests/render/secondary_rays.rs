@@ -1,6 +1,6 @@
 //! Reflected and refracted rays: mirrors, and bodies of glass.
 
-use blinn::accel::{Accel, BuildSettings, SimdLevel};
+use blinn::accel::{Accel, AccelSettings, SimdLevel};
 use blinn::geometry::{Rgb, Rgba};
 use blinn::integrator::{Frame, Phong};
 use blinn::render::{RenderSettings, render};
@@ -59,10 +59,10 @@ impl Shot {
     }
 
     fn take(&self, scene: &Scene) -> Vec<Rgba> {
-        self.take_with(scene, BuildSettings::default(), 16)
+        self.take_with(scene, AccelSettings::default(), 16)
     }
 
-    fn take_with(&self, scene: &Scene, build: BuildSettings, tile: u32) -> Vec<Rgba> {
+    fn take_with(&self, scene: &Scene, build: AccelSettings, tile: u32) -> Vec<Rgba> {
         let posed = scenes::posed(scene);
         let (accel, _) = Accel::build(&posed, &build);
         let view = View {
@@ -208,19 +208,19 @@ fn reflections_do_not_depend_on_threads_tiles_or_simd_levels() {
     let environment = Some(Environment::uniform(Rgb::new(0.2, 0.3, 0.4)));
     let shot = Shot { environment, samples: 4, view_dir: DVec3::new(0.2, 0.1, -1.0), ..Shot::along_z(2.5) };
     let bits = |simd: SimdLevel, tile: u32| {
-        let pixels = shot.take_with(&scene, BuildSettings { simd, ..BuildSettings::default() }, tile);
+        let pixels = shot.take_with(&scene, AccelSettings { simd, ..AccelSettings::default() }, tile);
         pixels.iter().flat_map(|p| p.to_array().map(f32::to_bits)).collect::<Vec<_>>()
     };
-    let expected = bits(BuildSettings::default().simd, 16);
+    let expected = bits(AccelSettings::default().simd, 16);
     for tile in [1, 5] {
-        assert!(bits(BuildSettings::default().simd, tile) == expected, "tiles of {tile}");
+        assert!(bits(AccelSettings::default().simd, tile) == expected, "tiles of {tile}");
     }
     for simd in scenes::simd_levels() {
         assert!(bits(simd, 16) == expected, "{simd:?}");
     }
     for threads in [1, 3] {
         let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
-        let pixels = pool.install(|| bits(BuildSettings::default().simd, 4));
+        let pixels = pool.install(|| bits(AccelSettings::default().simd, 4));
         assert!(pixels == expected, "{threads} threads");
     }
 }

@@ -1,6 +1,6 @@
 //! The shadow terminator: facets of a smooth surface cast no shadows on it.
 
-use blinn::accel::{Accel, BuildSettings};
+use blinn::accel::{Accel, AccelSettings};
 use blinn::geometry::Rgb;
 use blinn::integrator::{Aov, Frame, Phong, Stage};
 use blinn::render::{RenderSettings, render, render_aovs};
@@ -13,7 +13,7 @@ use crate::common::scenes;
 fn render_lit(mesh: Mesh, to_light: DVec3) -> Vec<(f32, Vec3)> {
     let scene = scenes::scene(mesh, &[DAffine3::IDENTITY]);
     let posed = pose(&scene, &PoseSettings { centre: Some(DVec3::ZERO), ..PoseSettings::default() }).unwrap();
-    let (accel, _) = Accel::build(&posed, &BuildSettings::default());
+    let (accel, _) = Accel::build(&posed, &AccelSettings::default());
     let view = View {
         view_point: Some(DVec3::new(0.0, 0.0, 6.0)),
         view_dir: Some(DVec3::NEG_Z),

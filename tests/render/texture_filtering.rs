@@ -3,7 +3,7 @@
 //! `cargo test --test render texture_filtering:: -- --ignored --nocapture` prints the tables of
 //! docs/explanation/antialiasing.md.
 
-use blinn::accel::{Accel, BuildSettings};
+use blinn::accel::{Accel, AccelSettings};
 use blinn::geometry::{Rgb, Rgba};
 use blinn::integrator::{Aov, Frame, Integrator, LowDiscrepancySampler, Phong, Sample, Scratch};
 use blinn::render::{PixelRect, RenderSettings, render, render_aovs};
@@ -123,7 +123,7 @@ fn picture(
     integrator: &dyn Integrator,
 ) -> Vec<Rgba> {
     let posed = pose(scene, &PoseSettings { centre: Some(DVec3::ZERO), ..Default::default() }).unwrap();
-    let (accel, _) = Accel::build(&posed, &BuildSettings::default());
+    let (accel, _) = Accel::build(&posed, &AccelSettings::default());
     let (camera, _) = view.resolve(&posed, settings.width, settings.height).unwrap();
     let frame = Frame { lights: light.into_iter().collect(), ..unlit_frame(&posed, &accel, camera) };
     render(&frame, integrator, &settings, &()).unwrap().colors
@@ -254,7 +254,7 @@ fn aovs_sample_the_finest_mip_level() {
         let mut scene = scene(vec![floor(20.0, 1.0)], vec![unlit()], vec![noise()]);
         scene.textures[0].decode_last = decode_last;
         let posed = pose(&scene, &PoseSettings::default()).unwrap();
-        let (accel, _) = Accel::build(&posed, &BuildSettings::default());
+        let (accel, _) = Accel::build(&posed, &AccelSettings::default());
         let (camera, _) = floor_view().resolve(&posed, SIZE.0, SIZE.1).unwrap();
         let frame = unlit_frame(&posed, &accel, camera);
         let layers = render_aovs(&frame, &[Aov::Uv, Aov::Albedo, Aov::Mask], &samples(4), &()).unwrap();

@@ -1,7 +1,7 @@
 //! Watertightness: no ray passes between adjacent triangles, at any scale, distance and angle, in the world
 //! BVH and in instanced ones. All counts are exact.
 
-use blinn::accel::{Accel, BuildSettings, Coherence, FlattenBudget, RayBatch};
+use blinn::accel::{Accel, AccelSettings, Coherence, FlattenBudget, RayBatch};
 use blinn::geometry::HitId;
 use blinn::scene::PosedScene;
 use glam::{DVec3, Vec3};
@@ -66,7 +66,7 @@ fn closed_meshes_do_not_leak() {
         let scene = scenes::scene(scenes::sphere(64), &placement.transforms(DVec3::X * 3.0));
         let posed = scenes::posed(&scene);
         for flatten in [FlattenBudget::default(), FlattenBudget::ZERO] {
-            let accel = Accel::build(&posed, &BuildSettings { flatten, ..BuildSettings::default() }).0;
+            let accel = Accel::build(&posed, &AccelSettings { flatten, ..AccelSettings::default() }).0;
             let lost = count_leaks(&posed, &accel, placement.scale, 250_000);
             assert_eq!(lost, 0, "of 250,000 at {placement:?} {flatten:?}");
         }
@@ -81,7 +81,7 @@ fn packets_do_not_leak() {
         for placement in scenes::placements() {
             let scene = scenes::scene(scenes::sphere(64), &placement.transforms(DVec3::X * 3.0));
             let posed = scenes::posed(&scene);
-            let accel = Accel::build(&posed, &BuildSettings { simd, ..BuildSettings::default() }).0;
+            let accel = Accel::build(&posed, &AccelSettings { simd, ..AccelSettings::default() }).0;
             let triangles = posed.mesh(0).triangles.len();
             let centre = posed.instances[0].transform.affine.translation;
             let trace_chunk = |seed: u64| {

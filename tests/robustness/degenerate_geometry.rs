@@ -3,7 +3,7 @@
 
 use std::time::{Duration, Instant};
 
-use blinn::accel::{Accel, BuildReport, BuildSettings, Coherence, Preset, RayBatch, ShadowRayBatch};
+use blinn::accel::{Accel, AccelSettings, BuildReport, Coherence, Preset, RayBatch, ShadowRayBatch};
 use blinn::geometry::{Hit, HitId};
 use blinn::scene::{Mesh, PoseSettings, Scene, pose};
 use glam::{DAffine3, DVec3, Vec3};
@@ -14,7 +14,7 @@ use crate::common::scenes::{self, Plain};
 fn build(scene: &Scene) -> (Accel, BuildReport) {
     let at = PoseSettings { centre: Some(DVec3::ZERO), ..PoseSettings::default() };
     let posed = pose(scene, &at).unwrap();
-    let (accel, report) = Accel::build(&posed, &BuildSettings::default());
+    let (accel, report) = Accel::build(&posed, &AccelSettings::default());
     // The report does not depend on the BVH.
     assert_eq!(
         BuildReport { coincident: report.coincident, ..BuildReport::count_degenerate(&posed) },
@@ -203,7 +203,7 @@ fn invalid_directions_do_not_affect_their_packet() {
         .collect();
     let mut found = 0;
     for simd in scenes::simd_levels() {
-        let (accel, _) = Accel::build(&posed, &BuildSettings { simd, ..Default::default() });
+        let (accel, _) = Accel::build(&posed, &AccelSettings { simd, ..Default::default() });
         let mut check = |directions: &[Vec3]| {
             let ask = |shared: Coherence| {
                 let mut batch = RayBatch { coherence: shared, ..RayBatch::default() };
@@ -246,7 +246,7 @@ fn huge(triangle: [Vec3; 3], others: [Vec3; 3], o: Vec3, d: Vec3) -> Hit {
     let mut answers = Vec::new();
     for preset in [Preset::BruteForce, Preset::Fast, Preset::Medium, Preset::Slow] {
         for simd in scenes::simd_levels() {
-            let (accel, _) = Accel::build(&posed, &BuildSettings { preset, simd, ..Default::default() });
+            let (accel, _) = Accel::build(&posed, &AccelSettings { preset, simd, ..Default::default() });
             answers.push(shoot(&accel, o, d));
             for shared in [Coherence::Origin(o), Coherence::Direction(d)] {
                 let mut batch = RayBatch { coherence: shared, ..RayBatch::default() };

@@ -5,7 +5,7 @@ use std::fs;
 use std::path::{Path, PathBuf};
 use std::time::{Duration, Instant};
 
-use blinn::accel::{Accel, BuildSettings};
+use blinn::accel::{Accel, AccelSettings};
 use blinn::import::{Limits, LoadError, LoadOptions, Warning, load, load_environment};
 use blinn::scene::{PoseSettings, Scene, pose};
 use serde_json::{Value, json};
@@ -184,7 +184,7 @@ fn chains_of_a_hundred_thousand_nodes_are_loaded() {
         let posed = pose(&scene, &PoseSettings::default()).unwrap();
         let depth = posed.instances[0].transform.affine.translation.z + posed.centre.z;
         assert!((depth - 1.0).abs() < 1e-3, "{depth}");
-        Accel::build(&posed, &BuildSettings::default());
+        Accel::build(&posed, &AccelSettings::default());
     };
     std::thread::Builder::new().stack_size(2 << 20).spawn(run).unwrap().join().unwrap();
 }

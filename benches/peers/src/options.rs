@@ -2,7 +2,7 @@
 
 use std::path::PathBuf;
 
-use blinn::accel::{BuildSettings, SimdLevel};
+use blinn::accel::{AccelSettings, SimdLevel};
 use blinn_scenes::{SceneKind, parse_triangle_count};
 
 use crate::rays::Film;
@@ -39,7 +39,7 @@ pub struct Options {
     /// The name of the only ray set to trace.
     pub only: Option<String>,
     /// The settings of blinn's BVHs, with the SIMD level.
-    pub build: BuildSettings,
+    pub build: AccelSettings,
 }
 
 pub const USAGE: &str = "usage: blinn-peers rays|build|scale|frame|alone [KIND:TRIANGLES …] [options]
@@ -82,7 +82,7 @@ impl Options {
             json: None,
             embree: "target/embree/embreex.libs".into(),
             only: None,
-            build: BuildSettings { simd: simd_level()?, ..BuildSettings::default() },
+            build: AccelSettings { simd: simd_level()?, ..AccelSettings::default() },
         };
         let mut quick = false;
         let mut sizes = if mode == Mode::Scale { vec![SIZES[2]] } else { SIZES.to_vec() };

@@ -16,7 +16,7 @@ use crate::accel::packet::shared_vector::SharedVector;
 use crate::accel::ray_batch::{Coherence, HitFilter, RayBatch};
 use crate::accel::traverse::bvh8_traversal::TraversalStack;
 use crate::accel::traverse::exact_triangle_test::LocalRay;
-use crate::accel::traverse::query::{ClosestHit, RayContext, RayQuery};
+use crate::accel::traverse::query::{ClosestHit, FilteredRay, RayQuery};
 use crate::geometry::{EPSILON, Hit, HitId};
 use crate::simd::{Lanes, Simd};
 
@@ -109,18 +109,18 @@ struct ClosestHits<'a, 's> {
 impl<'a> ClosestHits<'a, '_> {
     /// The origin and direction of a ray. A shared origin comes from the batch's header, not from far-off memory.
     #[inline(always)]
-    fn context(&self, ray: usize) -> RayContext<'a> {
+    fn filtered_ray(&self, ray: usize) -> FilteredRay<'a> {
         let i = self.first + ray;
         let o = match self.rays.coherence {
             Coherence::Origin(o) => o,
             _ => self.rays.origins[i],
         };
-        RayContext { o, d: self.rays.directions[i], filter: self.filter }
+        FilteredRay { o, d: self.rays.directions[i], filter: self.filter }
     }
 
     #[inline(always)]
     fn local_ray(&self, ray: usize) -> Option<LocalRay> {
-        let RayContext { o, d, .. } = self.context(ray);
+        let FilteredRay { o, d, .. } = self.filtered_ray(ray);
         LocalRay::new(o.as_dvec3(), d.as_dvec3())
     }
 
@@ -140,7 +140,7 @@ impl<'a> ClosestHits<'a, '_> {
 
     fn query(&self, ray: usize) -> ClosestHit<'a> {
         ClosestHit {
-            ray: self.context(ray),
+            ray: self.filtered_ray(ray),
             cull_back_faces: self.rays.cull_back_faces,
             source: HitId::NONE,
             after: self.rays.after(self.first + ray),

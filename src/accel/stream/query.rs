@@ -6,7 +6,7 @@ use crate::accel::ray_batch::{Coherence, HitBatch, HitFilter, RayBatch, ShadowRa
 use crate::accel::single_ray_tracer::shadow_ray_query;
 use crate::accel::stream::ray_lines::STREAM_RAYS;
 use crate::accel::traverse::exact_triangle_test::LocalRay;
-use crate::accel::traverse::query::{ClosestHit, RayContext, RayQuery};
+use crate::accel::traverse::query::{ClosestHit, FilteredRay, RayQuery};
 use crate::accel::traverse::translucent_hits::Transmittance;
 use crate::geometry::{Hit, HitId};
 
@@ -115,7 +115,7 @@ impl StreamQuery for ClosestHitStream<'_> {
         let index = self.index(ray);
         let (o, d) = self.origin_and_direction(ray);
         let mut query = ClosestHit {
-            ray: RayContext { o, d, filter: self.filter },
+            ray: FilteredRay { o, d, filter: self.filter },
             cull_back_faces: self.rays.cull_back_faces,
             source: self.rays.source(index),
             after: self.rays.after(index),

@@ -74,13 +74,13 @@ pub(crate) trait RayQuery {
 
 /// A ray in world space and the hit filter of its batch.
 #[derive(Clone, Copy)]
-pub(crate) struct RayContext<'a> {
+pub(crate) struct FilteredRay<'a> {
     pub o: Vec3,
     pub d: Vec3,
     pub filter: &'a dyn HitFilter,
 }
 
-impl RayContext<'_> {
+impl FilteredRay<'_> {
     fn accepts(&self, id: HitId) -> bool {
         self.filter.accepts(id, self.o, self.d)
     }
@@ -88,7 +88,7 @@ impl RayContext<'_> {
 
 /// The closest-hit query: the first hit after `after` in the order of (t, id).
 pub(crate) struct ClosestHit<'a> {
-    pub ray: RayContext<'a>,
+    pub ray: FilteredRay<'a>,
     pub cull_back_faces: bool,
     /// The triangle that the ray starts on, which it does not hit.
     pub source: HitId,
@@ -155,7 +155,7 @@ impl RayQuery for ClosestHit<'_> {
 /// The any-hit query: is a shadow ray occluded? If there is a `transmittance`, translucent surfaces are collected there, and
 /// the ray counts as occluded once they let no light through.
 pub(crate) struct AnyHit<'a, 't> {
-    pub ray: RayContext<'a>,
+    pub ray: FilteredRay<'a>,
     /// From the surface point to the light, along which t grows; `ray` may run the other way.
     pub to_light: Vec3,
     /// The shadow ray ends before this t.
@@ -214,7 +214,7 @@ impl RayQuery for AnyHit<'_, '_> {
             (SurfaceClass::Cutout, _) => occluders.any(|id| ray.accepts(id)),
             (SurfaceClass::Translucent, None) => false,
             (SurfaceClass::Translucent, Some(transmittance)) => occluders.any(|id| {
-                let RayContext { o, d, filter } = ray;
+                let FilteredRay { o, d, filter } = ray;
                 let absorption_step = filter.absorption_step(id, self.to_light);
                 transmittance.attenuate(Hit { t, id }, filter.transmittance(id, o, d), absorption_step)
             }),

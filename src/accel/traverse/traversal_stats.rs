@@ -21,7 +21,7 @@ use crate::accel::single_ray_tracer::shadow_ray_query;
 use crate::accel::traverse::box_test::{NEAR_FACTOR, NodeTest, OrderedNodeTest, direction_reciprocal};
 use crate::accel::traverse::bvh8_traversal::{LeafVisitor, TraversalStack};
 use crate::accel::traverse::exact_triangle_test::LocalRay;
-use crate::accel::traverse::query::{ClosestHit, RayContext, RayQuery};
+use crate::accel::traverse::query::{ClosestHit, FilteredRay, RayQuery};
 use crate::geometry::{EPSILON, Hit, HitId};
 
 /// Number of nodes, blocks and triangles that a ray visits until its answer is known.
@@ -47,7 +47,7 @@ pub(crate) fn intersect_with_stats(
         let o = rays.origins[i];
         let d = rays.directions[i];
         let best = Hit { t: rays.t_max, id: HitId::NONE };
-        let ray = RayContext { o, d, filter };
+        let ray = FilteredRay { o, d, filter };
         let cull_back_faces = rays.cull_back_faces;
         let query = ClosestHit { ray, cull_back_faces, source: rays.source(i), after: rays.after(i), best };
         let mut tracer = CountingTracer { bvh, blases: &blases, query, stats: TraversalStats::default() };

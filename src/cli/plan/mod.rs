@@ -31,7 +31,7 @@ use super::args::values::{AovSelection, HdriArg};
 use super::args::{ProcessArgs, RenderArgs, RenderOptionArgs, TurntableArgs};
 use super::console::is_stdout;
 use super::usage::UsageError;
-use crate::accel::BuildSettings;
+use crate::accel::AccelSettings;
 use crate::batch::{Chunk, SettingsHash, WorldUp};
 use crate::import::file_version;
 use crate::render::RenderSettings;
@@ -72,7 +72,7 @@ pub struct RenderPlan {
     pub neighbours: FrameNeighbours,
     pub options: RenderOptions,
     pub outputs: Outputs,
-    pub build: BuildSettings,
+    pub build: AccelSettings,
     /// Set for `turntable --views`.
     pub dataset: Option<DatasetPlan>,
     /// The formats of the dataset.
@@ -353,6 +353,6 @@ impl ScopedChunk {
     }
 }
 
-fn build_settings() -> Result<BuildSettings, UsageError> {
-    Ok(BuildSettings { simd: simd_level(std::env::var_os("BLINN_SIMD"))?, ..Default::default() })
+fn build_settings() -> Result<AccelSettings, UsageError> {
+    Ok(AccelSettings { simd: simd_level(std::env::var_os("BLINN_SIMD"))?, ..Default::default() })
 }

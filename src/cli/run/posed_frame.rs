@@ -7,7 +7,7 @@ use glam::DAffine3;
 
 use super::framing::Framing;
 use super::progress::SceneLog;
-use crate::accel::{Accel, BuildReport, BuildSettings};
+use crate::accel::{Accel, AccelSettings, BuildReport};
 use crate::cancellation::CancelToken;
 use crate::cli::plan::{BackFaceCulling, RenderOptions, TurntableRotation};
 use crate::integrator::Frame;
@@ -26,7 +26,7 @@ pub struct PosedFrame<'s> {
 pub struct SceneSetup<'a> {
     pub options: &'a RenderOptions,
     pub log: &'a SceneLog<'a>,
-    pub build: BuildSettings,
+    pub build: AccelSettings,
     /// Ends the work on the scene.
     pub cancel: CancelToken,
     /// End of the clip in seconds. The last pose holds from there on.

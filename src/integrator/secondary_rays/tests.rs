@@ -1,7 +1,7 @@
 use glam::{DAffine3, UVec2};
 
 use super::*;
-use crate::accel::{Accel, BuildSettings};
+use crate::accel::{Accel, AccelSettings};
 use crate::integrator::gather::gather_points;
 use crate::integrator::path_rays::PathRays;
 use crate::integrator::sample::Sample;
@@ -57,7 +57,7 @@ fn slab() -> Scene {
 fn rays_by_wave(waves: u32) -> Vec<usize> {
     let scene = slab();
     let posed = pose(&scene, &PoseSettings::default()).unwrap();
-    let accel = Accel::build(&posed, &BuildSettings::default()).0;
+    let accel = Accel::build(&posed, &AccelSettings::default()).0;
     let view = View {
         view_point: Some(DVec3::new(0.1, 0.2, 5.0)),
         view_dir: Some(DVec3::new(0.3, 0.1, -1.0)),

@@ -7,7 +7,7 @@ use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
 use std::time::{Duration, Instant};
 
-use blinn::accel::{Accel, BuildSettings};
+use blinn::accel::{Accel, AccelSettings};
 use blinn::import::{Limits, LoadOptions, load, load_camera_xml, load_environment};
 use blinn::integrator::{Frame, Phong};
 use blinn::render::{RenderSettings, render};
@@ -131,7 +131,7 @@ impl MutantRunner {
         let (scene, _) = load(path, &options).map_err(drop)?;
         let at = PoseSettings { time: 0.4, animation: AnimationChoice::All, centre: None };
         let posed = pose(&scene, &at).map_err(drop)?;
-        let (accel, _) = Accel::build(&posed, &BuildSettings::default());
+        let (accel, _) = Accel::build(&posed, &AccelSettings::default());
         let settings = RenderSettings { width: 4, height: 3, samples: 1, ..Default::default() };
         let (camera, _) = View::default().resolve(&posed, settings.width, settings.height).map_err(drop)?;
         let lit = Lighting::default().resolve(&posed, &camera);

@@ -17,7 +17,7 @@ mod triangles;
 
 use std::path::Path;
 
-use blinn::accel::{Accel, BuildSettings};
+use blinn::accel::{Accel, AccelSettings};
 use blinn::import::{Limits, LoadOptions, load};
 use blinn::integrator::{Frame, Phong};
 use blinn::render::{RenderSettings, render};
@@ -74,7 +74,7 @@ fn load_and_render(path: &Path) -> bool {
     assert_sound(&scene);
     let at = PoseSettings { time: 0.4, animation: AnimationChoice::All, centre: None };
     let Ok(posed) = pose(&scene, &at) else { return true };
-    let (accel, _) = Accel::build(&posed, &BuildSettings::default());
+    let (accel, _) = Accel::build(&posed, &AccelSettings::default());
     let settings = RenderSettings { width: 4, height: 3, samples: 1, ..Default::default() };
     if let Ok((camera, _)) = View::default().resolve(&posed, settings.width, settings.height) {
         let lit = Lighting::default().resolve(&posed, &camera);

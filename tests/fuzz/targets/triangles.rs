@@ -3,7 +3,7 @@
 use std::path::Path;
 
 use arbitrary::{Result, Unstructured};
-use blinn::accel::{Accel, BuildSettings, Coherence, HitFilter, Preset, RayBatch, ShadowRayBatch};
+use blinn::accel::{Accel, AccelSettings, Coherence, HitFilter, Preset, RayBatch, ShadowRayBatch};
 use blinn::geometry::HitId;
 use blinn::scene::{Instance, LocalTransform, Material, Mesh, Node, PoseSettings, Scene, pose};
 use glam::{DAffine3, DVec3, Vec3};
@@ -89,7 +89,7 @@ fn answers_agree(u: &mut Unstructured) -> Result<bool> {
     else {
         return Ok(false);
     };
-    let settings = |preset| BuildSettings { preset, ..BuildSettings::default() };
+    let settings = |preset| AccelSettings { preset, ..AccelSettings::default() };
     let (tree, cleaned) = Accel::build(&posed, &settings(Preset::Medium));
     let (flat, same) = Accel::build(&posed, &settings(Preset::BruteForce));
     assert_eq!(cleaned, same);

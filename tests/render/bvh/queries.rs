@@ -1,7 +1,7 @@
 //! Closest hits, layers and occlusion: single rays, packets and the counting traversal.
 
 use blinn::accel::{
-    Accel, BuildSettings, Coherence, FlattenBudget, Preset, RayBatch, ShadowRayBatch, SimdLevel,
+    Accel, AccelSettings, Coherence, FlattenBudget, Preset, RayBatch, ShadowRayBatch, SimdLevel,
 };
 use blinn::geometry::HitId;
 use blinn::scene::{PoseSettings, PosedScene, Scene, SurfaceClass, pose};
@@ -24,7 +24,7 @@ fn every_bvh_answers_as_brute_force_does() {
         let rays = rays(&posed, if *name == "soup" { 100 } else { 500 });
         let segments = segments(&rays);
         let answers = |preset, simd| {
-            let accel = Accel::build(&posed, &BuildSettings { preset, simd, flatten }).0;
+            let accel = Accel::build(&posed, &AccelSettings { preset, simd, flatten }).0;
             let (mut occluded, mut light) = (Vec::new(), Vec::new());
             accel.occluded(&segments, &Holes, &mut occluded);
             accel.transmittance(&segments, &Holes, &mut light);
@@ -60,7 +60,7 @@ fn the_counting_traversal_finds_the_same_hits() {
         let rays = rays(&posed, 300);
         let mut batch = RayBatch { cull_back_faces: true, t_max: 5.0, ..RayBatch::default() };
         rays.iter().for_each(|(o, d)| batch.push(*o, *d));
-        let accel = Accel::build(&posed, &BuildSettings::default()).0;
+        let accel = Accel::build(&posed, &AccelSettings::default()).0;
         let counted = accel.intersect_with_stats(&batch, &Holes);
         let mut hits = Vec::new();
         accel.intersect(&batch, &Holes, &mut hits);
@@ -72,10 +72,10 @@ fn the_counting_traversal_finds_the_same_hits() {
             nodes += stats.nodes;
             blocks += stats.blocks;
         }
-        let portable = BuildSettings { simd: SimdLevel::Portable, ..BuildSettings::default() };
+        let portable = AccelSettings { simd: SimdLevel::Portable, ..AccelSettings::default() };
         assert_eq!(Accel::build(&posed, &portable).0.intersect_with_stats(&batch, &Holes), counted, "{name}");
         // A BVH skips most triangles; brute force skips none.
-        let brute_force = BuildSettings { preset: Preset::BruteForce, ..BuildSettings::default() };
+        let brute_force = AccelSettings { preset: Preset::BruteForce, ..AccelSettings::default() };
         let brute_force = Accel::build(&posed, &brute_force).0;
         let all: u32 =
             brute_force.intersect_with_stats(&batch, &Holes).iter().map(|(_, stats)| stats.blocks).sum();
@@ -84,7 +84,7 @@ fn the_counting_traversal_finds_the_same_hits() {
         assert!(cost > 1.0 && cost < brute_force_cost, "{name}: {cost} of {brute_force_cost}");
     }
     let empty = Scene::default();
-    assert_eq!(Accel::build(&scenes::posed(&empty), &BuildSettings::default()).0.sah_cost(), 0.0);
+    assert_eq!(Accel::build(&scenes::posed(&empty), &AccelSettings::default()).0.sah_cost(), 0.0);
 }
 
 /// The any-hit traversal that counts finds the same occlusion, with the same counts at every SIMD level, and stops at
@@ -94,7 +94,7 @@ fn the_counting_any_hit_traversal_finds_the_same_occlusion() {
     for (name, scene) in &all_scenes() {
         let posed = scenes::posed(scene);
         let segments = segments(&rays(&posed, 300));
-        let accel = Accel::build(&posed, &BuildSettings::default()).0;
+        let accel = Accel::build(&posed, &AccelSettings::default()).0;
         let counted = accel.occluded_with_stats(&segments, &Holes);
         let mut occluded = Vec::new();
         accel.occluded(&segments, &Holes, &mut occluded);
@@ -107,7 +107,7 @@ fn the_counting_any_hit_traversal_finds_the_same_occlusion() {
                 "{name}: {stats:?}"
             );
         }
-        let portable = BuildSettings { simd: SimdLevel::Portable, ..BuildSettings::default() };
+        let portable = AccelSettings { simd: SimdLevel::Portable, ..AccelSettings::default() };
         assert_eq!(
             Accel::build(&posed, &portable).0.occluded_with_stats(&segments, &Holes),
             counted,
@@ -157,7 +157,7 @@ fn packets_answer_as_single_rays_do() {
         if flatten == FlattenBudget::ZERO && posed.instances.len() == 1 {
             continue;
         }
-        let settings = |simd| BuildSettings { preset: Preset::Medium, simd, flatten };
+        let settings = |simd| AccelSettings { preset: Preset::Medium, simd, flatten };
         let single = Accel::build(&posed, &settings(SimdLevel::Portable)).0;
         for simd in scenes::simd_levels() {
             let accel = Accel::build(&posed, &settings(simd)).0;
@@ -215,7 +215,7 @@ fn only_the_source_triangle_itself_is_skipped() {
         let settings = PoseSettings { centre: Some(DVec3::ZERO), ..PoseSettings::default() };
         let posed = pose(&scene, &settings).unwrap();
         for simd in scenes::simd_levels() {
-            let settings = BuildSettings { flatten, simd, ..BuildSettings::default() };
+            let settings = AccelSettings { flatten, simd, ..AccelSettings::default() };
             let accel = Accel::build(&posed, &settings).0;
             for triangle in 0..single {
                 let corners = square.triangles[triangle as usize].map(|v| square.positions[v as usize]);

@@ -1,6 +1,6 @@
 //! Ray streams against single rays, bit for bit: batches of rays that share nothing against one ray at a time.
 
-use blinn::accel::{Accel, BuildSettings, Coherence, FlattenBudget, Preset, RayBatch, ShadowRayBatch};
+use blinn::accel::{Accel, AccelSettings, Coherence, FlattenBudget, Preset, RayBatch, ShadowRayBatch};
 use blinn::geometry::{Hit, HitId};
 use glam::Vec3;
 
@@ -40,7 +40,7 @@ fn streams_answer_as_single_rays_do() {
         }
         let rays = mixed_rays(&posed);
         for simd in scenes::simd_levels() {
-            let accel = Accel::build(&posed, &BuildSettings { preset: Preset::Medium, simd, flatten }).0;
+            let accel = Accel::build(&posed, &AccelSettings { preset: Preset::Medium, simd, flatten }).0;
             let context = format!("{name} {flatten:?} {simd:?}");
             closest_hits(&accel, &rays, &context);
             any_hits(&accel, &rays, &context);

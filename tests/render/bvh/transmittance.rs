@@ -2,7 +2,7 @@
 
 use std::sync::atomic::{AtomicUsize, Ordering};
 
-use blinn::accel::{Accel, BuildSettings, Coherence, HitFilter, Preset, ShadowRayBatch};
+use blinn::accel::{Accel, AccelSettings, Coherence, HitFilter, Preset, ShadowRayBatch};
 use blinn::geometry::HitId;
 use blinn::integrator::MaterialHitFilter;
 use blinn::scene::{ColorInput, Material, ScalarInput, Scene, SurfaceClass, Volume};
@@ -58,7 +58,7 @@ fn transmittance_stops_where_no_light_is_left() {
         let [light, far] = [near, far].map(|p| (p - posed.centre).as_vec3());
         for (simd, flatten) in scenes::simd_levels().flat_map(|simd| FLATTENED.map(|flatten| (simd, flatten)))
         {
-            let settings = BuildSettings { preset: Preset::Medium, simd, flatten };
+            let settings = AccelSettings { preset: Preset::Medium, simd, flatten };
             let accel = Accel::build(&posed, &settings).0;
             for shared in [Coherence::None, Coherence::Origin(light), Coherence::Direction(-Vec3::Z)] {
                 let mut segments = ShadowRayBatch { coherence: shared, ..ShadowRayBatch::default() };
@@ -106,7 +106,7 @@ fn a_translucent_sheet_is_one_layer_also_at_edges() {
         let through: Vec<&Vec3> = places.iter().filter(inside).collect();
         for flatten in FLATTENED {
             for simd in scenes::simd_levels() {
-                let settings = BuildSettings { preset: Preset::Medium, simd, flatten };
+                let settings = AccelSettings { preset: Preset::Medium, simd, flatten };
                 let accel = Accel::build(&posed, &settings).0;
                 let from_eye: Vec<_> = through.iter().map(|&&p| (eye, p - eye)).collect();
                 let along: Vec<_> = through.iter().map(|&&p| (p + 4.0 * normal, -normal)).collect();
@@ -165,7 +165,7 @@ fn bodies_absorb_by_distance() {
         ([4.1, 3.0], [4.1, 0.25], 0.25),
     ];
     for (simd, flatten) in scenes::simd_levels().flat_map(|simd| FLATTENED.map(|flatten| (simd, flatten))) {
-        let settings = BuildSettings { preset: Preset::Medium, simd, flatten };
+        let settings = AccelSettings { preset: Preset::Medium, simd, flatten };
         let accel = Accel::build(&posed, &settings).0;
         for ([x0, z0], [x1, z1], distance) in segments {
             let at = |x: f64, z: f64| (DVec3::new(x, 0.2, z) - posed.centre).as_vec3();

@@ -1,6 +1,6 @@
 //! Refits: an updated BVH answers as one that is built from scratch.
 
-use blinn::accel::{Accel, BuildSettings, Coherence, FlattenBudget};
+use blinn::accel::{Accel, AccelSettings, Coherence, FlattenBudget};
 use blinn::integrator::MaterialHitFilter;
 use blinn::scene::{
     Animation, Channel, ChannelTarget, Channels, ColorInput, Image, Interpolation, Keyframes, Material,
@@ -30,7 +30,7 @@ fn instancing_obeys_the_flatten_budget() {
     let posed = scenes::posed(&scene);
     let stats = |static_triangles: u64, dynamic_triangles: u64| {
         let flatten = FlattenBudget { static_triangles, dynamic_triangles };
-        let accel = Accel::build(&posed, &BuildSettings { flatten, ..BuildSettings::default() }).0;
+        let accel = Accel::build(&posed, &AccelSettings { flatten, ..AccelSettings::default() }).0;
         (accel.stats().bvhs, accel.stats().triangles)
     };
     assert_eq!(stats(1000, 1000), (2, 6 + 16 + 18 + 32), "static and dynamic");
@@ -44,11 +44,11 @@ fn instancing_obeys_the_flatten_budget() {
 #[test]
 fn an_update_answers_as_a_rebuild_does() {
     for flatten in FLATTENED {
-        check_updates(&BuildSettings { flatten, ..BuildSettings::default() });
+        check_updates(&AccelSettings { flatten, ..AccelSettings::default() });
     }
 }
 
-fn check_updates(settings: &BuildSettings) {
+fn check_updates(settings: &AccelSettings) {
     let mut scene = all_scenes().swap_remove(6).1;
     let (mut updated, _) = Accel::build(&scenes::posed(&scene), settings);
     for step in 0..3 {
@@ -110,7 +110,7 @@ fn deforming() -> Scene {
 #[test]
 fn refitted_bvhs_follow_deforming_meshes() {
     let mut scene = deforming();
-    let (mut updated, _) = Accel::build(&scenes::posed(&scene), &BuildSettings::default());
+    let (mut updated, _) = Accel::build(&scenes::posed(&scene), &AccelSettings::default());
     let (mut coincident, mut flat) = (0, 0);
     for weights in [
         [0.0, 0.125, 0.0, 0.0],
@@ -124,7 +124,7 @@ fn refitted_bvhs_follow_deforming_meshes() {
     ] {
         scene.nodes[0].weights = weights.to_vec();
         let posed = scenes::posed(&scene);
-        let (new, report) = Accel::build(&posed, &BuildSettings::default());
+        let (new, report) = Accel::build(&posed, &AccelSettings::default());
         assert_eq!(updated.update(&posed), report, "{weights:?}");
         coincident += report.coincident;
         flat += report.zero_area;
@@ -144,7 +144,7 @@ fn refitted_bvhs_follow_deforming_meshes() {
 #[test]
 fn updates_follow_materials_that_become_translucent() {
     for flatten in FLATTENED {
-        let settings = BuildSettings { flatten, ..BuildSettings::default() };
+        let settings = AccelSettings { flatten, ..AccelSettings::default() };
         let mut scene = Scene::default();
         let at = [DAffine3::IDENTITY, DAffine3::from_translation(DVec3::X)];
         scenes::add(&mut scene, scenes::sphere(8), scenes::material(SurfaceClass::Opaque, true), &at);
@@ -169,7 +169,7 @@ fn updates_follow_materials_that_become_translucent() {
 #[test]
 fn updates_follow_animated_texture_transforms() {
     for flatten in FLATTENED {
-        let settings = BuildSettings { flatten, ..BuildSettings::default() };
+        let settings = AccelSettings { flatten, ..AccelSettings::default() };
         let mut scene = Scene::default();
         let at = [DAffine3::IDENTITY, DAffine3::from_translation(DVec3::X)];
         let mut mesh = scenes::sphere(8);
