@@ -58,6 +58,7 @@ impl Basis {
 
 /// Returns two unit vectors that complete the unit vector `n` to a right-handed frame (Duff et al.,
 /// “Building an Orthonormal Basis, Revisited”, JCGT 2017).
+#[inline(always)]
 pub fn coordinate_system(n: DVec3) -> (DVec3, DVec3) {
     let sign = 1f64.copysign(n.z);
     let a = -1.0 / (sign + n.z);

@@ -11,6 +11,7 @@ mod power;
 mod rounding_error;
 mod sampling;
 mod transform;
+mod trigonometry;
 
 pub use aabb::{Aabb, Sphere};
 pub use basis::{Basis, coordinate_system};

@@ -1,22 +1,19 @@
 //! Ambient occlusion: the share of light from all directions that reaches a point.
 
-use std::f64::consts::PI;
-
-use glam::DVec3;
-
-use crate::accel::Coherence;
-use crate::geometry::{Rgb, cosine_hemisphere};
+use crate::accel::{Coherence, ShadowRayBatch};
+use crate::geometry::Rgb;
+use crate::integrator::ambient_rays::{AmbientRays, ComputeAmbientRays, LookUpEnvironment};
 use crate::integrator::environment_occlusion::{OcclusionEstimate, arriving_light};
 use crate::integrator::frame::{AmbientOcclusion, Frame};
-use crate::integrator::paths::PathState;
+use crate::integrator::paths::PathStates;
 use crate::integrator::sample::{SampleDimension, SampleStream};
 use crate::integrator::shading_batch::ShadingBatch;
 use crate::integrator::shadow_rays::ShadowBuffers;
-use crate::integrator::surface::soa::{dvec3, set3};
+use crate::integrator::surface::soa::{LANES, set3};
 use crate::scene::Environment;
 
-/// Maximum solid angle of a lookup in the environment, in steradians: a hemisphere.
-const MAX_SOLID_ANGLE: f64 = 2.0 * PI;
+/// Rays that are traced together, unless one point has more: the memory of a few ray streams.
+const TRACED_RAYS: usize = 4096;
 
 /// Sets the radiance of the points to k_e + k_a V_a I_a, where V_a is the visible share of all directions; under an
 /// environment V_a I_a is the light from the visible directions. The radiance without shadows keeps all of I_a.
@@ -26,44 +23,67 @@ pub(crate) fn occlude_ambient(
     frame: &Frame,
     settings: AmbientOcclusion,
     batch: &mut ShadingBatch,
-    states: &[PathState],
+    states: PathStates,
     stream: SampleStream,
     buffers: &mut ShadowBuffers,
 ) {
     let environment = frame.ambient_environment();
-    let has_ambient = |&i: &usize| {
-        let (_, k_a) = batch.layered_ke_ka(i);
-        batch.coefficients(i).opacity > 0.0
-            && k_a != Rgb::ZERO
-            && (environment.is_some() || k_a * frame.ambient_at(batch.n(i)) != Rgb::ZERO)
-    };
-    let indices: Vec<usize> = (0..batch.points.len()).filter(has_ambient).collect();
-    let rays = AmbientRays::new(settings, batch, &indices, states, stream);
-    let estimates = rays.trace(frame, environment, batch, stream, buffers);
-    let ambient: Vec<Rgb> = match environment {
-        Some(environment) => {
-            let estimate = |(&i, estimate): (&usize, &AmbientEstimate)| OcclusionEstimate {
-                pixel: stream.samples[batch.points[i].path].pixel,
-                unoccluded: environment.diffuse(batch.n(i).as_vec3()),
-                visibility: estimate.visibility,
-                visible: estimate.visible,
-                hidden: estimate.hidden,
-            };
-            arriving_light(&indices.iter().zip(&estimates).map(estimate).collect::<Vec<_>>())
-        }
-        None => {
-            let ambient = |(&i, estimate): (&usize, &AmbientEstimate)| {
-                frame.ambient_at(batch.n(i)) * estimate.visibility
-            };
-            indices.iter().zip(&estimates).map(ambient).collect()
-        }
-    };
-    for (i, ambient) in indices.into_iter().zip(ambient) {
+    let counts = ray_counts(frame, settings, batch, states, stream);
+    let estimator =
+        AmbientEstimator { frame, environment, batch, stream, distance: settings.distance, counts };
+    let estimates = estimator.trace(buffers);
+    let counts = estimator.counts;
+    let lit = || (0..counts.len()).filter(|&i| counts[i] > 0);
+    let arriving = environment.map(|environment| {
+        let estimate = |i: usize| OcclusionEstimate {
+            pixel: stream.samples[batch.points[i].path].pixel,
+            unoccluded: environment.diffuse(batch.n(i).as_vec3()),
+            visibility: estimates[i].visibility,
+            visible: estimates[i].visible,
+            hidden: estimates[i].hidden,
+        };
+        arriving_light(&lit().map(estimate).collect::<Vec<_>>())
+    });
+    for (nth, i) in lit().enumerate() {
+        let ambient = match &arriving {
+            Some(arriving) => arriving[nth],
+            None => frame.ambient_at(batch.n(i)) * estimates[i].visibility,
+        };
         let (k_e, k_a) = batch.layered_ke_ka(i);
         let radiance = k_e + k_a * ambient;
         let (block, lane) = batch.soa.lane_mut(i);
         set3(&mut block.radiance, lane, radiance.to_array());
     }
+}
+
+/// The number of rays of each point; 0 where there is no ambient light.
+///
+/// The rays of a pixel are divided among its samples. Points seen in reflections and through glass are some among others
+/// in a pixel: they get half as many, in proportion to the share of their light that arrives at the eye.
+fn ray_counts(
+    frame: &Frame,
+    settings: AmbientOcclusion,
+    batch: &ShadingBatch,
+    states: PathStates,
+    stream: SampleStream,
+) -> Vec<u32> {
+    let has_environment = frame.ambient_environment().is_some();
+    let has_ambient = |i: usize| {
+        let (_, k_a) = batch.layered_ke_ka(i);
+        batch.coefficients(i).opacity > 0.0
+            && k_a != Rgb::ZERO
+            && (has_environment || k_a * frame.ambient_at(batch.n(i)) != Rgb::ZERO)
+    };
+    let first = settings.samples.div_ceil(stream.sampler.count.max(1)).max(1);
+    let count = |i: usize| match states {
+        _ if !has_ambient(i) => 0,
+        PathStates::Secondary(_) => {
+            let importance = states.importance(batch.points[i].path).min(1.0);
+            ((0.5 * first as f32 * importance).round() as u32).max(1)
+        }
+        _ => first,
+    };
+    (0..batch.points.len()).map(count).collect()
 }
 
 /// Means over the rays of a point.
@@ -77,92 +97,49 @@ struct AmbientEstimate {
     hidden: Rgb,
 }
 
-/// The rays of a batch of points for ambient light.
-struct AmbientRays<'a> {
+/// Estimates the ambient light of a batch of points.
+struct AmbientEstimator<'a, 's> {
+    frame: &'a Frame<'s>,
+    /// The environment that the ambient light comes from, unless it is a constant I_a.
+    environment: Option<&'a Environment>,
+    batch: &'a ShadingBatch<'s>,
+    stream: SampleStream<'a>,
     /// Only nearer surfaces occlude.
     distance: f64,
-    /// Indices of the points in the batch.
-    points: &'a [usize],
     /// Number of rays of each point.
     counts: Vec<u32>,
 }
 
-impl<'a> AmbientRays<'a> {
-    /// Divides the rays of a pixel among its samples. Points seen in reflections and through glass are some among others
-    /// in a pixel: they get half as many, in proportion to the share of their light that arrives at the eye.
-    fn new(
-        settings: AmbientOcclusion,
-        batch: &ShadingBatch,
-        indices: &'a [usize],
-        states: &[PathState],
-        stream: SampleStream,
-    ) -> AmbientRays<'a> {
-        let first = settings.samples.div_ceil(stream.sampler.count.max(1)).max(1);
-        let count = |&i: &usize| match states.get(batch.points[i].path) {
-            Some(state) if stream.wave > 0 => {
-                ((0.5 * first as f32 * state.importance.min(1.0)).round() as u32).max(1)
-            }
-            _ => first,
-        };
-        AmbientRays {
-            distance: settings.distance,
-            points: indices,
-            counts: indices.iter().map(count).collect(),
-        }
-    }
+/// Rays that wait to be traced.
+#[derive(Default)]
+struct WaitingRays {
+    /// Index of the point of each ray.
+    points: Vec<u32>,
+    /// The environment's light from its direction; empty without an environment.
+    radiance: Vec<Rgb>,
+}
 
+impl AmbientEstimator<'_, '_> {
     /// Traces rays whose density is the cosine to the shading normal. Returns the estimate at each point.
-    fn trace(
-        &self,
-        frame: &Frame,
-        environment: Option<&Environment>,
-        batch: &ShadingBatch,
-        stream: SampleStream,
-        buffers: &mut ShadowBuffers,
-    ) -> Vec<AmbientEstimate> {
-        let mut sums = vec![AmbientEstimate::default(); self.points.len()];
-        let mut radiance = Vec::new();
-        for part in 0..self.counts.iter().copied().max().unwrap_or(0) {
-            let active: Vec<usize> = (0..self.counts.len()).filter(|&i| part < self.counts[i]).collect();
-            let traced_rays = &mut buffers.traced_rays;
-            traced_rays.clear();
-            traced_rays.coherence = Coherence::None;
-            radiance.clear();
-            for &i in &active {
-                let (point, count) = (self.points[i], self.counts[i]);
-                let (block, lane) = batch.soa.lane(point);
-                let n_g = dvec3(&block.n_g, lane);
-                let path = batch.points[point].path;
-                let u = stream.get_2d_split(path, SampleDimension::Ambient, part, count);
-                let n = block.n(lane);
-                let l = cosine_hemisphere(n, u);
-                if let Some(environment) = environment {
-                    // In the direction before it is mirrored, so that the mean is that of the whole hemisphere.
-                    let of_pixel = count.saturating_mul(stream.sampler.count.max(1));
-                    radiance.push(lookup(environment, n, l, of_pixel));
+    fn trace(&self, buffers: &mut ShadowBuffers) -> Vec<AmbientEstimate> {
+        let mut sums = vec![AmbientEstimate::default(); self.counts.len()];
+        let mut waiting = WaitingRays::default();
+        buffers.traced_rays.clear();
+        buffers.traced_rays.coherence = Coherence::None;
+        for first in (0..self.counts.len()).step_by(LANES) {
+            let counts = &self.counts[first..self.counts.len().min(first + LANES)];
+            let positions = self.sequence_positions(first, counts);
+            for part in 0..counts.iter().copied().max().unwrap_or(0) {
+                if buffers.traced_rays.len() + counts.len() > TRACED_RAYS {
+                    self.trace_waiting(&mut waiting, buffers, &mut sums);
                 }
-                // Directions into the triangle, which a tilted shading normal allows, are mirrored out.
-                let l = l - n_g * (2.0 * l.dot(n_g).min(0.0));
-                let (from, source) = batch.offset_origin(point, l);
-                let distance = self.distance.min(frame.distance_beyond_scene(from));
-                traced_rays.push(from, (from.as_dvec3() + l * distance).as_vec3(), source);
-            }
-            buffers.trace(frame);
-            for (j, &i) in active.iter().enumerate() {
-                let from = buffers.traced_rays.from[j];
-                let to = buffers.traced_rays.to[j];
-                let to_infinity = self.distance == f64::INFINITY;
-                let is_blocked = frame.ground_blocks(from, to.as_dvec3() - from.as_dvec3(), to_infinity);
-                let visibility = if is_blocked { Rgb::ZERO } else { buffers.visibility[j] };
-                let radiance = radiance.get(j).copied().unwrap_or_default();
-                sums[i].visibility += visibility;
-                sums[i].visible += visibility * radiance;
-                sums[i].hidden += (Rgb::ONE - visibility) * radiance;
+                self.push_rays(first, part, &positions, &mut waiting, &mut buffers.traced_rays);
             }
         }
+        self.trace_waiting(&mut waiting, buffers, &mut sums);
         let mean = |(sum, &count): (&AmbientEstimate, &u32)| {
             let AmbientEstimate { visibility, visible, hidden } = *sum;
-            let count = count as f32;
+            let count = count.max(1) as f32;
             AmbientEstimate {
                 visibility: visibility / count,
                 visible: visible / count,
@@ -171,12 +148,106 @@ impl<'a> AmbientRays<'a> {
         };
         sums.iter().zip(&self.counts).map(mean).collect()
     }
-}
 
-/// The radiance of the environment from the unit direction `l`, averaged over the directions that one of `count` rays
-/// stands for at a surface with normal `n`.
-fn lookup(environment: &Environment, n: DVec3, l: DVec3, count: u32) -> Rgb {
-    let density = n.dot(l).max(0.0) / PI;
-    let solid_angle = (1.0 / (f64::from(count) * density)).min(MAX_SOLID_ANGLE);
-    environment.radiance(l.as_vec3(), solid_angle as f32)
+    /// For each point of a block, the position of its first ray in the sampler's sequence.
+    fn sequence_positions(&self, first: usize, counts: &[u32]) -> [Option<u64>; LANES] {
+        let mut positions = [None; LANES];
+        for ((position, point), &count) in positions.iter_mut().zip(&self.batch.points[first..]).zip(counts) {
+            *position = self.stream.sequence_position(point.path, count);
+        }
+        positions
+    }
+
+    /// Appends ray number `part` of each point of the block whose first point is `first`, if it has as many.
+    fn push_rays(
+        &self,
+        first: usize,
+        part: u32,
+        positions: &[Option<u64>; LANES],
+        waiting: &mut WaitingRays,
+        rays: &mut ShadowRayBatch,
+    ) {
+        let (block, _) = self.batch.soa.lane(first);
+        let counts = &self.counts[first..self.counts.len().min(first + LANES)];
+        let u = self.directions(first, part, positions);
+        let mut computed = AmbientRays::ZERO;
+        self.frame.simd().run(ComputeAmbientRays {
+            block,
+            u: &u,
+            distance: self.distance,
+            scene_radius: self.frame.posed.bounding_radius(),
+            rays: &mut computed,
+        });
+        for (i, _) in counts.iter().enumerate().filter(|(_, count)| part < **count) {
+            let source = self.batch.excluded_triangle(first + i, computed.in_front[i]);
+            rays.push(computed.from(i), computed.to(i), source);
+            waiting.points.push((first + i) as u32);
+        }
+        if let Some(environment) = self.environment {
+            let radiance = self.look_up(environment, counts, &computed);
+            let traced = counts.iter().zip(radiance).filter(|(count, _)| part < **count);
+            waiting.radiance.extend(traced.map(|(_, radiance)| radiance));
+        }
+    }
+
+    /// The points of the unit square that the directions of ray number `part` of each point are made from.
+    fn directions(&self, first: usize, part: u32, positions: &[Option<u64>; LANES]) -> [[f32; LANES]; 2] {
+        let stream = &self.stream;
+        let alone = |i: usize| {
+            let path = self.batch.points[first + i].path;
+            stream.get_2d_split(path, SampleDimension::Ambient, part, self.counts[first + i])
+        };
+        let positions = positions.map(|position| position.map(|first| first.wrapping_add(u64::from(part))));
+        let count = LANES.min(self.counts.len() - first);
+        stream.points_of_lanes(self.frame.simd(), SampleDimension::Ambient, &positions, count, alone)
+    }
+
+    /// The radiance of the environment along the rays of a block.
+    fn look_up(&self, environment: &Environment, counts: &[u32], rays: &AmbientRays) -> [Rgb; LANES] {
+        let mut rays_of_pixels = [1; LANES];
+        for (of_pixel, count) in rays_of_pixels.iter_mut().zip(counts) {
+            *of_pixel = count.saturating_mul(self.stream.sampler.count.max(1));
+        }
+        let mut radiance = [Rgb::ZERO; LANES];
+        self.frame.simd().run(LookUpEnvironment {
+            environment,
+            rays,
+            counts: &rays_of_pixels,
+            radiance: &mut radiance,
+        });
+        radiance
+    }
+
+    /// Traces the rays that wait, and adds what they find to the sums of their points.
+    fn trace_waiting(
+        &self,
+        waiting: &mut WaitingRays,
+        buffers: &mut ShadowBuffers,
+        sums: &mut [AmbientEstimate],
+    ) {
+        buffers.trace(self.frame);
+        let ShadowBuffers { traced_rays, visibility, .. } = buffers;
+        if self.frame.opaque_ground_height().is_some() {
+            let to_infinity = self.distance == f64::INFINITY;
+            for ((from, to), visibility) in traced_rays.from.iter().zip(&traced_rays.to).zip(&mut *visibility)
+            {
+                if self.frame.ground_blocks(*from, to.as_dvec3() - from.as_dvec3(), to_infinity) {
+                    *visibility = Rgb::ZERO;
+                }
+            }
+        }
+        for (&point, &visibility) in waiting.points.iter().zip(&*visibility) {
+            sums[point as usize].visibility += visibility;
+        }
+        for ((&point, &visibility), &radiance) in
+            waiting.points.iter().zip(&*visibility).zip(&waiting.radiance)
+        {
+            let sum = &mut sums[point as usize];
+            sum.visible += visibility * radiance;
+            sum.hidden += (Rgb::ONE - visibility) * radiance;
+        }
+        waiting.points.clear();
+        waiting.radiance.clear();
+        traced_rays.clear();
+    }
 }

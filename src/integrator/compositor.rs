@@ -15,10 +15,8 @@ pub(crate) struct Compositor<'a> {
     pub rays: PathRays<'a>,
     /// For each path the t where its ray hits the ground, until it is shaded; empty without a ground.
     pub ground_t: Vec<Option<f64>>,
-    /// For each path the light so far.
-    radiance: Vec<Rgb>,
-    /// For each path the share of light from behind that still arrives, by colour.
-    pub transmittance: Vec<Rgb>,
+    /// For each path the light so far, and the share of light from behind that still arrives.
+    light: Vec<PathLight>,
 }
 
 impl<'a> Compositor<'a> {
@@ -28,9 +26,17 @@ impl<'a> Compositor<'a> {
         Compositor {
             ground_t: frame.intersect_ground(rays.batch(), rays.is_secondary),
             rays,
-            radiance: vec![Rgb::ZERO; paths],
-            transmittance: vec![Rgb::ONE; paths],
+            light: vec![PathLight { radiance: Rgb::ZERO, transmittance: Rgb::ONE }; paths],
         }
+    }
+
+    /// The share of the light of point `i` of `batch` that arrives at the origin of its path's current ray.
+    #[inline(always)]
+    pub fn throughput(&self, batch: &ShadingBatch, i: usize) -> Rgb {
+        let path = batch.points[i].path;
+        let (block, lane) = batch.soa.lane(i);
+        let medium = self.rays.states.medium_transmittance_to(path, vec3(&block.p, lane));
+        self.light[path].transmittance * medium * batch.coefficients(i).opacity
     }
 
     /// Composites the shaded points of the current surfaces, and moves the rays of paths that are not opaque yet behind
@@ -39,12 +45,13 @@ impl<'a> Compositor<'a> {
         let mut any_transparent = false;
         for (i, point) in batch.points.iter().enumerate() {
             let mut surface = CompositedPoint::new(frame, batch, i, point);
-            if let Some(state) = self.rays.states.get(point.path) {
+            if self.rays.is_secondary {
                 let (block, lane) = batch.soa.lane(i);
-                surface.radiance *= state.medium_transmittance_to(vec3(&block.p, lane));
+                let p = vec3(&block.p, lane);
+                surface.radiance *= self.rays.states.medium_transmittance_to(point.path, p);
             }
-            let transmittance = &mut self.transmittance[point.path];
-            self.radiance[point.path] += *transmittance * surface.radiance;
+            let PathLight { radiance, transmittance } = &mut self.light[point.path];
+            *radiance += *transmittance * surface.radiance;
             *transmittance *= surface.transmittance;
             if transmittance.max_element() < OPAQUE_TRANSMITTANCE {
                 *transmittance = Rgb::ZERO;
@@ -55,23 +62,23 @@ impl<'a> Compositor<'a> {
         if !any_transparent {
             return false;
         }
-        let transmittance = &self.transmittance;
-        self.rays.continue_behind(|path| transmittance[path].max_element() > 0.0);
+        let light = &self.light;
+        self.rays.continue_behind(|path| light[path].transmittance.max_element() > 0.0);
         !self.rays.is_empty()
     }
 
     /// Adds the light that secondary rays found to the paths that spawned them.
     pub fn add_secondary(&mut self, wave: &Wave, found: &[PathLight]) {
         for (ray, added) in wave.rays.iter().zip(wave.contributions(found)) {
-            self.radiance[ray.parent] += added.radiance;
-            self.transmittance[ray.parent] += added.transmittance;
+            let light = &mut self.light[ray.parent];
+            light.radiance += added.radiance;
+            light.transmittance += added.transmittance;
         }
     }
 
     /// The light of all paths.
-    pub fn into_light(self) -> impl Iterator<Item = PathLight> {
-        let light = self.radiance.into_iter().zip(self.transmittance);
-        light.map(|(radiance, transmittance)| PathLight { radiance, transmittance })
+    pub fn into_light(self) -> Vec<PathLight> {
+        self.light
     }
 }
 

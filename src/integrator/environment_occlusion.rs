@@ -1,6 +1,7 @@
 //! The light of an environment that surfaces hide in part, from a few rays.
 
 use std::collections::HashMap;
+use std::hash::{BuildHasherDefault, Hasher};
 
 use glam::UVec2;
 
@@ -37,19 +38,25 @@ struct PixelSums {
 /// show: open surfaces have no noise, whatever the environment. Both have the same mean; the choice is made for pixels and
 /// not for samples, whose few rays would prefer one of them when they miss a light.
 pub(crate) fn arriving_light(estimates: &[OcclusionEstimate]) -> Vec<Rgb> {
-    let mut sums: HashMap<UVec2, PixelSums> = HashMap::new();
+    let mut indices: HashMap<UVec2, usize, BuildHasherDefault<PixelHasher>> = HashMap::default();
+    let mut sums: Vec<PixelSums> = Vec::new();
+    let mut pixels = Vec::with_capacity(estimates.len());
     for estimate in estimates {
-        let sums = sums.entry(estimate.pixel).or_default();
+        let index = *indices.entry(estimate.pixel).or_insert(sums.len());
+        if index == sums.len() {
+            sums.push(PixelSums::default());
+        }
+        pixels.push(index);
+        let sums = &mut sums[index];
         sums.estimates += 1;
         sums.visibility += fixed(estimate.visibility.dot(Rgb::splat(1.0 / 3.0)));
         for c in 0..3 {
-            // Huge radiance saturates, in any order.
-            sums.unoccluded[c] = sums.unoccluded[c].saturating_add(fixed(estimate.unoccluded[c]));
-            sums.hidden[c] = sums.hidden[c].saturating_add(fixed(estimate.hidden[c]));
+            sums.unoccluded[c] += fixed(estimate.unoccluded[c]);
+            sums.hidden[c] += fixed(estimate.hidden[c]);
         }
     }
-    let light = |estimate: &OcclusionEstimate| {
-        let Some(sums) = sums.get(&estimate.pixel) else { return estimate.visible };
+    let light = |(estimate, &pixel): (&OcclusionEstimate, &usize)| {
+        let sums = &sums[pixel];
         if 2 * sums.visibility < sums.estimates * fixed(1.0) {
             return estimate.visible;
         }
@@ -60,13 +67,32 @@ pub(crate) fn arriving_light(estimates: &[OcclusionEstimate]) -> Vec<Rgb> {
         };
         estimate.unoccluded - estimate.hidden * Rgb::new(share(0), share(1), share(2))
     };
-    estimates.iter().map(light).collect()
+    estimates.iter().zip(&pixels).map(light).collect()
 }
 
-/// A number in fixed point.
+/// A hash of a pixel: the two coordinates, mixed by multiplication.
+#[derive(Default)]
+struct PixelHasher(u64);
+
+impl Hasher for PixelHasher {
+    fn write(&mut self, bytes: &[u8]) {
+        bytes.iter().for_each(|&byte| self.write_u32(byte.into()));
+    }
+
+    fn write_u32(&mut self, x: u32) {
+        self.0 = (self.0.rotate_left(32) ^ u64::from(x)).wrapping_mul(0x9e37_79b9_7f4a_7c15);
+    }
+
+    fn finish(&self) -> u64 {
+        self.0 ^ (self.0 >> 32)
+    }
+}
+
+/// A number in fixed point. From 2³¹ on, it saturates.
+#[inline(always)]
 fn fixed(v: f32) -> i128 {
     const ONE: f64 = (1u64 << 32) as f64;
-    (f64::from(v) * ONE) as i128
+    i128::from((f64::from(v) * ONE) as i64)
 }
 
 #[cfg(test)]

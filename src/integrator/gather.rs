@@ -8,7 +8,7 @@ use std::ops::Range;
 
 use glam::DVec3;
 
-use crate::geometry::{RayDifferential, Rgb};
+use crate::geometry::{HitId, RayDifferential, Rgb};
 use crate::integrator::compositor::Compositor;
 use crate::integrator::frame::Frame;
 use crate::integrator::material::coefficients::Coefficients;
@@ -18,12 +18,13 @@ use crate::integrator::path_rays::PathRays;
 use crate::integrator::sample::Sample;
 use crate::integrator::shading_batch::{BatchBuffers, ShadingBatch, ShadingPoint, TrianglePoints};
 use crate::integrator::surface::points_soa::PointsSoa;
-use crate::integrator::surface::shading_triangle::ShadingTriangle;
+use crate::integrator::surface::shading_triangle::{MaterialTraits, ShadingTriangle};
 use crate::integrator::surface::soa::{HIT_LANES, dvec3};
 use crate::integrator::surface::surface_hit::Ray8;
 use crate::integrator::surface::surface_point::SurfacePoint;
 use crate::integrator::surface::texel_batch::TexelBatch;
 use crate::integrator::surface::texture_eval::{PointTexels, TextureEvalContext};
+use crate::scene::PosedScene;
 
 /// Gathers the points that the rays hit, first those on the ground in front of other surfaces. `base_radiance` computes
 /// k_e + k_a I_a from a point's coefficients and shading normal.
@@ -55,8 +56,9 @@ fn compute_surface_points<'s>(
     triangles.reserve(hits_by_triangle.len());
     let mut footprints = Footprints::new(frame, rays, samples);
     let mut ray8 = Ray8::ZERO;
+    let mut traits = LastTraits(None);
     for (id, first) in hits_by_triangle.iter() {
-        let triangle = ShadingTriangle::new(frame.posed, id);
+        let triangle = traits.triangle(frame.posed, id);
         let start = points.len();
         let mut next = Some(first);
         while let Some(hit) = next {
@@ -73,6 +75,22 @@ fn compute_surface_points<'s>(
             triangle.append_hits(frame.simd(), &ray8, count, differential, soa);
         }
         triangles.push(TrianglePoints { triangle, range: start..points.len() });
+    }
+}
+
+/// The traits of the last material: consecutive triangles mostly have one.
+struct LastTraits(Option<(u32, MaterialTraits)>);
+
+impl LastTraits {
+    #[inline(always)]
+    fn triangle<'s>(&mut self, posed: &PosedScene<'s>, id: HitId) -> ShadingTriangle<'s> {
+        let material = posed.mesh(id.instance).material;
+        let traits = match self.0 {
+            Some((last, traits)) if last == material => traits,
+            _ => MaterialTraits::new(&posed.materials[material as usize]),
+        };
+        self.0 = Some((material, traits));
+        ShadingTriangle::with_traits(posed, id, &traits)
     }
 }
 
@@ -106,8 +124,8 @@ impl<'a> Footprints<'a> {
     #[inline(always)]
     fn differential(&mut self, hit: u32) -> Option<RayDifferential> {
         if self.rays.is_secondary {
-            let state = &self.rays.states[self.rays.path(hit as usize)];
-            return Some(state.ray_differential(self.rays.ray(hit as usize).d));
+            let state = self.rays.states.get(self.rays.path(hit as usize));
+            return state.map(|state| state.ray_differential(self.rays.ray(hit as usize).d));
         }
         let footprint = self.footprint(hit);
         if footprint != self.last {
@@ -166,7 +184,8 @@ impl<F: Fn(&Coefficients, DVec3) -> Rgb> MaterialPass<'_, F> {
         let base_radiance = (self.base_radiance)(k, DVec3::ZERO);
         for (block, lanes) in soa.lanes_mut(range.clone()) {
             block.set_uniform_material(lanes.clone(), k, &antialiasing, base_radiance);
-            for lane in lanes.filter(|_| self.frame.sky.is_some()) {
+            // Where the surface reflects, its specular layers decide how much of that light it gets.
+            for lane in lanes.filter(|_| self.frame.sky.is_some() && !k.layers.reflects) {
                 block.set_base_radiance(lane, (self.base_radiance)(k, block.n(lane)));
             }
         }

@@ -2,44 +2,116 @@
 
 use crate::geometry::Rgb;
 use crate::integrator::frame::Frame;
-use crate::integrator::material::coefficients::Coefficients;
+use crate::integrator::layer_lanes::LayerLanes;
+use crate::integrator::material::directional_albedo::{COAT_IOR, FacetAlbedos};
 use crate::integrator::shading_batch::ShadingBatch;
 use crate::integrator::surface::point_block::PointBlock;
-use crate::integrator::surface::soa::{set3, vec3};
+use crate::integrator::surface::soa::{LANES, LaneArray, set3, vec3};
+use crate::simd::AutovecKernel;
 
-/// Sets k_r of all reflecting points, and scales k_e + k_a I_a, k_d and k_s in place to the share that the layers above
-/// leave to them. To be called once per batch, after v is known.
+/// Sets k_r and α of the lobes of all reflecting points, and scales k_e + k_a I_a, k_d and k_s in place to the share that the
+/// layers above leave to them. To be called once per batch, after v is known.
 pub(crate) fn apply_specular_layers(frame: &Frame, batch: &mut ShadingBatch) {
-    for i in batch.soa.reflecting_points() {
-        let k = &batch.coefficients[batch.points[i].coefficients as usize];
-        let (block, lane) = batch.soa.lane_mut(i);
-        split_light(block, lane, k);
-        let (k_e, k_a) = batch.layered_ke_ka(i);
-        let base_radiance = k_e + k_a * frame.ambient_at(batch.n(i));
-        let (block, lane) = batch.soa.lane_mut(i);
-        block.set_base_radiance(lane, base_radiance);
+    let ShadingBatch { points, coefficients, soa, .. } = batch;
+    let mut layers = LayerLanes::ZERO;
+    for (index, (block, count)) in soa.blocks_mut().enumerate() {
+        let reflecting = block.reflecting_lanes(count);
+        if reflecting == 0 {
+            continue;
+        }
+        let points = &points[index * LANES..];
+        let lanes = (0..count).filter(|lane| reflecting >> lane & 1 != 0);
+        layers.load(lanes.map(|lane| (lane, points[lane].coefficients)), coefficients);
+        frame.simd().run(SplitLight { frame, block, reflecting, layers: &layers });
     }
 }
 
-fn split_light(block: &mut PointBlock, i: usize, k: &Coefficients) {
-    let layers = &k.layers;
-    let cos = block.n(i).dot(block.v(i)) as f32;
-    let increase = block.alpha2_increase[i];
-    let albedo = layers.albedo(cos, widened(layers.alpha, increase), widened(layers.coat_alpha, increase));
-    set3(&mut block.k_r, i, albedo.k_r.to_array());
-    block.k_r_coat[i] = albedo.k_r_coat;
-    block.base_share[i] = albedo.base_share;
-    let below_coat = 1.0 - albedo.k_r_coat;
-    if layers.covers_base {
-        // The mapping of physical materials has put 1 − max F0 into k_d.
-        let change = albedo.base_share - (1.0 - layers.dielectric_f0.max_element()) * below_coat;
-        let k_d = vec3(&block.k_d, i) * below_coat + layers.base * change;
-        set3(&mut block.k_d, i, k_d.max(Rgb::ZERO).to_array());
+/// [`apply_specular_layers`] at a block of points.
+struct SplitLight<'a> {
+    frame: &'a Frame<'a>,
+    block: &'a mut PointBlock,
+    /// The points that reflect, as a bit mask.
+    reflecting: u32,
+    layers: &'a LayerLanes,
+}
+
+impl AutovecKernel for SplitLight<'_> {
+    #[inline(always)]
+    fn run(self) {
+        let SplitLight { frame, block, reflecting, layers } = self;
+        let mut reflects = [false; LANES];
+        let [mut cos, mut alpha, mut coat_alpha] = [[0.0; LANES]; 3];
+        for i in 0..LANES {
+            reflects[i] = reflecting >> i & 1 != 0;
+            cos[i] = block.n(i).dot(block.v(i)) as f32;
+            let increase = block.alpha2_increase[i];
+            alpha[i] = widened(layers.alpha[i], increase);
+            coat_alpha[i] = widened(layers.coat_alpha[i], increase);
+        }
+        let facets = FacetAlbedos::new(&cos, &alpha, &layers.ior);
+        let mut coat_albedo = [0.0; LANES];
+        if layers.has_coat {
+            let coat = FacetAlbedos::new(&cos, &coat_alpha, &[COAT_IOR; LANES]);
+            for i in 0..LANES {
+                coat_albedo[i] = coat.get(i).coat();
+            }
+        }
+        let mut ambient = [[0.0; LANES]; 3];
+        match &frame.sky {
+            None => {
+                for i in 0..LANES {
+                    set3(&mut ambient, i, frame.ambient.to_array());
+                }
+            }
+            Some(sky) => {
+                let to_world = frame.scene_to_world.matrix3;
+                for i in 0..LANES {
+                    set3(&mut ambient, i, sky.ambient(to_world * block.n(i)).to_array());
+                }
+            }
+        }
+        // Local arrays cannot alias what the loop reads, which lets the compiler vectorise it.
+        let zero = [[0.0; LANES]; 3];
+        let [mut k_r, mut k_d, mut k_s, mut base_radiance] = [zero; 4];
+        let [mut k_r_coat, mut base_share] = [[0.0; LANES]; 2];
+        for i in 0..LANES {
+            let of_lane = layers.get(i);
+            let albedo = of_lane.combine(&facets.get(i), coat_albedo[i]);
+            let below_coat = 1.0 - albedo.k_r_coat;
+            // The mapping of physical materials has put 1 − max F0 into k_d.
+            let change = albedo.base_share - (1.0 - of_lane.dielectric_f0.max_element()) * below_coat;
+            let (all_d, all_s) = (vec3(&block.k_d, i), vec3(&block.k_s, i));
+            let covered = (all_d * below_coat + of_lane.base * change).max(Rgb::ZERO);
+            let is_covered = reflects[i] & of_lane.covers_base;
+            set3(&mut k_d, i, if is_covered { covered } else { all_d }.to_array());
+            set3(&mut k_s, i, if reflects[i] { all_s * below_coat } else { all_s }.to_array());
+            let from_base = vec3(&layers.k_a, i) * albedo.base_share * vec3(&ambient, i);
+            let radiance = vec3(&layers.k_e, i) * below_coat + from_base;
+            let radiance = if reflects[i] { radiance } else { vec3(&block.radiance, i) };
+            set3(&mut base_radiance, i, radiance.to_array());
+            set3(&mut k_r, i, albedo.k_r.to_array());
+            k_r_coat[i] = albedo.k_r_coat;
+            base_share[i] = albedo.base_share;
+        }
+        for c in 0..3 {
+            copy(&mut block.k_r[c], &k_r[c]);
+            copy(&mut block.k_d[c], &k_d[c]);
+            copy(&mut block.k_s[c], &k_s[c]);
+            copy(&mut block.radiance[c], &base_radiance[c]);
+            copy(&mut block.unshadowed[c], &base_radiance[c]);
+        }
+        copy(&mut block.k_r_coat, &k_r_coat);
+        copy(&mut block.base_share, &base_share);
+        copy(&mut block.lobe_alpha, &alpha);
+        copy(&mut block.lobe_occlusion, &layers.occlusion);
+        copy(&mut block.coat_alpha, &coat_alpha);
     }
-    if albedo.k_r_coat > 0.0 {
-        let k_s = vec3(&block.k_s, i) * below_coat;
-        set3(&mut block.k_s, i, k_s.to_array());
-    }
+}
+
+/// Sets the lanes of all points of a block.
+#[inline(always)]
+fn copy(to: &mut LaneArray<f32>, from: &[f32; LANES]) {
+    to[..LANES].copy_from_slice(from);
 }
 
 /// α of a lobe whose α² is increased by the variance of the normals that a sample covers.

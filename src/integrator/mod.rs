@@ -4,7 +4,10 @@
 //! shading model.
 
 mod ambient_occlusion;
+mod ambient_rays;
 mod aov;
+mod area_light_rays;
+mod block_lobes;
 mod compositor;
 mod cryptomatte;
 mod direct_light;
@@ -14,6 +17,7 @@ mod flow;
 mod frame;
 mod gather;
 mod ground_plane;
+mod layer_lanes;
 mod layer_split;
 mod lobe_light;
 mod material;

@@ -4,7 +4,7 @@ use crate::accel::{HitBatch, RayBatch};
 use crate::geometry::{Hit, Ray};
 use crate::integrator::frame::Frame;
 use crate::integrator::material::hit_filter::MaterialHitFilter;
-use crate::integrator::paths::{PathState, Wave};
+use crate::integrator::paths::{PathStates, Wave};
 use crate::integrator::sample::Sample;
 
 /// Maximum number of surfaces that a ray passes; the rest is dropped.
@@ -18,8 +18,8 @@ pub(crate) struct PathRays<'a> {
     hits: &'a mut HitBatch,
     /// Index of the path of each ray.
     ray_path: Vec<usize>,
-    /// The state of each path, if surfaces of the scene spawn rays.
-    pub states: Vec<PathState>,
+    /// The state of each path.
+    pub states: PathStates<'a>,
     /// True for the rays of a [`Wave`].
     pub is_secondary: bool,
 }
@@ -44,13 +44,13 @@ impl<'a> PathRays<'a> {
     ) -> PathRays<'a> {
         frame.generate_eye_rays(samples, rays);
         let ray_path = (0..samples.len()).collect();
-        PathRays { rays, hits, ray_path, states: Vec::new(), is_secondary: false }
+        PathRays { rays, hits, ray_path, states: PathStates::Unused, is_secondary: false }
     }
 
     /// The rays of a wave, in place of eye rays.
-    pub fn secondary(wave: &Wave, rays: &'a mut RayBatch, hits: &'a mut HitBatch) -> PathRays<'a> {
+    pub fn secondary(wave: &'a Wave, rays: &'a mut RayBatch, hits: &'a mut HitBatch) -> PathRays<'a> {
         wave.fill(rays);
-        let states = wave.rays.iter().map(|ray| ray.state).collect();
+        let states = PathStates::Secondary(&wave.rays);
         PathRays { rays, hits, ray_path: (0..wave.rays.len()).collect(), states, is_secondary: true }
     }
 

@@ -165,26 +165,76 @@ impl Wave {
     }
 }
 
+/// The states of the paths of a batch at their current rays.
+#[derive(Clone, Copy)]
+pub(crate) enum PathStates<'a> {
+    /// Surfaces of the scene spawn no rays: states make no difference.
+    Unused,
+    /// The states of eye rays, which their samples determine.
+    Eye(&'a Frame<'a>, &'a [Sample]),
+    /// The states of the rays of a wave.
+    Secondary(&'a [SecondaryRay]),
+}
+
+impl PathStates<'_> {
+    /// The state of a path; `None` if no state makes a difference.
+    pub fn get(&self, path: usize) -> Option<PathState> {
+        match self {
+            PathStates::Unused => None,
+            PathStates::Eye(frame, samples) => Some(frame.eye_state(&samples[path])),
+            PathStates::Secondary(rays) => Some(rays[path].state),
+        }
+    }
+
+    /// [`PathState::importance`].
+    #[inline(always)]
+    pub fn importance(&self, path: usize) -> f32 {
+        match self {
+            PathStates::Secondary(rays) => rays[path].state.importance,
+            _ => 1.0,
+        }
+    }
+
+    /// True if a path may still be reflected at a surface that is no glass.
+    #[inline(always)]
+    pub fn may_reflect(&self, path: usize) -> bool {
+        match self {
+            PathStates::Unused => false,
+            PathStates::Eye(frame, _) => frame.bounces > 0,
+            PathStates::Secondary(rays) => rays[path].state.reflections_left > 0,
+        }
+    }
+
+    /// [`PathState::medium_transmittance_to`].
+    #[inline(always)]
+    pub fn medium_transmittance_to(&self, path: usize, p: Vec3) -> Rgb {
+        match self {
+            PathStates::Secondary(rays) => rays[path].state.medium_transmittance_to(p),
+            // Eye rays start outside of all bodies.
+            _ => Rgb::ONE,
+        }
+    }
+}
+
 impl Frame<'_> {
-    /// The state of the eye rays of a batch, for a scene whose surfaces spawn rays.
-    pub(crate) fn eye_states(&self, rays: &RayBatch, samples: &[Sample]) -> Vec<PathState> {
-        let spread = |sample: &Sample, d: Vec3| {
-            let Some(differential) = self.ray_differential(sample.footprint) else { return [0.0; 2] };
-            let length = |v: [DVec3; 2]| (v[0].length() * v[1].length()).sqrt();
-            [length(differential.o) as f32, (length(differential.d) / d.as_dvec3().length()) as f32]
-        };
-        let state = |(i, sample): (usize, &Sample)| {
-            let [width, spread] = spread(sample, rays.directions[i]);
-            PathState {
-                origin: rays.origins[i],
-                width,
-                spread,
-                media: MediumStack::EMPTY,
-                importance: 1.0,
-                reflections_left: self.bounces,
-                glass_events_left: self.bounces.saturating_mul(3),
+    /// The state of the eye ray of a sample.
+    fn eye_state(&self, sample: &Sample) -> PathState {
+        let ray = self.camera.eye_ray(sample.x, sample.y, self.posed.centre);
+        let [width, spread] = match self.ray_differential(sample.footprint) {
+            Some(RayDifferential { o, d }) => {
+                let length = |v: [DVec3; 2]| (v[0].length() * v[1].length()).sqrt();
+                [length(o) as f32, (length(d) / ray.d.as_dvec3().length()) as f32]
             }
+            None => [0.0; 2],
         };
-        samples.iter().enumerate().map(state).collect()
+        PathState {
+            origin: ray.o,
+            width,
+            spread,
+            media: MediumStack::EMPTY,
+            importance: 1.0,
+            reflections_left: self.bounces,
+            glass_events_left: self.bounces.saturating_mul(3),
+        }
     }
 }

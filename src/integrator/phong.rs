@@ -35,7 +35,7 @@ use crate::integrator::gather::gather_points;
 use crate::integrator::layer_split::apply_specular_layers;
 use crate::integrator::material::coefficients::Coefficients;
 use crate::integrator::path_rays::{MAX_SURFACES_PER_RAY, PathRays};
-use crate::integrator::paths::{PathLight, PathState, Wave};
+use crate::integrator::paths::{PathLight, PathStates, Wave};
 use crate::integrator::sample::{Sample, SampleStream};
 use crate::integrator::sampler::LowDiscrepancySampler;
 use crate::integrator::scratch::Scratch;
@@ -82,7 +82,7 @@ impl Integrator for Phong {
         let stream = SampleStream { samples, sampler, wave: 0 };
         let mut eye_rays = PathRays::new(frame, samples, rays, hits);
         if self.reflections_enabled(frame) && frame.posed.has_reflecting_materials {
-            eye_rays.states = frame.eye_states(eye_rays.batch(), samples);
+            eye_rays.states = PathStates::Eye(frame, samples);
         }
         let light = self.trace(frame, eye_rays, stream, points, shadow);
         for ((out, sample), PathLight { radiance, transmittance }) in out.iter_mut().zip(samples).zip(light) {
@@ -131,7 +131,7 @@ impl Phong {
                 reflections_enabled,
                 base_radiance,
             );
-            self.shade(frame, &mut batch, &compositor.rays.states, stream, shadow);
+            self.shade(frame, &mut batch, compositor.rays.states, stream, shadow);
             spawn_rays(frame, &compositor, &mut batch, stream, &mut next);
             let continues = compositor.composite(frame, &batch);
             batch.recycle(buffers);
@@ -147,7 +147,7 @@ impl Phong {
             let found = self.trace(frame, secondary, stream, buffers, shadow);
             compositor.add_secondary(&next, &found);
         }
-        compositor.into_light().collect()
+        compositor.into_light()
     }
 
     /// k_e + k_a I_a at a surface with shading normal `n`.
@@ -165,7 +165,7 @@ impl Phong {
         &self,
         frame: &Frame,
         batch: &mut ShadingBatch,
-        states: &[PathState],
+        states: PathStates,
         stream: SampleStream,
         shadow: &mut ShadowBuffers,
     ) {

@@ -2,7 +2,8 @@
 
 use glam::UVec2;
 
-use crate::integrator::sampler::{LowDiscrepancySampler, Sampler};
+use crate::integrator::sampler::LowDiscrepancySampler;
+use crate::simd::{AutovecKernel, SimdLevel};
 
 /// A sample of a pixel at a position on the film: x to the right and y upward, both 0…1 over the whole picture.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -73,10 +74,64 @@ impl SampleStream<'_> {
     /// points.
     pub fn get_2d_split(&self, path: usize, dimension: SampleDimension, part: u32, parts: u32) -> [f32; 2] {
         let Sample { pixel, index, .. } = self.samples[path];
-        let LowDiscrepancySampler { seed, count } = *self.sampler;
-        let finer = LowDiscrepancySampler { seed, count: count.max(1).saturating_mul(parts) };
+        let finer = self.finer_sampler(parts);
         let index = index.wrapping_mul(parts).wrapping_add(part);
-        let first = dimension.pair().wrapping_add(self.wave.wrapping_mul(WAVE_PAIRS)).wrapping_mul(2);
-        [finer.get(pixel, index, first), finer.get(pixel, index, first + 1)]
+        finer.get_2d(pixel, index, self.pair(dimension))
+    }
+
+    /// The pair of sampler dimensions of this wave.
+    pub fn pair(&self, dimension: SampleDimension) -> u32 {
+        // A sampler has half as many pairs as it has dimensions.
+        dimension.pair().wrapping_add(self.wave.wrapping_mul(WAVE_PAIRS)) & (u32::MAX >> 1)
+    }
+
+    /// The position of the first of the `parts` points of a path in the sequences of its sampler. The others follow it.
+    /// `None` if the path's sample is not among those of the sampler.
+    pub fn sequence_position(&self, path: usize, parts: u32) -> Option<u64> {
+        let Sample { pixel, index, .. } = self.samples[path];
+        self.finer_sampler(parts).sequence_position(pixel, index.checked_mul(parts)?)
+    }
+
+    /// The points of the unit square at the positions of the first `count` lanes in the sequence of a pair of dimensions. `alone`
+    /// computes those of samples that are not among the sampler's.
+    pub fn points_of_lanes<const N: usize>(
+        &self,
+        simd: SimdLevel,
+        dimension: SampleDimension,
+        positions: &[Option<u64>; N],
+        count: usize,
+        alone: impl Fn(usize) -> [f32; 2],
+    ) -> [[f32; N]; 2] {
+        let mut points = [[0.0; N]; 2];
+        let (sampler, pair) = (self.sampler, self.pair(dimension));
+        let positions_or_0 = positions.map(Option::unwrap_or_default);
+        simd.run(SequencePoints { sampler, pair, positions: &positions_or_0, points: &mut points });
+        for i in (0..count).filter(|&i| positions[i].is_none()) {
+            [points[0][i], points[1][i]] = alone(i);
+        }
+        points
+    }
+
+    /// A sampler with `parts` points for each sample.
+    fn finer_sampler(&self, parts: u32) -> LowDiscrepancySampler {
+        let LowDiscrepancySampler { seed, count } = *self.sampler;
+        LowDiscrepancySampler { seed, count: count.max(1).saturating_mul(parts) }
+    }
+}
+
+/// [`LowDiscrepancySampler::sequence_points`].
+struct SequencePoints<'a, const N: usize> {
+    sampler: &'a LowDiscrepancySampler,
+    pair: u32,
+    positions: &'a [u64; N],
+    points: &'a mut [[f32; N]; 2],
+}
+
+impl<const N: usize> AutovecKernel for SequencePoints<'_, N> {
+    #[inline(always)]
+    fn run(self) {
+        // A copy cannot alias what the loops write.
+        let positions = *self.positions;
+        *self.points = self.sampler.sequence_points(self.pair, &positions);
     }
 }

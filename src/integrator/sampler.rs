@@ -49,6 +49,30 @@ impl LowDiscrepancySampler {
     ) -> [[f32; N]; 2] {
         hammersley(scramble, self.count.max(1), index)
     }
+
+    /// The point in a pair of dimensions: [`Sampler::get`] of dimensions 2 · `pair` and 2 · `pair` + 1.
+    #[inline]
+    pub(crate) fn get_2d(&self, pixel: UVec2, index: u32, pair: u32) -> [f32; 2] {
+        match self.sequence_position(pixel, index) {
+            Some(position) if pair > 0 => self.sequence_points(pair, &[position]).map(|axis| axis[0]),
+            _ => [2 * pair, 2 * pair + 1].map(|dimension| self.get(pixel, index, dimension)),
+        }
+    }
+
+    /// The position of a sample in the sequences that all pixels share, for [`LowDiscrepancySampler::sequence_points`];
+    /// `None` if its index is not below the count. Positions of samples of a pixel follow each other.
+    #[inline(always)]
+    pub(crate) fn sequence_position(&self, pixel: UVec2, index: u32) -> Option<u64> {
+        let count = self.count.max(1);
+        (index < count).then(|| sequence_position(pixel, count, index))
+    }
+
+    /// The points of N samples in a pair of dimensions behind the first one, by the samples' positions. They do not depend on
+    /// the count.
+    #[inline(always)]
+    pub(crate) fn sequence_points<const N: usize>(&self, pair: u32, position: &[u64; N]) -> [[f32; N]; 2] {
+        screen_space_sobol(hash(pack(self.seed, 0) ^ hash(u64::from(pair))), position)
+    }
 }
 
 /// The part of its stratum that a film sample is jittered over. Stratum centres have the least error; a little jitter costs
@@ -64,7 +88,7 @@ impl Sampler for LowDiscrepancySampler {
         let key = hash(pack(self.seed, set) ^ hash(u64::from(pair)));
         match pair {
             0 => hammersley(&[hash(key ^ pack(pixel.x, pixel.y))], count, &[index])[axis as usize][0],
-            _ => screen_space_sobol(key, pixel, count, index, axis),
+            _ => screen_space_sobol(key, &[sequence_position(pixel, count, index)])[axis as usize][0],
         }
     }
 }
@@ -132,40 +156,73 @@ fn scrambled_rows<const N: usize>(column: &[u32; N], count: u32, scramble: &[u64
     row
 }
 
-/// A point of the Sobol' sequence that all pixels share along the Morton curve.
-fn screen_space_sobol(key: u64, pixel: UVec2, count: u32, index: u32, axis: u32) -> f32 {
+/// The position of a sample in the sequence that all pixels share along the Morton curve.
+#[inline(always)]
+fn sequence_position(pixel: UVec2, count: u32, index: u32) -> u64 {
     let bits = u32::BITS - (count - 1).leading_zeros();
-    let position = (morton2(pixel) << bits) | u64::from(index);
-    // Shuffled from the highest bit down: pixels that share a quad, a quad of quads and so on still share a contiguous part
-    // of the sequence.
-    let index = owen_scramble(position.reverse_bits(), key).reverse_bits();
-    // The lowest bit is the first binary place from here on.
-    let digits = if axis == 0 { index } else { sobol_second_dimension(index) };
-    let digits = (owen_scramble(digits, hash(key ^ u64::from(axis))) as u32).reverse_bits();
-    (digits >> 8) as f32 / (1u32 << 24) as f32
+    (morton2(pixel) << bits) | u64::from(index)
+}
+
+/// N points of the Sobol' sequence that all pixels share, by their positions.
+#[inline(always)]
+fn screen_space_sobol<const N: usize>(key: u64, position: &[u64; N]) -> [[f32; N]; 2] {
+    let seeds = [hash(key), hash(key ^ 1)];
+    let mut digits = [[0; N]; 2];
+    for i in 0..N {
+        // Shuffled from the highest bit down: pixels that share a quad, a quad of quads and so on still share a contiguous
+        // part of the sequence.
+        let index = owen_scramble(position[i].reverse_bits(), key).reverse_bits();
+        // The lowest bit is the first binary place from here on.
+        digits[0][i] = index as u32;
+        digits[1][i] = sobol_second_dimension(index);
+    }
+    let mut points = [[0.0; N]; 2];
+    for axis in 0..2 {
+        for i in 0..N {
+            let digits = owen_scramble_low(digits[axis][i], seeds[axis]).reverse_bits();
+            points[axis][i] = (digits >> 8) as f32 * (1.0 / (1u32 << 24) as f32);
+        }
+    }
+    points
 }
 
 /// Approximates Owen scrambling by a hash in the manner of Laine and Karras: each bit is flipped depending on the seed and
 /// the bits below it, because no step carries anything downward. The constants are random, and even or odd as each step
 /// needs to stay invertible.
+#[inline(always)]
 fn owen_scramble(mut x: u64, seed: u64) -> u64 {
     x = x.wrapping_add(seed);
-    x ^= x.wrapping_mul(0x6c50_b47c_2e1a_9d3e);
+    x ^= x.wrapping_mul(SCRAMBLE[0]);
     x = x.wrapping_mul((seed >> 32) | 1);
-    x ^= x.wrapping_mul(0xb823_10d5_94c6_e672);
-    x = x.wrapping_mul(0xe9b5_dba5_8189_dbbd);
-    x ^ x.wrapping_mul(0x4d1a_7f36_c722_d91a)
+    x ^= x.wrapping_mul(SCRAMBLE[1]);
+    x = x.wrapping_mul(SCRAMBLE[2]);
+    x ^ x.wrapping_mul(SCRAMBLE[3])
 }
 
-/// The second dimension of the Sobol' sequence. Its generator matrix is Pascal's triangle modulo 2, whose entry (i, j) is 1 if
-/// the bits of j contain those of i, so that each bit of the index is one step.
-fn sobol_second_dimension(mut v: u64) -> u64 {
-    v ^= v >> 32;
-    v ^= (v >> 16) & 0x0000_ffff_0000_ffff;
-    v ^= (v >> 8) & 0x00ff_00ff_00ff_00ff;
-    v ^= (v >> 4) & 0x0f0f_0f0f_0f0f_0f0f;
-    v ^= (v >> 2) & 0x3333_3333_3333_3333;
-    v ^ ((v >> 1) & 0x5555_5555_5555_5555)
+const SCRAMBLE: [u64; 4] =
+    [0x6c50_b47c_2e1a_9d3e, 0xb823_10d5_94c6_e672, 0xe9b5_dba5_8189_dbbd, 0x4d1a_7f36_c722_d91a];
+
+/// The lower half of [`owen_scramble`], which depends on the lower halves of its numbers alone.
+#[inline(always)]
+fn owen_scramble_low(mut x: u32, seed: u64) -> u32 {
+    x = x.wrapping_add(seed as u32);
+    x ^= x.wrapping_mul(SCRAMBLE[0] as u32);
+    x = x.wrapping_mul((seed >> 32) as u32 | 1);
+    x ^= x.wrapping_mul(SCRAMBLE[1] as u32);
+    x = x.wrapping_mul(SCRAMBLE[2] as u32);
+    x ^ x.wrapping_mul(SCRAMBLE[3] as u32)
+}
+
+/// The first 32 binary places of the second dimension of the Sobol' sequence. Its generator matrix is Pascal's triangle
+/// modulo 2, whose entry (i, j) is 1 if the bits of j contain those of i, so that each bit of the index is one step.
+#[inline(always)]
+fn sobol_second_dimension(index: u64) -> u32 {
+    let mut v = index as u32 ^ (index >> 32) as u32;
+    v ^= v >> 16;
+    v ^= (v >> 8) & 0x00ff_00ff;
+    v ^= (v >> 4) & 0x0f0f_0f0f;
+    v ^= (v >> 2) & 0x3333_3333;
+    v ^ ((v >> 1) & 0x5555_5555)
 }
 
 #[inline(always)]

@@ -11,9 +11,9 @@ use std::f32::consts::PI;
 use glam::{DVec3, Vec3};
 
 use crate::geometry::{Rgb, offset_ray_origin};
+use crate::integrator::block_lobes::{BlockLobes, STRONG_IMPORTANCE, is_traced};
 use crate::integrator::compositor::Compositor;
 use crate::integrator::frame::Frame;
-use crate::integrator::layer_split::widened;
 use crate::integrator::lobe_light::{LightReceiver, LobeLight, LobeRequest};
 use crate::integrator::material::coefficients::Coefficients;
 use crate::integrator::material::directional_albedo::COAT_F0;
@@ -21,29 +21,18 @@ use crate::integrator::material::fresnel::fresnel_dielectric;
 use crate::integrator::material::ggx::{NARROW_ALPHA, SMOOTH_GLASS_ALPHA};
 use crate::integrator::material::ggx_lobe::{Lobe, LobeSample};
 use crate::integrator::media::{Medium, MediumStack};
-use crate::integrator::paths::{Escape, PathState, SecondaryRay, Wave};
+use crate::integrator::paths::{Escape, PathState, PathStates, SecondaryRay, Wave};
 use crate::integrator::sample::{SampleDimension, SampleStream};
 use crate::integrator::shading_batch::ShadingBatch;
-use crate::integrator::surface::soa::{dvec3, set3, vec3};
+use crate::integrator::surface::soa::{LANES, dvec3, set3, vec3};
 
-/// Lobes of a smaller importance are weak: they spawn no rays unless they are narrow, and look the environment up once.
-const STRONG_IMPORTANCE: f32 = 0.15;
 /// Pixels of fewer samples look up the environment over a lobe once for each sample.
 const MIN_SAMPLES_OF_LOBES: u32 = 4;
-/// Smallest importance of a ray that is spawned.
-const MIN_IMPORTANCE: f32 = 1.0 / 512.0;
 /// Russian roulette: rays of glass that eye rays hit are spawned with a probability in proportion to their importance if it
 /// is smaller, and count more instead.
 const FIRST_ROULETTE_IMPORTANCE: f32 = 0.04;
 /// The same for glass that secondary rays hit.
 const ROULETTE_IMPORTANCE: f32 = 0.1;
-
-/// True if a lobe spawns a ray. What is seen in a reflection shows only its strong reflections: others would double the rays
-/// with each wave.
-fn is_traced(importance: f32, alpha: f32, wave: u32) -> bool {
-    let is_seen = wave == 0 && alpha <= NARROW_ALPHA;
-    importance >= if is_seen { MIN_IMPORTANCE } else { STRONG_IMPORTANCE }
-}
 
 /// A point of a path that spawns rays.
 struct PathVertex<'a, 's> {
@@ -53,7 +42,7 @@ struct PathVertex<'a, 's> {
     /// Index of the point in the batch.
     i: usize,
     k: &'a Coefficients,
-    state: &'a PathState,
+    state: PathState,
     /// Share of the point's light that arrives at the origin of the path's ray.
     throughput: Rgb,
     p: Vec3,
@@ -73,39 +62,30 @@ pub(crate) fn spawn_rays(
     stream: SampleStream,
     wave: &mut Wave,
 ) {
-    if compositor.rays.states.is_empty() {
+    let states = compositor.rays.states;
+    if matches!(states, PathStates::Unused) {
         return;
     }
     let mut spawned = Spawned { wave, light: LobeLight::new(stream.sampler.count) };
-    for i in batch.soa.reflecting_points() {
-        let path = batch.points[i].path;
-        let state = &compositor.rays.states[path];
-        let k = batch.coefficients(i);
-        let (block, lane) = batch.soa.lane(i);
-        let p = vec3(&block.p, lane);
-        let throughput = compositor.transmittance[path] * state.medium_transmittance_to(p) * k.opacity;
-        if state.importance * throughput.max_element() < MIN_IMPORTANCE {
-            continue;
+    for first in (0..batch.points.len()).step_by(LANES) {
+        let lobes = BlockLobes::classify(frame, compositor, batch, first, stream.wave);
+        if let Some(environment) = &frame.environment {
+            let (block, _) = batch.soa.lane_mut(first);
+            lobes.add_looked_up_light(frame.simd(), environment, block);
         }
-        let vertex = PathVertex {
-            frame,
-            batch,
-            stream,
-            i,
-            k,
-            state,
-            throughput,
-            p,
-            n: block.n(lane),
-            n_g: dvec3(&block.n_g, lane),
-            v: block.v(lane),
-            normal_change: block.normal_change(lane),
-        };
-        if let Some(interface) = vertex.medium_interface() {
-            let environment_light = vertex.spawn_at_dielectric(&interface, spawned.wave);
-            add_radiance(batch, i, environment_light);
-        } else {
-            vertex.spawn_reflections(&mut spawned);
+        let mut spawning = lobes.spawning;
+        while spawning != 0 {
+            let i = first + spawning.trailing_zeros() as usize;
+            spawning &= spawning - 1;
+            let Some(state) = states.get(batch.points[i].path) else { continue };
+            let throughput = compositor.throughput(batch, i);
+            let vertex = PathVertex::new(frame, batch, stream, i, state, throughput);
+            if let Some(interface) = vertex.medium_interface() {
+                let environment_light = vertex.spawn_at_dielectric(&interface, spawned.wave);
+                add_radiance(batch, i, environment_light);
+            } else {
+                vertex.spawn_reflections(&mut spawned);
+            }
         }
     }
     if let Some(environment) = &frame.environment {
@@ -162,7 +142,32 @@ struct DielectricRay {
     spread: f32,
 }
 
-impl PathVertex<'_, '_> {
+impl<'a, 's> PathVertex<'a, 's> {
+    fn new(
+        frame: &'a Frame<'a>,
+        batch: &'a ShadingBatch<'s>,
+        stream: SampleStream<'a>,
+        i: usize,
+        state: PathState,
+        throughput: Rgb,
+    ) -> PathVertex<'a, 's> {
+        let (block, lane) = batch.soa.lane(i);
+        PathVertex {
+            frame,
+            batch,
+            stream,
+            i,
+            k: batch.coefficients(i),
+            state,
+            throughput,
+            p: vec3(&block.p, lane),
+            n: block.n(lane),
+            n_g: dvec3(&block.n_g, lane),
+            v: block.v(lane),
+            normal_change: block.normal_change(lane),
+        }
+    }
+
     /// Index of the path.
     fn path(&self) -> usize {
         self.batch.points[self.i].path
@@ -184,25 +189,20 @@ impl PathVertex<'_, '_> {
     fn spawn_reflections(&self, spawned: &mut Spawned) {
         let (block, lane) = self.batch.soa.lane(self.i);
         let layers = &self.k.layers;
-        let alpha2_increase = block.alpha2_increase[lane];
-        let lobe = |alpha: f32, f0: f32| Lobe {
-            n: self.n,
-            v: self.v,
-            alpha: f64::from(widened(alpha, alpha2_increase)),
-            f0: f64::from(f0),
-        };
+        let lobe =
+            |alpha: f32, f0: f32| Lobe { n: self.n, v: self.v, alpha: f64::from(alpha), f0: f64::from(f0) };
         let microfacets = ReflectingLayer {
             k_r: vec3(&block.k_r, lane),
             occlusion: layers.occlusion,
             alpha: layers.alpha,
-            lobe: lobe(layers.alpha, layers.mean_f0()),
+            lobe: lobe(block.lobe_alpha[lane], layers.mean_f0()),
             dimension: SampleDimension::Reflection,
         };
         let coat = ReflectingLayer {
             k_r: Rgb::splat(block.k_r_coat[lane]),
             occlusion: 1.0,
             alpha: layers.coat_alpha,
-            lobe: lobe(layers.coat_alpha, COAT_F0),
+            lobe: lobe(block.coat_alpha[lane], COAT_F0),
             dimension: SampleDimension::Coat,
         };
         self.spawn_reflection(&microfacets, spawned);
@@ -216,10 +216,15 @@ impl PathVertex<'_, '_> {
         }
         let arrives = self.throughput * k_r;
         let importance = self.state.importance * arrives.max_element();
-        if self.state.reflections_left == 0 || !is_traced(importance, alpha, self.stream.wave) {
-            let weight = k_r * layer.occlusion;
-            let request = LobeRequest { lobe, receiver: LightReceiver::Point(self.i), weight };
-            return self.request_light(request, importance, &mut spawned.light);
+        let is_narrow = alpha <= NARROW_ALPHA;
+        if self.state.reflections_left == 0 || !is_traced(importance, is_narrow, self.stream.wave) {
+            // The light of weak lobes has been added for the whole block.
+            if !(importance < STRONG_IMPORTANCE) && self.frame.environment.is_some() {
+                let weight = k_r * layer.occlusion;
+                let request = LobeRequest { lobe, receiver: LightReceiver::Point(self.i), weight };
+                spawned.light.integrate(request, self.stream.samples[self.path()].index);
+            }
+            return;
         }
         let u = self.stream.get_2d(self.path(), layer.dimension).map(f64::from);
         let LobeSample { l, weight, solid_angle } = lobe.sample(u, self.stream.sampler.count);
@@ -235,7 +240,7 @@ impl PathVertex<'_, '_> {
             spread: self.state.spread + 2.0 * self.normal_change + solid_angle.sqrt(),
             importance,
             reflections_left: self.state.reflections_left - 1,
-            ..*self.state
+            ..self.state
         };
         // Under a uniform environment, the weights of escaping rays have no noise already.
         let needs_unoccluded = environment.is_some() && !is_uniform;
@@ -265,17 +270,9 @@ impl PathVertex<'_, '_> {
     /// Requests the light of the environment over the lobe of a ray that is traced, if nothing hid it.
     fn request_unoccluded(&self, request: LobeRequest, importance: f32, light: &mut LobeLight) {
         // Alone, a sample would need many directions.
-        if self.stream.wave > 0 || self.stream.sampler.count < MIN_SAMPLES_OF_LOBES {
-            light.look_up(request);
-        } else {
-            self.request_light(request, importance, light);
-        }
-    }
-
-    /// Requests the light of the environment over a lobe.
-    fn request_light(&self, request: LobeRequest, importance: f32, light: &mut LobeLight) {
+        let is_alone = self.stream.wave > 0 || self.stream.sampler.count < MIN_SAMPLES_OF_LOBES;
         // The error of a single lookup is not seen in a weak lobe.
-        if importance < STRONG_IMPORTANCE {
+        if is_alone || importance < STRONG_IMPORTANCE {
             light.look_up(request);
         } else {
             light.integrate(request, self.stream.samples[self.path()].index);
@@ -365,7 +362,7 @@ impl PathVertex<'_, '_> {
             media,
             importance,
             glass_events_left: self.state.glass_events_left - 1,
-            ..*self.state
+            ..self.state
         };
         let parent = self.path();
         let ray = SecondaryRay {

@@ -4,11 +4,12 @@ use glam::{DVec3, Vec3};
 
 use crate::accel::{Coherence, ShadowRayBatch};
 use crate::geometry::{HitId, Rgb};
+use crate::integrator::area_light_rays::{AreaLightRays, ComputeAreaLightRays};
 use crate::integrator::frame::Frame;
 use crate::integrator::material::hit_filter::MaterialHitFilter;
 use crate::integrator::sample::{SampleDimension, SampleStream};
 use crate::integrator::shading_batch::ShadingBatch;
-use crate::integrator::surface::soa::{dvec3, vec3};
+use crate::integrator::surface::soa::{LANES, vec3};
 use crate::scene::PosedLightKind;
 
 /// A ray from a point to a light that shines on it.
@@ -100,25 +101,26 @@ fn trace_area_light(
     traced_rays.coherence = Coherence::None;
     // True below the horizon of the smooth surface or of the ground.
     let mut hidden = Vec::with_capacity(rays.len());
-    for &ShadowRay { point, l_centre, .. } in rays.iter() {
-        let (block, lane) = batch.soa.lane(point);
-        let u = stream.get_2d(batch.points[point].path, SampleDimension::Light(light_index));
-        let offset = light.disc_offset(l_centre, u);
-        let p = vec3(&block.p, lane).as_dvec3();
-        let to_emitter = match light.position() {
-            Some(centre) => centre.as_dvec3() + offset - p,
-            None => l_centre + offset,
-        };
-        let l = to_emitter.normalize_or(l_centre);
-        let (from, source) = batch.offset_origin(point, l);
-        let to = match light.position() {
-            Some(_) => (p + to_emitter).as_vec3(),
-            None => (from.as_dvec3() + l * frame.distance_beyond_scene(from)).as_vec3(),
-        };
-        traced_rays.push(from, to, source);
-        let to_light = to.as_dvec3() - from.as_dvec3();
-        let below_ground = frame.ground_blocks(from, to_light, light.position().is_none());
-        hidden.push(below_ground || dvec3(&block.n_v, lane).dot(l) <= 0.0);
+    let mut computed = AreaLightRays::ZERO;
+    for rays in rays.chunks(LANES) {
+        for (i, ray) in rays.iter().enumerate() {
+            let (block, lane) = batch.soa.lane(ray.point);
+            computed.load(i, block, lane, ray.l_centre);
+        }
+        let u = points_of_light(frame, light_index, batch, stream, rays);
+        let scene_radius = frame.posed.bounding_radius();
+        frame.simd().run(ComputeAreaLightRays { light, u: &u, scene_radius, rays: &mut computed });
+        for (i, ray) in rays.iter().enumerate() {
+            let (from, to) = (vec3(&computed.from, i), vec3(&computed.to, i));
+            traced_rays.push(from, to, batch.excluded_triangle(ray.point, computed.in_front[i]));
+            hidden.push(!computed.is_facing[i]);
+        }
+    }
+    if frame.opaque_ground_height().is_some() {
+        let to_infinity = light.position().is_none();
+        for (hidden, (from, to)) in hidden.iter_mut().zip(traced_rays.from.iter().zip(&traced_rays.to)) {
+            *hidden |= frame.ground_blocks(*from, to.as_dvec3() - from.as_dvec3(), to_infinity);
+        }
     }
     trace_shadow_rays(frame, traced_rays, &mut buffers.occluded, &mut buffers.visibility);
     for (visibility, _) in buffers.visibility.iter_mut().zip(&hidden).filter(|(_, hidden)| **hidden) {
@@ -127,6 +129,23 @@ fn trace_area_light(
     if let Some(centre) = light.position() {
         block_hidden_emitters(frame, centre, buffers);
     }
+}
+
+/// The points of the unit square for the rays of points to one light.
+fn points_of_light(
+    frame: &Frame,
+    light_index: usize,
+    batch: &ShadingBatch,
+    stream: SampleStream,
+    rays: &[ShadowRay],
+) -> [[f32; LANES]; 2] {
+    let mut positions = [None; LANES];
+    for (position, ray) in positions.iter_mut().zip(rays) {
+        *position = stream.sequence_position(batch.points[ray.point].path, 1);
+    }
+    let dimension = SampleDimension::Light(light_index);
+    let alone = |i: usize| stream.get_2d(batch.points[rays[i].point].path, dimension);
+    stream.points_of_lanes(frame.simd(), dimension, &positions, rays.len(), alone)
 }
 
 /// Blocks the points of an area light that its centre does not see: a light that is wider than its fixture, or nearer to a
@@ -169,9 +188,8 @@ impl ShadowBuffers {
     }
 }
 
-impl Frame<'_> {
-    /// A distance from `p` that is beyond the scene in every direction.
-    pub(crate) fn distance_beyond_scene(&self, p: Vec3) -> f64 {
-        1.01 * (p.as_dvec3().length() + self.posed.bounding_radius()) + f64::from(f32::MIN_POSITIVE)
-    }
+/// A distance from `p` that is beyond a sphere about the origin in every direction.
+#[inline(always)]
+pub(crate) fn distance_beyond(p: Vec3, radius: f64) -> f64 {
+    1.01 * (p.as_dvec3().length() + radius) + f64::from(f32::MIN_POSITIVE)
 }

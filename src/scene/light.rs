@@ -178,6 +178,7 @@ impl PosedLight {
 
     /// Returns the offset from the light's centre to point `u` of the disc that it shows towards the
     /// direction `l`. For a directional light, the offset is added to `l`.
+    #[inline(always)]
     pub fn disc_offset(&self, l: DVec3, u: [f32; 2]) -> DVec3 {
         let at = concentric_disc(u) * f64::from(self.radius);
         let (a, b) = coordinate_system(l);

@@ -63,12 +63,9 @@ pub struct MaterialOverrides {
 impl MaterialOverrides {
     /// Replaces colours. The shininess stays the material's own, because
     /// [`SpecularAntialiasing`](super::specular_antialiasing::SpecularAntialiasing) scales k_s by it and replaces it then.
-    pub(crate) fn apply_to_colors(&self, k: Coefficients) -> Coefficients {
-        Coefficients {
-            k_d: self.k_d.unwrap_or(k.k_d),
-            k_s: self.k_s.unwrap_or(k.k_s),
-            k_e: self.k_e.unwrap_or(k.k_e),
-            ..k
+    pub(crate) fn apply_to_colors(&self, k: &mut Coefficients) {
+        for (replacement, color) in [(self.k_d, &mut k.k_d), (self.k_s, &mut k.k_s), (self.k_e, &mut k.k_e)] {
+            *color = replacement.unwrap_or(*color);
         }
     }
 }

@@ -28,45 +28,100 @@ pub(crate) struct FacetAlbedo {
     curve: f32,
 }
 
-/// The tables for an index of refraction between two of the `R_NODES`: E, Schlick, and the two dielectric curves.
-type IorTable = [[Vec4; COLUMNS]; ROWS];
-
-/// The tables between all `R_NODES`.
-fn ior_tables() -> &'static [IorTable] {
-    static TABLES: OnceLock<Vec<IorTable>> = OnceLock::new();
+/// The tables for the indices of refraction between two of the `R_NODES`, one after the other, each row by row: E, Schlick,
+/// and the two dielectric curves.
+fn ior_tables() -> &'static [Vec4] {
+    static TABLES: OnceLock<Vec<Vec4>> = OnceLock::new();
     TABLES.get_or_init(|| {
-        let node = |i: usize, row: usize, column: usize| {
+        let node = |k: usize| {
+            let (i, row, column) = (k / TABLE_NODES, k / COLUMNS % ROWS, k % COLUMNS);
             let tables = [&ALBEDO, &SCHLICK, &DIELECTRIC[i], &DIELECTRIC[i + 1]];
             Vec4::from_array(tables.map(|table| f32::from(table[row][column])))
         };
-        let table = |i| std::array::from_fn(|row| std::array::from_fn(|column| node(i, row, column)));
-        (0..R_NODES.len() - 1).map(table).collect()
+        (0..TABLE_NODES * (R_NODES.len() - 1)).map(node).collect()
     })
+}
+
+/// Nodes of a table.
+const TABLE_NODES: usize = ROWS * COLUMNS;
+
+/// [`FacetAlbedo`] of N facets in structure of arrays.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct FacetAlbedos<const N: usize> {
+    e: [f32; N],
+    e_mean: [f32; N],
+    schlick: [f32; N],
+    curve: [f32; N],
+}
+
+impl<const N: usize> FacetAlbedos<N> {
+    /// Returns the values for facets of index of refraction `ior` and roughness `alpha`, seen at cosine `cos`.
+    #[inline(always)]
+    pub fn new(cos: &[f32; N], alpha: &[f32; N], ior: &[f32; N]) -> FacetAlbedos<N> {
+        let node = |x: f32, count: usize| {
+            let x = x.clamp(0.0, 1.0).sqrt() * (count - 1) as f32;
+            // NaN becomes index 0.
+            let i = (x as u32).min(count as u32 - 2);
+            (i, x - i as f32)
+        };
+        let mut first = [0; N];
+        let mut rows = [0; N];
+        let [mut column_weight, mut row_weight, mut w] = [[0.0; N]; 3];
+        for k in 0..N {
+            let row = node(alpha[k], ROWS);
+            let column = node(cos[k], COLUMNS);
+            let r = ((ior[k] - 1.0) / (ior[k] + 1.0)).abs().min(1.0);
+            // NaN, of no valid index, takes the first node.
+            let mut i = 0;
+            let [mut from, mut to] = [R_NODES[0], R_NODES[1]];
+            for node in 1..R_NODES.len() - 1 {
+                let beyond = r >= R_NODES[node];
+                i += u32::from(beyond);
+                from = if beyond { R_NODES[node] } else { from };
+                to = if beyond { R_NODES[node + 1] } else { to };
+            }
+            w[k] = ((r - from) / (to - from)).clamp(0.0, 1.0);
+            rows[k] = row.0;
+            (column_weight[k], row_weight[k]) = (column.1, row.1);
+            first[k] = i * TABLE_NODES as u32 + row.0 * COLUMNS as u32 + column.0;
+        }
+        // Outside of the vectorised loops, because of the tables.
+        let tables = ior_tables();
+        let mut values = [[0.0; N]; 4];
+        let mut mean = [[0.0; N]; 2];
+        for k in 0..N {
+            let nodes = &tables[first[k] as usize..][..COLUMNS + 2];
+            let upper = nodes[0] + (nodes[1] - nodes[0]) * column_weight[k];
+            let lower = nodes[COLUMNS] + (nodes[COLUMNS + 1] - nodes[COLUMNS]) * column_weight[k];
+            let value = (upper + (lower - upper) * row_weight[k]) * (1.0 / 65535.0);
+            for (values, value) in values.iter_mut().zip(value.to_array()) {
+                values[k] = value;
+            }
+            let row = rows[k] as usize % (ROWS - 1);
+            mean[0][k] = f32::from(MEAN_ALBEDO[row]);
+            mean[1][k] = f32::from(MEAN_ALBEDO[row + 1]);
+        }
+        let [e, schlick, a, b] = values;
+        let mut out = FacetAlbedos { e, e_mean: [0.0; N], schlick, curve: [0.0; N] };
+        for k in 0..N {
+            out.e_mean[k] = (mean[0][k] + (mean[1][k] - mean[0][k]) * row_weight[k]) * (1.0 / 65535.0);
+            out.curve[k] = a[k] + (b[k] - a[k]) * w[k];
+        }
+        out
+    }
+
+    /// The values of facet `k`.
+    #[inline(always)]
+    pub fn get(&self, k: usize) -> FacetAlbedo {
+        FacetAlbedo { e: self.e[k], e_mean: self.e_mean[k], schlick: self.schlick[k], curve: self.curve[k] }
+    }
 }
 
 impl FacetAlbedo {
     /// Returns the values for facets of index of refraction `ior` and roughness `alpha`, seen at cosine `cos`.
     #[inline]
     pub fn new(cos: f32, alpha: f32, ior: f32) -> FacetAlbedo {
-        let node = |x: f32, count: usize| {
-            let x = x.clamp(0.0, 1.0).sqrt() * (count - 1) as f32;
-            // NaN becomes index 0.
-            let i = (x as usize).min(count - 2);
-            (i, x - i as f32)
-        };
-        let (row, row_weight) = node(alpha, ROWS);
-        let (column, column_weight) = node(cos, COLUMNS);
-        let r = ((ior - 1.0) / (ior + 1.0)).abs().min(1.0);
-        // NaN, of no valid index, takes the first node.
-        let i = R_NODES[1..R_NODES.len() - 1].iter().filter(|&&node| r >= node).count();
-        let w = ((r - R_NODES[i]) / (R_NODES[i + 1] - R_NODES[i])).clamp(0.0, 1.0);
-        let table = &ior_tables()[i];
-        let [upper, lower] = [&table[row], &table[row + 1]]
-            .map(|row| row[column] + (row[column + 1] - row[column]) * column_weight);
-        let [e, schlick, a, b] = ((upper + (lower - upper) * row_weight) * (1.0 / 65535.0)).to_array();
-        let [upper, lower] = [row, row + 1].map(|row| f32::from(MEAN_ALBEDO[row]));
-        let e_mean = (upper + (lower - upper) * row_weight) * (1.0 / 65535.0);
-        FacetAlbedo { e, e_mean, schlick, curve: a + (b - a) * w }
+        FacetAlbedos::new(&[cos], &[alpha], &[ior]).get(0)
     }
 
     /// The factor of the lobe for light scattered between facets of mean reflectance `f_ss`.
@@ -93,6 +148,12 @@ impl FacetAlbedo {
         let f_ss = f0 + rise * MEAN_CURVE;
         (once * self.compensation(f_ss)).clamp(Rgb::ZERO, Rgb::ONE)
     }
+
+    /// Returns the albedo of a clear coat, whose index of refraction is [`COAT_IOR`].
+    #[inline(always)]
+    pub fn coat(&self) -> f32 {
+        self.dielectric(Rgb::splat(COAT_F0), 1.0).x
+    }
 }
 
 /// Returns the albedo of facets that reflect light once, with Schlick's Fresnel term from `f0` to 1.
@@ -106,14 +167,14 @@ pub(crate) fn single_scattering_albedo(cos: f32, alpha: f32, f0: f32) -> f32 {
 const MEAN_CURVE: f32 = 0.054;
 
 /// Index of refraction of a clear coat (KHR_materials_clearcoat).
-const COAT_IOR: f32 = 1.5;
+pub(crate) const COAT_IOR: f32 = 1.5;
 /// Reflectance of a clear coat at normal incidence.
 pub(crate) const COAT_F0: f32 = 0.04;
 
 /// Returns the albedo of a clear coat.
 #[inline(always)]
 pub(crate) fn coat_albedo(cos: f32, alpha: f32) -> f32 {
-    FacetAlbedo::new(cos, alpha, COAT_IOR).dielectric(Rgb::splat(COAT_F0), 1.0).x
+    FacetAlbedo::new(cos, alpha, COAT_IOR).coat()
 }
 
 #[cfg(test)]

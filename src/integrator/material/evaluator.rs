@@ -71,8 +71,9 @@ impl<'a> MaterialEvaluator<'a> {
     pub fn eval(&mut self, material: u32, ctx: &TextureEvalContext) -> u32 {
         let material = &self.posed.materials[material as usize];
         let reflects = self.reflections_enabled && material.reflects();
-        let k = Coefficients::eval(self.posed, material, ctx, self.under_sky, reflects);
-        self.coefficients.push(self.overrides.apply_to_colors(k));
+        let mut k = Coefficients::eval(self.posed, material, ctx, self.under_sky, reflects);
+        self.overrides.apply_to_colors(&mut k);
+        self.coefficients.push(k);
         (self.coefficients.len() - 1) as u32
     }
 

@@ -81,21 +81,23 @@ impl SpecularLayers {
             return LayerAlbedo { k_r: Rgb::ZERO, k_r_coat: 0.0, base_share: 1.0 };
         }
         let facets = FacetAlbedo::new(cos, alpha, self.ior);
-        let mut dielectric = Rgb::ZERO;
-        if self.metallic < 1.0 && self.dielectric_f90 > 0.0 {
-            dielectric = facets.dielectric(self.dielectric_f0, self.dielectric_f90);
-        }
-        let mut k_r = dielectric;
-        if self.metallic > 0.0 {
-            let metal = facets.metal(self.metal_f0, self.metal_f90);
-            k_r = dielectric + (metal - dielectric) * self.metallic;
-        }
+        let coat_albedo = if self.coat > 0.0 { coat_albedo(cos, coat_alpha) } else { 0.0 };
+        self.combine(&facets, coat_albedo)
+    }
+
+    /// [`SpecularLayers::albedo`] of layers that reflect, given the values of the microfacets and the albedo of a full coat.
+    /// Free of branches, so that loops over it are vectorised.
+    #[inline(always)]
+    pub(crate) fn combine(&self, facets: &FacetAlbedo, coat_albedo: f32) -> LayerAlbedo {
+        let has_dielectric = self.metallic < 1.0 && self.dielectric_f90 > 0.0;
+        let dielectric = facets.dielectric(self.dielectric_f0, self.dielectric_f90);
+        let dielectric = if has_dielectric { dielectric } else { Rgb::ZERO };
+        let metal = facets.metal(self.metal_f0, self.metal_f90);
+        let mixed = dielectric + (metal - dielectric) * self.metallic;
+        let k_r = if self.metallic > 0.0 { mixed } else { dielectric };
         let base_share = if self.covers_base { 1.0 - dielectric.max_element() } else { 1.0 };
-        if self.coat > 0.0 {
-            let k_r_coat = self.coat * coat_albedo(cos, coat_alpha);
-            let below_coat = 1.0 - k_r_coat;
-            return LayerAlbedo { k_r: k_r * below_coat, k_r_coat, base_share: base_share * below_coat };
-        }
-        LayerAlbedo { k_r, k_r_coat: 0.0, base_share }
+        let k_r_coat = if self.coat > 0.0 { self.coat * coat_albedo } else { 0.0 };
+        let below_coat = 1.0 - k_r_coat;
+        LayerAlbedo { k_r: k_r * below_coat, k_r_coat, base_share: base_share * below_coat }
     }
 }

@@ -83,6 +83,28 @@ fn film_positions_are_the_first_pair_of_dimensions() {
 }
 
 #[test]
+fn points_of_the_sequences_are_the_later_pairs_of_dimensions() {
+    for count in [1, 3, 16, 1000, u32::MAX] {
+        let sampler = LowDiscrepancySampler { seed: 7, count };
+        for pixel in [UVec2::ZERO, UVec2::new(1279, 719), UVec2::MAX] {
+            let index: [u32; 16] = std::array::from_fn(|i| i as u32 % count);
+            let positions = index.map(|i| sampler.sequence_position(pixel, i).unwrap());
+            for pair in [1, 2, 77, u32::MAX / 2] {
+                let points = sampler.sequence_points(pair, &positions);
+                for (k, &i) in index.iter().enumerate() {
+                    let point = [0, 1].map(|axis| sampler.get(pixel, i, 2 * pair + axis));
+                    assert_eq!((points.map(|p| p[k]), sampler.get_2d(pixel, i, pair)), (point, point));
+                }
+            }
+            if let Some(i) = count.checked_add(5) {
+                assert_eq!(sampler.sequence_position(pixel, i), None);
+                assert_eq!(sampler.get_2d(pixel, i, 3), [6, 7].map(|d| sampler.get(pixel, i, d)));
+            }
+        }
+    }
+}
+
+#[test]
 fn powers_of_two_of_samples_are_nets() {
     for count in [1, 2, 4, 8, 16, 64, 256, 1024] {
         let sampler = LowDiscrepancySampler { seed: 3, count };

@@ -78,9 +78,9 @@ fn rays_by_wave(waves: u32) -> Vec<usize> {
     let sampler = LowDiscrepancySampler { seed: 0, count: 1 };
     let Scratch { mut rays, mut hits, mut points, .. } = Scratch::default();
     let mut path_rays = PathRays::new(&frame, &samples, &mut rays, &mut hits);
-    path_rays.states = frame.eye_states(path_rays.batch(), &samples);
+    path_rays.states = PathStates::Eye(&frame, &samples);
     let mut compositor = Compositor::new(&frame, path_rays);
-    let mut wave = Wave { rays: Vec::new(), samples };
+    let mut wave = Wave { rays: Vec::new(), samples: samples.clone() };
     let mut counts = Vec::new();
     for depth in 0..waves {
         compositor.rays.intersect(&frame);

@@ -51,8 +51,14 @@ pub(crate) struct PointBlock {
     pub alpha2_increase: LaneArray<f32>,
     /// k_r of the microfacets, by colour.
     pub k_r: LaneArray3<f32>,
+    /// α of the microfacets' lobe, widened by the normals that the sample covers.
+    pub lobe_alpha: LaneArray<f32>,
+    /// Share of the environment that reaches the microfacets where no ray is traced.
+    pub lobe_occlusion: LaneArray<f32>,
     /// k_r of the clear coat.
     pub k_r_coat: LaneArray<f32>,
+    /// α of the coat's lobe, widened in the same way.
+    pub coat_alpha: LaneArray<f32>,
     /// Share of light that reaches the diffuse base.
     pub base_share: LaneArray<f32>,
     /// L so far.
@@ -85,7 +91,10 @@ impl PointBlock {
         reflecting: 0,
         alpha2_increase: [0.0; LANES + HIT_LANES],
         k_r: ZERO3_F32,
+        lobe_alpha: [0.0; LANES + HIT_LANES],
+        lobe_occlusion: [0.0; LANES + HIT_LANES],
         k_r_coat: [0.0; LANES + HIT_LANES],
+        coat_alpha: [0.0; LANES + HIT_LANES],
         base_share: [0.0; LANES + HIT_LANES],
         radiance: ZERO3_F32,
         unshadowed: ZERO3_F32,
@@ -223,6 +232,12 @@ impl PointBlock {
     #[inline(always)]
     pub fn reflects(&self, i: usize) -> bool {
         self.reflecting >> i & 1 != 0
+    }
+
+    /// The points among the first `count`, at least 1, that reflect their surroundings, as a bit mask.
+    #[inline(always)]
+    pub fn reflecting_lanes(&self, count: usize) -> u32 {
+        self.reflecting & (u32::MAX >> (LANES - count))
     }
 
     /// Marks point `i` as one that reflects its surroundings.

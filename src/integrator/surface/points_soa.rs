@@ -25,20 +25,6 @@ impl PointsSoa {
         self.blocks.iter_mut().zip(counts)
     }
 
-    /// Indices of the points that reflect their surroundings.
-    pub fn reflecting_points(&self) -> Vec<usize> {
-        let mut indices = Vec::new();
-        for (block, first) in self.blocks.iter().zip((0..self.count).step_by(LANES)) {
-            let count = LANES.min(self.count - first);
-            let mut mask = block.reflecting & (u32::MAX >> (LANES - count));
-            while mask != 0 {
-                indices.push(first + mask.trailing_zeros() as usize);
-                mask &= mask - 1;
-            }
-        }
-        indices
-    }
-
     /// The block and the lane of point `i`.
     #[inline(always)]
     pub fn lane(&self, i: usize) -> (&PointBlock, usize) {

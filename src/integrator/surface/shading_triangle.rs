@@ -16,7 +16,7 @@ use crate::integrator::surface::surface_hit::{Ray8, SurfaceHit, SurfaceHit8};
 use crate::integrator::surface::surface_point::SurfacePoint;
 use crate::integrator::surface::texture_eval::TextureEvalContext;
 use crate::integrator::surface::triangle_plane::TrianglePlane;
-use crate::scene::PosedScene;
+use crate::scene::{Material, PosedScene};
 use crate::simd::{AutovecKernel, SimdLevel};
 
 /// A triangle in the world, relative to the scene's centre.
@@ -40,8 +40,30 @@ pub(crate) struct ShadingTriangle<'s> {
     needs_differentials: bool,
 }
 
+/// What the points of all triangles with a material have in common.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct MaterialTraits {
+    has_textures: bool,
+    /// True if the footprint of a sample makes a difference.
+    needs_differentials: bool,
+}
+
+impl MaterialTraits {
+    pub fn new(material: &Material) -> MaterialTraits {
+        let has_textures = material.normal.is_some() || material.is_textured();
+        let needs_differentials = widens_highlights(material) || has_textures || material.reflects();
+        MaterialTraits { has_textures, needs_differentials }
+    }
+}
+
 impl<'s> ShadingTriangle<'s> {
     pub fn new(posed: &PosedScene<'s>, id: HitId) -> ShadingTriangle<'s> {
+        let material = &posed.materials[posed.mesh(id.instance).material as usize];
+        ShadingTriangle::with_traits(posed, id, &MaterialTraits::new(material))
+    }
+
+    /// The triangle `id`, whose material has these traits.
+    pub fn with_traits(posed: &PosedScene<'s>, id: HitId, traits: &MaterialTraits) -> ShadingTriangle<'s> {
         let mesh = posed.mesh(id.instance);
         let corners = mesh.triangles[id.triangle as usize];
         let transform = &posed.instances[id.instance as usize].transform;
@@ -55,10 +77,9 @@ impl<'s> ShadingTriangle<'s> {
         };
         let vertex_normals = if normals.is_empty() { [DVec3::ZERO; 3] } else { corners.map(normal) };
         let plane = TrianglePlane::new(world, transform.flips_winding);
-        let material = &posed.materials[mesh.material as usize];
+        let MaterialTraits { has_textures, needs_differentials } = *traits;
         let tint = posed.scene.instances[id.instance as usize].color;
         let has_color = tint.is_some() || !mesh.colors.is_empty();
-        let has_textures = material.normal.is_some() || material.is_textured();
         let are_normalized = !mesh.interpolate_normals_locally;
         ShadingTriangle {
             id,
@@ -70,7 +91,7 @@ impl<'s> ShadingTriangle<'s> {
             tint,
             material: mesh.material,
             is_uniform: !(has_color || has_textures),
-            needs_differentials: widens_highlights(material) || has_textures || material.reflects(),
+            needs_differentials,
         }
     }
 

@@ -81,13 +81,18 @@ impl<'s> TextureEvalContext<'s> {
     }
 
     /// A texture filtered over the footprint; white where it is missing.
+    #[inline(always)]
     pub fn texture(
         &self,
         posed: &PosedScene,
         texture: Option<&TextureRef>,
         semantics: TexelSemantics,
     ) -> Vec4 {
-        let Some(texture) = texture else { return Vec4::ONE };
+        // Most inputs of materials have no texture.
+        texture.map_or(Vec4::ONE, |texture| self.filtered_texture(posed, texture, semantics))
+    }
+
+    fn filtered_texture(&self, posed: &PosedScene, texture: &TextureRef, semantics: TexelSemantics) -> Vec4 {
         if let Some(texel) = self.texels.and_then(|texels| texels.get(texture, semantics)) {
             return texel;
         }

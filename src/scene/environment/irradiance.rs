@@ -145,6 +145,7 @@ impl SkyIrradiance {
 
     /// Returns I_a for a surface with unit normal `n`: its irradiance over π. For a constant environment
     /// that is its radiance.
+    #[inline(always)]
     pub fn ambient(&self, n: DVec3) -> Rgb {
         let harmonics = harmonics(self.to_map * n);
         let mut sum = DVec3::ZERO;

@@ -185,3 +185,28 @@ fn albedos_are_finite_for_any_input() {
         }
     }
 }
+
+/// Facets of all roughnesses, angles and indices of refraction, valid or not.
+#[test]
+fn facets_in_lanes_equal_single_ones() {
+    let inputs = [0.0, 0.003, 0.1, 0.37, 0.5, 0.99, 1.0, 1.7, -0.2, f32::NAN, f32::INFINITY];
+    let iors = [1.0, 1.3, 1.5, 2.4, 99.0, 0.5, f32::NAN, f32::INFINITY];
+    for shift in 0..inputs.len() * iors.len() {
+        let cos: [f32; 16] = std::array::from_fn(|i| inputs[(i + shift) % inputs.len()]);
+        let alpha: [f32; 16] = std::array::from_fn(|i| inputs[(3 * i + shift / iors.len()) % inputs.len()]);
+        let ior: [f32; 16] = std::array::from_fn(|i| iors[(i + shift) % iors.len()]);
+        let lanes = FacetAlbedos::new(&cos, &alpha, &ior);
+        for i in 0..16 {
+            // Compares as text, because NaN differs from itself.
+            let single = FacetAlbedo::new(cos[i], alpha[i], ior[i]);
+            assert_eq!(
+                format!("{:?}", lanes.get(i)),
+                format!("{single:?}"),
+                "{} {} {}",
+                cos[i],
+                alpha[i],
+                ior[i]
+            );
+        }
+    }
+}
