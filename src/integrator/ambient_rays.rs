@@ -5,7 +5,7 @@ use std::f64::consts::PI;
 use glam::{DVec3, Vec3};
 
 use crate::geometry::{Rgb, cosine_hemisphere};
-use crate::integrator::shadow_rays::distance_beyond;
+use crate::integrator::frame::distance_beyond;
 use crate::integrator::surface::point_block::PointBlock;
 use crate::integrator::surface::shadow_terminator::offset_to_smooth_surface;
 use crate::integrator::surface::soa::{LANES, dvec3, set3, vec3};

@@ -1,6 +1,6 @@
 //! A frame: the posed scene, its acceleration structure, camera and lights, and how they are shaded.
 
-use glam::{DAffine3, DVec3};
+use glam::{DAffine3, DVec3, Vec3};
 
 use crate::accel::{Accel, Coherence, RayBatch};
 use crate::geometry::{HitId, RayDifferential, Rgb};
@@ -200,4 +200,10 @@ impl<'a> Frame<'a> {
     pub(crate) fn ray_differential(&self, [x, y]: [f64; 2]) -> Option<RayDifferential> {
         (x != 0.0 || y != 0.0).then(|| self.camera.ray_differential(x, y))
     }
+}
+
+/// A distance from `p` that is beyond a sphere about the origin in every direction.
+#[inline(always)]
+pub(crate) fn distance_beyond(p: Vec3, radius: f64) -> f64 {
+    1.01 * (p.as_dvec3().length() + radius) + f64::from(f32::MIN_POSITIVE)
 }

@@ -187,9 +187,3 @@ impl ShadowBuffers {
         trace_shadow_rays(frame, &self.traced_rays, &mut self.occluded, &mut self.visibility);
     }
 }
-
-/// A distance from `p` that is beyond a sphere about the origin in every direction.
-#[inline(always)]
-pub(crate) fn distance_beyond(p: Vec3, radius: f64) -> f64 {
-    1.01 * (p.as_dvec3().length() + radius) + f64::from(f32::MIN_POSITIVE)
-}
