@@ -8,9 +8,29 @@ pub(crate) fn morton2(cell: UVec2) -> u64 {
     spread2(cell.x) | (spread2(cell.y) << 1)
 }
 
+/// Bits of the codes in [`LOW_CELLS`].
+const LOW_BITS: u32 = 10;
+
+/// The cells of the lowest codes: those of a tile.
+static LOW_CELLS: [[u8; 2]; 1 << LOW_BITS] = low_cells();
+
+const fn low_cells() -> [[u8; 2]; 1 << LOW_BITS] {
+    let mut cells = [[0; 2]; 1 << LOW_BITS];
+    let mut code = 0;
+    while code < cells.len() {
+        cells[code] = [compact2(code as u32) as u8, compact2(code as u32 >> 1) as u8];
+        code += 1;
+    }
+    cells
+}
+
 /// Returns the cell of a 2-D Morton code of up to 32 bits.
+#[inline]
 pub(crate) fn decode_morton2(code: u32) -> UVec2 {
-    UVec2::new(compact2(code), compact2(code >> 1))
+    match LOW_CELLS.get(code as usize) {
+        Some(&[x, y]) => UVec2::new(x.into(), y.into()),
+        None => UVec2::new(compact2(code), compact2(code >> 1)),
+    }
 }
 
 /// Returns the 3-D Morton code of 21 bits for each axis: x in bits 0, 3, 6 …, then y, then z.
@@ -31,10 +51,12 @@ fn spread2(x: u32) -> u64 {
 }
 
 /// Moves bit 2i to bit i.
-fn compact2(code: u32) -> u32 {
-    [(1, 0x3333_3333), (2, 0x0f0f_0f0f), (4, 0x00ff_00ff), (8, 0x0000_ffff)]
-        .into_iter()
-        .fold(code & 0x5555_5555, |x, (shift, mask)| (x | x >> shift) & mask)
+const fn compact2(code: u32) -> u32 {
+    let mut x = code & 0x5555_5555;
+    x = (x | x >> 1) & 0x3333_3333;
+    x = (x | x >> 2) & 0x0f0f_0f0f;
+    x = (x | x >> 4) & 0x00ff_00ff;
+    (x | x >> 8) & 0x0000_ffff
 }
 
 /// Moves bit i of the lowest 21 bits to bit 3i.
@@ -69,6 +91,10 @@ mod tests {
             });
             assert_eq!(morton3(cell), code3);
             assert_eq!(decode_morton2(code2 as u32), cell.truncate() & UVec2::splat(0xffff));
+        }
+        for (x, y) in (0..70).flat_map(|y| (0..70).map(move |x| (x, y))) {
+            let cell = UVec2::new(x, y);
+            assert_eq!(decode_morton2(morton2(cell) as u32), cell);
         }
     }
 }

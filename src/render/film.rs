@@ -29,6 +29,12 @@ impl PixelRect {
             .filter(move |p| p.x < self.width && p.y < self.height)
             .map(move |p| UVec2::new(self.x, self.y) + p)
     }
+
+    /// Its first and its last pixel.
+    pub fn corners(self) -> [UVec2; 2] {
+        let first = UVec2::new(self.x, self.y);
+        [first, first + UVec2::new(self.width.saturating_sub(1), self.height.saturating_sub(1))]
+    }
 }
 
 /// A rendered tile.
@@ -36,7 +42,7 @@ impl PixelRect {
 pub struct TileBuffer {
     /// Its pixels.
     pub tile: PixelRect,
-    /// Premultiplied linear RGBA, in the order of [`PixelRect::pixels`].
+    /// Premultiplied linear RGBA, in the order of [`PixelRect::pixels`]. Pixels without one keep their colour on the film.
     pub colors: Vec<Rgba>,
 }
 

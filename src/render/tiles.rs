@@ -31,12 +31,16 @@ pub(super) fn render_uniform(
 ) -> Result<Pixels, Cancelled> {
     let generator = SampleGenerator::new(settings);
     render_tiles(settings, monitor, |tile, scratch| {
+        let [low, high] = generator.film_bounds(&tile.corners());
+        if !integrator.may_hit(frame, low, high) {
+            return Vec::new();
+        }
         let pixels: Vec<UVec2> = tile.pixels().collect();
         render_pixels(&generator, frame, integrator, &pixels, scratch, monitor)
     })
 }
 
-/// Renders a picture whose tiles `colors` computes, in the order of [`PixelRect::pixels`]. Each thread takes the next tile
+/// Renders a picture whose tiles `colors` computes, in the order of [`PixelRect::pixels`]; no colours are black. Each thread takes the next tile
 /// when it has finished one, because the parts of a picture differ in cost.
 pub(super) fn render_tiles(
     settings: &RenderSettings,
