@@ -7,19 +7,15 @@ installed are skipped with a message. `--quick`: three rounds of the small files
 
 import argparse
 import json
-import os
 import shutil
 import statistics
 import subprocess
 import sys
-import time
 from pathlib import Path
 
-ROOT = Path(__file__).resolve().parents[2]
-HERE = Path(__file__).resolve().parent / "programs"
-SCENES, WORK = ROOT / "target/scenes", ROOT / "target/peers"
-PYTHON = WORK / "venv/bin/python"
-BLINN, GENERATOR = ROOT / "target/release/blinn", ROOT / "target/release/blinn-scenes"
+from peers import (BLINN, GENERATOR, PROGRAMS, PYTHON, ROOT, SCENES, WORK, blender_python, has, install,
+                   measure_process)
+
 FILES = {
     "scan-70k.obj": ("70k",), "scan-76k.glb": ("76k", "--textured"),
     "scan-1.1m.glb": ("1.1m", "--textured"), "scan-1.1m.obj": ("1.1m",),
@@ -28,25 +24,9 @@ VIEW = {".obj": ["--view-point", "0.62,0.42,1.75", "--look-at", "0,0,0", "--yfov
                  "--point-light", "3,4,2,30"], ".glb": []}
 
 
-def has(module, python=PYTHON):
-    done = subprocess.run([python, "-c", f"import {module}"], capture_output=True) if python else None
-    return done is not None and done.returncode == 0
-
-
-def blender_python():
-    """A Python with bpy: the one named by BPY_PYTHON, or our own."""
-    named = os.environ.get("BPY_PYTHON")
-    return next((p for p in (named, PYTHON) if p and has("bpy", p)), None)
-
-
 def set_up():
     """Installs the programs that pip has, and generates the scenes."""
-    if not PYTHON.exists():
-        subprocess.run([sys.executable, "-m", "venv", WORK / "venv"], check=True)
-    for package, module in (("f3d==4.0.0", "f3d"), ("mitsuba==3.9.1", "mitsuba"), ("filly==0.2.1", "filly"),
-                            ("pillow", "PIL")):
-        if not has(module):
-            subprocess.run([PYTHON, "-m", "pip", "install", "--quiet", package], check=False)
+    install("f3d", "mitsuba", "filly", "PIL")
     SCENES.mkdir(parents=True, exist_ok=True)
     made_by = GENERATOR.stat().st_mtime
     for name, (count, *flags) in FILES.items():
@@ -55,13 +35,13 @@ def set_up():
             subprocess.run([GENERATOR, "scan", count, SCENES / name, *flags], check=True)
         pov = (SCENES / name).with_suffix(".pov")
         if name.endswith(".obj") and (stale or not pov.exists()):
-            subprocess.run([sys.executable, HERE / "obj_to_pov.py", SCENES / name, pov], check=True)
+            subprocess.run([sys.executable, PROGRAMS / "obj_to_pov.py", SCENES / name, pov], check=True)
 
 
 def programs(quick):
     """name: (files' endings, samples, shadows, command of (scene, picture)); None if it is not installed."""
     def script(name, *rest, python=PYTHON):
-        return lambda scene, out: [python, HERE / name, scene, out, *rest]
+        return lambda scene, out: [python, PROGRAMS / name, scene, out, *rest]
 
     def blinn(*flags):
         return lambda scene, out: [BLINN, "render", scene, "-o", out, "--size", "1280x720", "-q", *flags,
@@ -97,17 +77,10 @@ def programs(quick):
 def run(command, out):
     """Returns (wall s, CPU s, peak MB) of a process, or an error message."""
     out.unlink(missing_ok=True)
-    start = time.perf_counter()
-    with open(WORK / "last.log", "w") as log:
-        process = subprocess.Popen([str(c) for c in command], stdout=log, stderr=log, cwd=WORK)
-        _, status, usage = os.wait4(process.pid, 0)
-    process.returncode = os.waitstatus_to_exitcode(status)
-    wall = time.perf_counter() - start
-    made = out.exists() or out.with_suffix(".ppm").exists()
-    if process.returncode != 0 or not made:
-        tail = (WORK / "last.log").read_text(errors="replace").strip().splitlines()[-1:]
-        return f"exit {process.returncode}{'' if made else ', no picture'}: {' '.join(tail)[:160]}"
-    return wall, usage.ru_utime + usage.ru_stime, usage.ru_maxrss / 1e3
+    result = measure_process(command)
+    if not isinstance(result, str) and not (out.exists() or out.with_suffix(".ppm").exists()):
+        return "no picture"
+    return result
 
 
 def measure(name, rounds):
@@ -150,7 +123,7 @@ def turntables():
                 BLINN, scene, out.parent, out]
 
     def f3d(scene, out):
-        return [PYTHON, HERE / "turn_f3d.py", scene, out, "36"]
+        return [PYTHON, PROGRAMS / "turn_f3d.py", scene, out, "36"]
 
     return {"blinn": ((".glb",), 4, True, blinn), "f3d": ((".glb",), 1, False, f3d if has("f3d") else None)}
 
