@@ -151,6 +151,7 @@ fn scenes_are_found_where_their_archives_put_them() {
         ("Sibenik", "sibenik/sibenik.obj"),
         ("Breakfast Room", "breakfast_room/breakfast_room.obj"),
         ("Stanford bunny", "bunny/bunny.obj"),
+        ("Stanford bunny (69k)", "data/stanford-bunny.obj"),
         ("Stanford dragon", "dragon/dragon.obj"),
         ("Happy Buddha", "buddha/buddha.obj"),
         ("Sponza (glTF)", "Models/Sponza/glTF/Sponza.gltf"),
