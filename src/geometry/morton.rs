@@ -4,6 +4,7 @@
 use glam::{UVec2, UVec3};
 
 /// Returns the 2-D Morton code: x in the even bits, y in the odd ones.
+#[inline]
 pub(crate) fn morton2(cell: UVec2) -> u64 {
     spread2(cell.x) | (spread2(cell.y) << 1)
 }
@@ -51,6 +52,7 @@ fn spread2(x: u32) -> u64 {
 }
 
 /// Moves bit 2i to bit i.
+#[inline]
 const fn compact2(code: u32) -> u32 {
     let mut x = code & 0x5555_5555;
     x = (x | x >> 1) & 0x3333_3333;

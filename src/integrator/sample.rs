@@ -72,6 +72,7 @@ impl SampleStream<'_> {
 
     /// Point number `part` of the `parts` points of a path. All points of a pixel form one point set of count × parts
     /// points.
+    #[inline]
     pub fn get_2d_split(&self, path: usize, dimension: SampleDimension, part: u32, parts: u32) -> [f32; 2] {
         let Sample { pixel, index, .. } = self.samples[path];
         let finer = self.finer_sampler(parts);

@@ -22,6 +22,7 @@ pub struct PixelRect {
 
 impl PixelRect {
     /// Its pixels along the Morton curve: consecutive pixels are close together, so that their rays are coherent.
+    #[inline]
     pub fn pixels(self) -> impl Iterator<Item = UVec2> {
         let side = self.width.max(self.height).next_power_of_two();
         (0..side * side)
@@ -129,6 +130,8 @@ mod tests {
             let code = |t: &PixelRect| morton2(UVec2::new(t.x - window.x, t.y - window.y) / side);
             assert!(film.tiles(side).is_sorted_by_key(code));
             for tile in film.tiles(side) {
+                let code = |p: UVec2| morton2(UVec2::new(p.x - tile.x, p.y - tile.y));
+                assert!(tile.pixels().is_sorted_by_key(code));
                 for p in tile.pixels() {
                     assert!(covered.insert(p));
                 }

@@ -40,8 +40,8 @@ pub(super) fn render_uniform(
     })
 }
 
-/// Renders a picture whose tiles `colors` computes, in the order of [`PixelRect::pixels`]; no colours are black. Each thread takes the next tile
-/// when it has finished one, because the parts of a picture differ in cost.
+/// Renders a picture whose tiles `colors` computes, in the order of [`PixelRect::pixels`]; no colours are black. Each
+/// thread takes the next tile when it has finished one, because the parts of a picture differ in cost.
 pub(super) fn render_tiles(
     settings: &RenderSettings,
     monitor: &dyn ProgressMonitor,

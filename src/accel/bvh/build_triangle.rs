@@ -24,6 +24,7 @@ impl BuildTriangle {
 }
 
 impl Boundable for BuildTriangle {
+    #[inline]
     fn aabb(&self) -> ObvhsAabb {
         self.triangle.bounds().into()
     }

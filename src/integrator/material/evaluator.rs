@@ -89,6 +89,7 @@ const MIN_HIGHLIGHT_ROUGHNESS: f32 = 0.1;
 const MIN_HIGHLIGHT_ALPHA: f32 = MIN_HIGHLIGHT_ROUGHNESS * MIN_HIGHLIGHT_ROUGHNESS;
 
 impl Coefficients {
+    #[inline]
     fn eval(
         posed: &PosedScene,
         material: &Material,

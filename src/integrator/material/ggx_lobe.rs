@@ -56,6 +56,7 @@ impl Lobe {
     }
 
     /// Returns a direction that the lobe reflects, for a point of the unit square: one of `count` samples.
+    #[inline]
     pub fn sample(&self, u: [f64; 2], count: u32) -> LobeSample {
         let Lobe { n, v, alpha, f0 } = *self;
         let basis = LobeBasis::new(n, v);

@@ -114,7 +114,9 @@ impl BarycentricDifferentials {
     /// The steps in x and in y in texture coordinates, given those of the corners.
     #[inline(always)]
     pub fn uv_steps(&self, [a, b, c]: [Vec2; 3]) -> [Vec2; 2] {
-        self.db.map(|step| (b - a) * step.x + (c - a) * step.y)
+        let [x, y] = self.db;
+        let uv_step = |step: Vec2| (b - a) * step.x + (c - a) * step.y;
+        [uv_step(x), uv_step(y)]
     }
 
     /// Returns the increase of a highlight's α² by the curvature of the smooth surface.

@@ -62,7 +62,10 @@ impl<const N: usize> TexelPairs<N> {
         const ROUNDING: f64 = 1.5 * (1u64 << 52) as f64;
         // Coordinates outside 0…1 are rare.
         let inside = x.iter().all(|x| (0.0..1.0).contains(x));
-        let folded = if inside { x.map(f64::from) } else { x.map(|x| wrap.fold(x)) };
+        let mut folded = [0.0; N];
+        for (folded, x) in folded.iter_mut().zip(x) {
+            *folded = if inside { f64::from(*x) } else { wrap.fold(*x) };
+        }
         let mut pairs = TexelPairs { first: [0.0; N], weight: [0.0; N] };
         for ((folded, first), weight) in folded.iter().zip(&mut pairs.first).zip(&mut pairs.weight) {
             let x = folded * f64::from(texels) - 0.5;

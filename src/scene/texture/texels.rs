@@ -64,6 +64,7 @@ pub(crate) struct TexelView<'a> {
 impl TexelView<'_> {
     /// Returns texel `i` of the row-major list as stored, in 0…1: neither decoded nor filtered. Grey
     /// fills all three colours; a missing alpha is 1.
+    #[inline]
     pub fn stored(&self, i: usize) -> Vec4 {
         let n = self.channels as usize;
         match &self.texels {
