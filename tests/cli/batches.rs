@@ -136,6 +136,77 @@ fn a_ledger_describes_every_scene_and_skips_those_that_are_done() {
     refused(&at, "render objects --no-retry", "--ledger");
 }
 
+/// Small scenes are rendered at the same time. Files, ledger, page and list of failures are those of one thread.
+#[test]
+fn scenes_at_the_same_time_are_reported_in_their_order() {
+    let (_dir, at) = folder();
+    write_objects(&at, 30);
+    fs::write(at.join("objects/2/02.obj"), "mtllib gone.mtl\nv 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n").unwrap();
+    fs::write(at.join("objects/0/cut.gltf"), "{").unwrap();
+    // Larger than a small scene: it is rendered alone, between the others.
+    let mut large = "v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n".to_string();
+    large.extend(std::iter::repeat_n("# a long comment that makes the file large\n", (17 << 20) / 43));
+    fs::write(at.join("objects/1/13.obj"), large).unwrap();
+    for line in
+        ["turntable objects --count 3 -o X/{stem}/#.png", "turntable objects --views 2 -o X/{stem}/#.jpg"]
+    {
+        let run = |threads: usize| {
+            let out = format!("out{threads}");
+            let _ = fs::remove_dir_all(at.join(&out));
+            let flags = format!("{SMALL} --threads {threads} --ledger {out}/ledger --report {out}/page.html");
+            let output = blinn(&at, &format!("{} {flags}", line.replace('X', &out)));
+            assert_eq!(output.status.code(), Some(1));
+            let messages = String::from_utf8(output.stderr).unwrap();
+            let failures = messages.split_once("scenes failed").unwrap().1.to_string();
+            let mut lines = ledger(&at, &format!("{out}/ledger"));
+            lines.iter_mut().for_each(|line| {
+                line["seconds"] = Value::Null;
+                line["key"] = Value::Null;
+            });
+            let mut written = files(&at.join(&out));
+            written.remove("ledger");
+            let page = String::from_utf8(written.remove("page.html").unwrap()).unwrap();
+            let sections: Vec<String> = page.split("<h2>").skip(1).map(without_times).collect();
+            (failures, lines, sections, written)
+        };
+        let (failures, lines, sections, written) = run(1);
+        assert!(failures.contains("cut.gltf") && failures.contains("broken.obj"), "{failures}");
+        assert!(lines.len() == 32 && sections.len() == 32, "{} {}", lines.len(), sections.len());
+        for threads in [2, 5] {
+            let (others, other_lines, other_sections, other_written) = run(threads);
+            assert_eq!(others, failures, "{threads}");
+            assert_eq!(other_lines, lines, "{threads}");
+            assert_eq!(other_sections, sections, "{threads}");
+            assert!(other_written == written, "{threads}");
+        }
+    }
+}
+
+/// The text of a page without render times.
+fn without_times(section: &str) -> String {
+    let parts = section.split(" &middot; ").map(|part| part.split_once(" s").map_or(part, |(_, rest)| rest));
+    parts.collect::<Vec<_>>().join("")
+}
+
+/// Scenes that are rendered at the same time share the memory. One that needs more than its share is tried again with all.
+#[test]
+fn a_scene_that_needs_more_than_its_share_of_memory_is_rendered_alone() {
+    let (_dir, at) = folder();
+    write_objects(&at, 6);
+    fs::remove_file(at.join("objects/1/broken.obj")).unwrap();
+    let huge = r#"{"asset": {"version": "2.0"}, "scenes": [{"nodes": [0]}], "nodes": [{"mesh": 0}],
+        "meshes": [{"primitives": [{"attributes": {"POSITION": 0}}]}],
+        "accessors": [{"componentType": 5126, "type": "VEC3", "count": 300000000, "min": [0, 0, 0], "max": [0, 0, 0]}]}"#;
+    fs::write(at.join("objects/1/huge.gltf"), huge).unwrap();
+    let flags = "--size 16x12 -s 1 -o out/{stem}.png --threads 2 --max-memory 2GiB";
+    let output = blinn(&at, &format!("render objects {flags}"));
+    let messages = String::from_utf8(output.stderr).unwrap();
+    assert_eq!(output.status.code(), Some(1), "{messages}");
+    assert!(messages.contains("exceeds the limit of 2147483648"), "{messages}");
+    assert_eq!(messages.matches("exceeds the limit").count(), 2, "the error and its repetition: {messages}");
+    assert_eq!(names(&at.join("out")).len(), 6);
+}
+
 /// A scene that takes too long fails, and the batch goes on.
 #[test]
 fn a_scene_that_takes_too_long_is_given_up() {
