@@ -32,7 +32,7 @@ def programs(only, side):
     rows = {
         "blinn": (True, blinn()),
         # As much as Mitsuba and Cycles do.
-        "blinn, a sun": (True, blinn("--lights", "none", "--sun=-3,-4,-2,2", "--bounces", "0")),
+        "blinn with a sun": (True, blinn("--lights", "none", "--sun=-3,-4,-2,2", "--bounces", "0")),
         "f3d": (False, script("objects_f3d.py") if f3d else None),
         "Mitsuba llvm": (True, script("objects_mitsuba.py", "llvm_ad_rgb") if mitsuba else None),
         "Mitsuba scalar": (True, script("objects_mitsuba.py", "scalar_rgb") if mitsuba else None),
@@ -86,7 +86,7 @@ for program, results in runs.items():
     rate = arguments.objects / wall / cores
     rows.append({"program": program, "objects": arguments.objects, "shadows": installed[program][0], "wall": wall, "cpu": cpu,
                  "objects per second and core": rate, "peak MB": peak})
-own = [next((row["wall"] for row in rows if row["program"] == name), None) for name in ("blinn", "blinn, a sun")]
+own = [next((row["wall"] for row in rows if row["program"] == name), None) for name in ("blinn", "blinn with a sun")]
 print(f"\n{arguments.objects} objects, {VIEWS} views of {arguments.side} x {arguments.side}, {cores} cores, medians of "
       f"{arguments.rounds}\n\n| program | shadows | wall s | CPU s | objects per second and core | peak MB "
       "| blinn's wall time to it | with a sun |\n|---|---|---|---|---|---|---|---|")
