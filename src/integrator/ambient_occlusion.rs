@@ -178,11 +178,18 @@ impl AmbientEstimator<'_, '_> {
             scene_radius: self.frame.posed.bounding_radius(),
             rays: &mut computed,
         });
-        for (i, _) in counts.iter().enumerate().filter(|(_, count)| part < **count) {
-            let source = self.batch.excluded_triangle(first + i, computed.in_front[i]);
-            rays.push(computed.from(i), computed.to(i), source);
-            waiting.points.push((first + i) as u32);
+        let mut lanes = [0; LANES];
+        let mut active = 0;
+        for (i, &count) in counts.iter().enumerate() {
+            lanes[active] = i;
+            active += usize::from(part < count);
         }
+        let lanes = lanes[..active].iter();
+        rays.from.extend(lanes.clone().map(|&i| computed.from(i)));
+        rays.to.extend(lanes.clone().map(|&i| computed.to(i)));
+        let source = |&i: &usize| self.batch.excluded_triangle(first + i, computed.in_front[i]);
+        rays.source.extend(lanes.clone().map(source));
+        waiting.points.extend(lanes.map(|&i| (first + i) as u32));
         if let Some(environment) = self.environment {
             let radiance = self.look_up(environment, counts, &computed);
             let traced = counts.iter().zip(radiance).filter(|(count, _)| part < **count);
@@ -225,29 +232,44 @@ impl AmbientEstimator<'_, '_> {
         buffers: &mut ShadowBuffers,
         sums: &mut [AmbientEstimate],
     ) {
-        buffers.trace(self.frame);
-        let ShadowBuffers { traced_rays, visibility, .. } = buffers;
-        if self.frame.opaque_ground_height().is_some() {
-            let to_infinity = self.distance == f64::INFINITY;
-            for ((from, to), visibility) in traced_rays.from.iter().zip(&traced_rays.to).zip(&mut *visibility)
-            {
-                if self.frame.ground_blocks(*from, to.as_dvec3() - from.as_dvec3(), to_infinity) {
-                    *visibility = Rgb::ZERO;
-                }
-            }
+        let frame = self.frame;
+        if frame.accel.has_translucent() {
+            buffers.trace(frame);
+            self.add_to_sums(waiting, &buffers.traced_rays, buffers.visibility.iter().copied(), sums);
+        } else {
+            buffers.trace_occlusion(frame);
+            let visibility = buffers.occluded.iter().map(|&hit| if hit { Rgb::ZERO } else { Rgb::ONE });
+            self.add_to_sums(waiting, &buffers.traced_rays, visibility, sums);
         }
-        for (&point, &visibility) in waiting.points.iter().zip(&*visibility) {
-            sums[point as usize].visibility += visibility;
-        }
-        for ((&point, &visibility), &radiance) in
-            waiting.points.iter().zip(&*visibility).zip(&waiting.radiance)
-        {
-            let sum = &mut sums[point as usize];
-            sum.visible += visibility * radiance;
-            sum.hidden += (Rgb::ONE - visibility) * radiance;
-        }
+        buffers.traced_rays.clear();
         waiting.points.clear();
         waiting.radiance.clear();
-        traced_rays.clear();
+    }
+
+    /// Adds the visibility of rays, and the environment's light along them, to the sums of their points.
+    fn add_to_sums(
+        &self,
+        waiting: &WaitingRays,
+        rays: &ShadowRayBatch,
+        visibility: impl Iterator<Item = Rgb>,
+        sums: &mut [AmbientEstimate],
+    ) {
+        let has_ground = self.frame.opaque_ground_height().is_some();
+        let to_infinity = self.distance == f64::INFINITY;
+        for (i, (&point, visibility)) in waiting.points.iter().zip(visibility).enumerate() {
+            let mut visibility = visibility;
+            if has_ground {
+                let to_end = rays.to[i].as_dvec3() - rays.from[i].as_dvec3();
+                if self.frame.ground_blocks(rays.from[i], to_end, to_infinity) {
+                    visibility = Rgb::ZERO;
+                }
+            }
+            let sum = &mut sums[point as usize];
+            sum.visibility += visibility;
+            if let Some(&radiance) = waiting.radiance.get(i) {
+                sum.visible += visibility * radiance;
+                sum.hidden += (Rgb::ONE - visibility) * radiance;
+            }
+        }
     }
 }

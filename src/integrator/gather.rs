@@ -213,9 +213,12 @@ impl<F: Fn(&Coefficients, DVec3) -> Rgb> MaterialPass<'_, F> {
                 }
                 let index = self.evaluator.eval(triangle.material, &ctx);
                 let k = self.evaluator.get(index);
-                block.set_material(lane, n, k, (self.base_radiance)(k, n));
                 if k.layers.reflects {
+                    // The specular layers set the radiance.
+                    block.set_material(lane, n, k, Rgb::ZERO);
                     block.set_reflecting(lane, alpha2_increase[lane]);
+                } else {
+                    block.set_material(lane, n, k, (self.base_radiance)(k, n));
                 }
                 self.points[i].coefficients = index;
                 i += 1;

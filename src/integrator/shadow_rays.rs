@@ -31,7 +31,7 @@ pub(crate) struct ShadowBuffers {
     /// The share of light that each ray finds unblocked, by colour.
     pub visibility: Vec<Rgb>,
     pub traced_rays: ShadowRayBatch,
-    occluded: Vec<bool>,
+    pub occluded: Vec<bool>,
     /// From points on an area light to its centre.
     emitter_rays: ShadowRayBatch,
     emitter_visibility: Vec<Rgb>,
@@ -182,6 +182,11 @@ fn trace_shadow_rays(
 }
 
 impl ShadowBuffers {
+    /// Traces `traced_rays` in a scene without translucent surfaces and stores which are occluded.
+    pub fn trace_occlusion(&mut self, frame: &Frame) {
+        frame.accel.occluded(&self.traced_rays, &MaterialHitFilter(frame.posed), &mut self.occluded);
+    }
+
     /// Traces `traced_rays` and stores their visibility.
     pub fn trace(&mut self, frame: &Frame) {
         trace_shadow_rays(frame, &self.traced_rays, &mut self.occluded, &mut self.visibility);

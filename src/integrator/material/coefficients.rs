@@ -64,8 +64,14 @@ impl MaterialOverrides {
     /// Replaces colours. The shininess stays the material's own, because
     /// [`SpecularAntialiasing`](super::specular_antialiasing::SpecularAntialiasing) scales k_s by it and replaces it then.
     pub(crate) fn apply_to_colors(&self, k: &mut Coefficients) {
-        for (replacement, color) in [(self.k_d, &mut k.k_d), (self.k_s, &mut k.k_s), (self.k_e, &mut k.k_e)] {
-            *color = replacement.unwrap_or(*color);
+        if let Some(k_d) = self.k_d {
+            k.k_d = k_d;
+        }
+        if let Some(k_s) = self.k_s {
+            k.k_s = k_s;
+        }
+        if let Some(k_e) = self.k_e {
+            k.k_e = k_e;
         }
     }
 }

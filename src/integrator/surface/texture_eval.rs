@@ -88,8 +88,11 @@ impl<'s> TextureEvalContext<'s> {
         texture: Option<&TextureRef>,
         semantics: TexelSemantics,
     ) -> Vec4 {
-        // Most inputs of materials have no texture.
-        texture.map_or(Vec4::ONE, |texture| self.filtered_texture(posed, texture, semantics))
+        match texture {
+            Some(texture) => self.filtered_texture(posed, texture, semantics),
+            // Most inputs of materials have none.
+            None => Vec4::ONE,
+        }
     }
 
     fn filtered_texture(&self, posed: &PosedScene, texture: &TextureRef, semantics: TexelSemantics) -> Vec4 {
