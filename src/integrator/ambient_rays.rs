@@ -5,6 +5,7 @@ use std::f64::consts::PI;
 use glam::{DVec3, Vec3};
 
 use crate::geometry::{Rgb, cosine_hemisphere};
+use crate::integrator::environment_occlusion::LOOKUP_SHARE;
 use crate::integrator::frame::distance_beyond;
 use crate::integrator::surface::point_block::PointBlock;
 use crate::integrator::surface::shadow_terminator::offset_to_smooth_surface;
@@ -106,7 +107,7 @@ impl AutovecKernel for LookUpEnvironment<'_> {
         for i in 0..LANES {
             let cos = rays.n_dot_l[i];
             let density = if cos > 0.0 { cos } else { 0.0 } / PI;
-            let covered = 1.0 / (f64::from(counts[i]) * density);
+            let covered = LOOKUP_SHARE / (f64::from(counts[i]) * density);
             solid_angle[i] = if covered < MAX_SOLID_ANGLE { covered } else { MAX_SOLID_ANGLE } as f32;
         }
         *radiance = environment.radiance_of_lanes(&rays.l, &solid_angle);

@@ -16,11 +16,17 @@ pub(crate) const STRONG_IMPORTANCE: f32 = 0.15;
 /// Smallest importance of a point or of a ray that it spawns.
 pub(crate) const MIN_IMPORTANCE: f32 = 1.0 / 512.0;
 
-/// Returns true if a lobe spawns a ray. What is seen in a reflection shows only its strong reflections: others would double
-/// the rays with each wave.
+/// Returns the probability that a lobe spawns a ray; 0 if it looks the environment up instead.
+///
+/// What is seen in a reflection shows only its strong reflections: others would double the rays with each wave. Looking weak
+/// lobes up shows an environment that other surfaces hide. With ambient occlusion (`is_occluded`) that would be seen, below
+/// objects on glossy floors: then weak lobes spawn rays by Russian roulette.
 #[inline(always)]
-pub(crate) fn is_traced(importance: f32, is_narrow: bool, wave: u32) -> bool {
-    importance >= if is_narrow & (wave == 0) { MIN_IMPORTANCE } else { STRONG_IMPORTANCE }
+pub(crate) fn survival(importance: f32, is_narrow: bool, wave: u32, is_occluded: bool) -> f32 {
+    let is_seen = is_narrow & (wave == 0);
+    let threshold = if is_seen | is_occluded { MIN_IMPORTANCE } else { STRONG_IMPORTANCE };
+    let weak = if is_seen { 1.0 } else { importance / STRONG_IMPORTANCE };
+    if importance >= threshold { weak.min(1.0) } else { 0.0 }
 }
 
 /// Sets of points of a block, as bit masks.
@@ -52,8 +58,9 @@ impl BlockLobes {
             lanes.load(frame, compositor, batch, first + lane);
         }
         let mut lobes = BlockLobes::default();
+        let is_occluded = frame.ambient_occlusion.is_some();
         if lanes.reflecting != 0 {
-            frame.simd().run(Classify { block, lanes: &lanes, wave, lobes: &mut lobes });
+            frame.simd().run(Classify { block, lanes: &lanes, wave, is_occluded, lobes: &mut lobes });
         }
         lobes
     }
@@ -116,13 +123,15 @@ struct Classify<'a> {
     block: &'a PointBlock,
     lanes: &'a LobeLanes,
     wave: u32,
+    /// True if weak lobes may spawn rays: see [`survival`].
+    is_occluded: bool,
     lobes: &'a mut BlockLobes,
 }
 
 impl AutovecKernel for Classify<'_> {
     #[inline(always)]
     fn run(self) {
-        let Classify { block, lanes, wave, lobes } = self;
+        let Classify { block, lanes, wave, is_occluded, lobes } = self;
         let mut is_visible = [false; LANES];
         let mut facets = LayerSets::NONE;
         let mut coat = LayerSets::NONE;
@@ -133,7 +142,8 @@ impl AutovecKernel for Classify<'_> {
             let is_set = |mask: u32| mask >> i & 1 != 0;
             let lobe = |k_r: Rgb, is_narrow: bool| {
                 let importance = lanes.importance[i] * (throughput * k_r).max_element();
-                let is_traced = is_set(lanes.continuing) & is_traced(importance, is_narrow, wave);
+                let survives = survival(importance, is_narrow, wave, is_occluded) > 0.0;
+                let is_traced = is_set(lanes.continuing) & survives;
                 let is_lit = (k_r.x != 0.0) | (k_r.y != 0.0) | (k_r.z != 0.0);
                 (is_lit, !is_traced & (importance < STRONG_IMPORTANCE))
             };
@@ -251,15 +261,17 @@ mod tests {
         lanes.refracting = 1 << 3;
         lanes.importance[5] = 1e-3;
         set3(&mut block.k_r, 6, [0.0; 3]);
-        let classify = |wave: u32, simd: SimdLevel| {
+        let classify = |wave: u32, is_occluded: bool, simd: SimdLevel| {
             let mut lobes = BlockLobes::default();
-            simd.run(Classify { block: &block, lanes: &lanes, wave, lobes: &mut lobes });
+            simd.run(Classify { block: &block, lanes: &lanes, wave, is_occluded, lobes: &mut lobes });
             lobes
         };
         for simd in SimdLevel::ALL.into_iter().filter(|simd| simd.is_supported()) {
             let seen = BlockLobes { spawning: 0b1111, facet_lookups: 0b1001_0100, coat_lookups: 0 };
             let reflected = BlockLobes { spawning: 0b1001, facet_lookups: 0b1001_0110, coat_lookups: 0b100 };
-            assert_eq!((classify(0, simd), classify(1, simd)), (seen, reflected));
+            assert_eq!((classify(0, false, simd), classify(1, false, simd)), (seen, reflected));
+            let occluded = BlockLobes { spawning: 0b1000_1111, facet_lookups: 0b1_0000, coat_lookups: 0 };
+            assert_eq!((classify(0, true, simd), classify(1, true, simd)), (occluded, occluded));
         }
     }
 

@@ -7,6 +7,10 @@ use glam::UVec2;
 
 use crate::geometry::Rgb;
 
+/// Share of the solid angle that a ray stands for, over which it looks up the environment. Wider lookups have less noise, but
+/// mix what is hidden with what is visible: a light box beside an edge would be hidden with the wall behind the edge.
+pub(crate) const LOOKUP_SHARE: f64 = 0.1;
+
 /// Visibility and light that a few rays of a sample found.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct OcclusionEstimate {

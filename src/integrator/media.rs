@@ -39,23 +39,42 @@ impl MediumStack {
         }
     }
 
-    /// The bodies behind a surface of `medium`, which the path meets from the outside if it is `entering`.
-    pub fn behind(mut self, medium: Medium, entering: bool) -> MediumStack {
+    /// Crosses a surface of `medium`, which the path meets from the outside if it is `entering`.
+    ///
+    /// A body counts once: where parts of it overlap, the first part that is left ends it. The surfaces inside still refract,
+    /// from what is around the body to the body or back, as they do in Blender.
+    pub fn cross(mut self, medium: Medium, entering: bool) -> Crossing {
         let depth = usize::from(self.depth);
+        let before = self.current();
+        let inside = self.media[..depth].iter().position(|inside| inside.body == medium.body);
+        let around = inside.map_or(self, |i| self.without(i));
         if entering {
-            if depth < MAX_DEPTH {
+            let front = around.current();
+            if inside.is_none() && depth < MAX_DEPTH {
                 self.media[depth] = medium;
                 self.depth += 1;
             }
-            return self;
+            return Crossing { behind: self, eta: f64::from(medium.ior) / f64::from(front.ior) };
         }
-        // The latest entry of this body.
-        if let Some(i) = self.media[..depth].iter().rposition(|inside| inside.body == medium.body) {
-            self.media.copy_within(i + 1..depth, i);
-            self.depth -= 1;
-        }
+        let front = if inside.is_some() { before } else { medium };
+        Crossing { behind: around, eta: f64::from(around.current().ior) / f64::from(front.ior) }
+    }
+
+    /// The bodies except for number `i`.
+    fn without(mut self, i: usize) -> MediumStack {
+        self.media.copy_within(i + 1..usize::from(self.depth), i);
+        self.depth -= 1;
         self
     }
+}
+
+/// A surface of a body that a path crosses.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) struct Crossing {
+    /// The bodies behind the surface.
+    pub behind: MediumStack,
+    /// Index of refraction behind the surface over that in front of it.
+    pub eta: f64,
 }
 
 #[cfg(test)]
@@ -69,23 +88,45 @@ mod tests {
     #[test]
     fn a_liquid_that_overlaps_its_glass_refracts_once() {
         let [glass, liquid] = [medium(1, 1.5), medium(2, 1.33)];
-        let in_glass = MediumStack::EMPTY.behind(glass, true);
-        let in_both = in_glass.behind(liquid, true);
-        assert_eq!(in_both.current(), liquid);
-        let in_liquid = in_both.behind(glass, false);
-        assert_eq!(in_liquid.current(), liquid, "the glass ends inside the liquid: nothing changes");
-        assert_eq!(
-            in_liquid.behind(liquid, false),
-            MediumStack { depth: 0, ..in_liquid.behind(liquid, false) }
-        );
-        assert_eq!(in_liquid.behind(liquid, false).current(), OUTSIDE);
+        let in_glass = MediumStack::EMPTY.cross(glass, true).behind;
+        let into_liquid = in_glass.cross(liquid, true);
+        assert_eq!(into_liquid.behind.current(), liquid);
+        assert_eq!(into_liquid.eta, f64::from(1.33f32) / 1.5);
+        let in_liquid = into_liquid.behind.cross(glass, false);
+        assert_eq!(in_liquid.behind.current(), liquid);
+        assert_eq!(in_liquid.eta, 1.0, "the glass ends inside the liquid: nothing changes");
+        let out = in_liquid.behind.cross(liquid, false);
+        assert_eq!(out.behind.depth, 0);
+        assert_eq!(out.behind.current(), OUTSIDE);
+    }
+
+    /// The eyes of Blender's monkey are parts of its mesh that reach into the head.
+    #[test]
+    fn overlapping_parts_of_a_body_refract_as_in_blender() {
+        let glass = medium(1, 1.5);
+        let head = MediumStack::EMPTY.cross(glass, true);
+        let eye = head.behind.cross(glass, true);
+        assert_eq!((eye.behind, eye.eta), (head.behind, 1.5), "it is entered once, and refracts twice");
+        let left_eye = eye.behind.cross(glass, false);
+        assert_eq!((left_eye.behind.current(), left_eye.eta), (OUTSIDE, 1.0 / 1.5));
+        let left_head = left_eye.behind.cross(glass, false);
+        assert_eq!((left_head.behind.current(), left_head.eta), (OUTSIDE, 1.0 / 1.5));
+    }
+
+    /// In water, the parts refract between glass and water.
+    #[test]
+    fn overlapping_parts_see_what_is_around_their_body() {
+        let [water, glass] = [medium(1, 1.33), medium(2, 1.5)];
+        let in_water = MediumStack::EMPTY.cross(water, true).behind;
+        let eye = in_water.cross(glass, true).behind.cross(glass, true);
+        assert_eq!(eye.eta, 1.5 / f64::from(1.33f32));
     }
 
     #[test]
-    fn leaving_a_body_that_was_never_entered_changes_nothing() {
-        let inside = MediumStack::EMPTY.behind(medium(3, 1.2), true);
-        assert_eq!(inside.behind(medium(4, 2.0), false), inside);
-        let full = (0..9).fold(MediumStack::EMPTY, |stack, i| stack.behind(medium(i, 1.5), true));
+    fn leaving_a_body_that_was_never_entered_leaves_the_others() {
+        let inside = MediumStack::EMPTY.cross(medium(3, 1.2), true).behind;
+        assert_eq!(inside.cross(medium(4, 2.0), false).behind, inside);
+        let full = (0..9).fold(MediumStack::EMPTY, |stack, i| stack.cross(medium(i, 1.5), true).behind);
         assert_eq!(full.current().body, MAX_DEPTH as u32 - 1);
     }
 }

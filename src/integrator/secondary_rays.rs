@@ -2,7 +2,8 @@
 //!
 //! A strong or narrow lobe spawns one ray for each path. Where it hits a surface, that surface's light counts; where it
 //! escapes, the light of the environment does, prefiltered over the part of the lobe that the ray stands for. Lobes that
-//! are both weak and wide spawn none: they reflect the environment's light averaged over the whole lobe.
+//! are both weak and wide spawn none: they reflect the environment's light averaged over the whole lobe. With ambient
+//! occlusion they spawn rays as well, for some of the paths.
 //!
 //! A body of glass spawns a reflected and a refracted ray, with the exact Fresnel equations.
 
@@ -11,8 +12,9 @@ use std::f32::consts::PI;
 use glam::{DVec3, Vec3};
 
 use crate::geometry::{Rgb, offset_ray_origin};
-use crate::integrator::block_lobes::{BlockLobes, STRONG_IMPORTANCE, is_traced};
+use crate::integrator::block_lobes::{BlockLobes, STRONG_IMPORTANCE, survival};
 use crate::integrator::compositor::Compositor;
+use crate::integrator::environment_occlusion::LOOKUP_SHARE;
 use crate::integrator::frame::Frame;
 use crate::integrator::lobe_light::{LightReceiver, LobeLight, LobeRequest};
 use crate::integrator::material::coefficients::Coefficients;
@@ -20,7 +22,7 @@ use crate::integrator::material::directional_albedo::COAT_F0;
 use crate::integrator::material::fresnel::fresnel_dielectric;
 use crate::integrator::material::ggx::{NARROW_ALPHA, SMOOTH_GLASS_ALPHA};
 use crate::integrator::material::ggx_lobe::{Lobe, LobeSample};
-use crate::integrator::media::{Medium, MediumStack};
+use crate::integrator::media::{Crossing, MediumStack};
 use crate::integrator::paths::{Escape, PathState, PathStates, SecondaryRay, Wave};
 use crate::integrator::sample::{SampleDimension, SampleStream};
 use crate::integrator::shading_batch::ShadingBatch;
@@ -80,8 +82,8 @@ pub(crate) fn spawn_rays(
             let Some(state) = states.get(batch.points[i].path) else { continue };
             let throughput = compositor.throughput(batch, i);
             let vertex = PathVertex::new(frame, batch, stream, i, state, throughput);
-            if let Some(interface) = vertex.medium_interface() {
-                let environment_light = vertex.spawn_at_dielectric(&interface, spawned.wave);
+            if let Some(crossing) = vertex.medium_crossing() {
+                let environment_light = vertex.spawn_at_dielectric(&crossing, spawned.wave);
                 add_radiance(batch, i, environment_light);
             } else {
                 vertex.spawn_reflections(&mut spawned);
@@ -119,14 +121,6 @@ struct ReflectingLayer {
     alpha: f32,
     lobe: Lobe,
     dimension: SampleDimension,
-}
-
-/// The surface of a body at a point.
-struct MediumInterface {
-    /// The bodies behind the surface.
-    media: MediumStack,
-    /// Index of refraction behind the surface over that in front of it.
-    eta: f64,
 }
 
 /// A ray that leaves the surface of a body.
@@ -174,15 +168,13 @@ impl<'a, 's> PathVertex<'a, 's> {
     }
 
     /// The surface of the body that the point is on, if it refracts light there.
-    fn medium_interface(&self) -> Option<MediumInterface> {
+    fn medium_crossing(&self) -> Option<Crossing> {
         let id = self.batch.points[self.i].id;
         if !self.frame.refracts(id, self.k) {
             return None;
         }
         let entering = self.batch.is_front(self.i)?;
-        let media = self.state.media.behind(self.frame.medium(id), entering);
-        let ior = |medium: Medium| f64::from(medium.ior);
-        Some(MediumInterface { media, eta: ior(media.current()) / ior(self.state.media.current()) })
+        Some(self.state.media.cross(self.frame.medium(id), entering))
     }
 
     /// Spawns the rays of the microfacets and of the coat, and requests the environment's light where none is needed.
@@ -217,7 +209,9 @@ impl<'a, 's> PathVertex<'a, 's> {
         let arrives = self.throughput * k_r;
         let importance = self.state.importance * arrives.max_element();
         let is_narrow = alpha <= NARROW_ALPHA;
-        if self.state.reflections_left == 0 || !is_traced(importance, is_narrow, self.stream.wave) {
+        let is_occluded = self.frame.ambient_occlusion.is_some();
+        let survival = survival(importance, is_narrow, self.stream.wave, is_occluded);
+        if self.state.reflections_left == 0 || survival == 0.0 {
             // The light of weak lobes has been added for the whole block.
             if !(importance < STRONG_IMPORTANCE) && self.frame.environment.is_some() {
                 let weight = k_r * layer.occlusion;
@@ -226,19 +220,25 @@ impl<'a, 's> PathVertex<'a, 's> {
             }
             return;
         }
+        if survival < 1.0 && self.roulette_number(layer.dimension) >= survival {
+            return;
+        }
+        // The ray stands for those that do not survive.
+        let arrives = arrives / survival;
         let u = self.stream.get_2d(self.path(), layer.dimension).map(f64::from);
         let LobeSample { l, weight, solid_angle } = lobe.sample(u, self.stream.sampler.count);
         // A tilted normal or a wide lobe may point below the triangle.
         let direction = mirrored_to_side(l, self.n_g);
         let environment = self.frame.environment.as_ref();
         let is_uniform = environment.is_some_and(|e| e.as_uniform().is_some());
-        let escape = environment.map_or(Rgb::ZERO, |e| e.radiance(direction.as_vec3(), solid_angle));
+        let lookup_angle = solid_angle * LOOKUP_SHARE as f32;
+        let escape = environment.map_or(Rgb::ZERO, |e| e.radiance(direction.as_vec3(), lookup_angle));
         let (origin, source) = self.batch.offset_origin(self.i, direction);
         let state = PathState {
             origin,
             width: self.state.width_at(self.p),
             spread: self.state.spread + 2.0 * self.normal_change + solid_angle.sqrt(),
-            importance,
+            importance: importance / survival,
             reflections_left: self.state.reflections_left - 1,
             ..self.state
         };
@@ -267,6 +267,12 @@ impl<'a, 's> PathVertex<'a, 's> {
         spawned.wave.push(ray, self.stream.samples[self.path()]);
     }
 
+    /// The random number that decides whether a weak lobe spawns a ray.
+    fn roulette_number(&self, lobe: SampleDimension) -> f32 {
+        let [facets, coat] = self.stream.get_2d(self.path(), SampleDimension::Roulette);
+        if lobe == SampleDimension::Coat { coat } else { facets }
+    }
+
     /// Requests the light of the environment over the lobe of a ray that is traced, if nothing hid it.
     fn request_unoccluded(&self, request: LobeRequest, importance: f32, light: &mut LobeLight) {
         // Alone, a sample would need many directions.
@@ -280,8 +286,8 @@ impl<'a, 's> PathVertex<'a, 's> {
     }
 
     /// Spawns a reflected and a refracted ray. Returns the environment's light in place of rays that are not traced.
-    fn spawn_at_dielectric(&self, interface: &MediumInterface, wave: &mut Wave) -> Rgb {
-        let eta = interface.eta;
+    fn spawn_at_dielectric(&self, crossing: &Crossing, wave: &mut Wave) -> Rgb {
+        let eta = crossing.eta;
         let m = self.sample_microfacet_normal();
         let cos = self.v.dot(m).clamp(0.0, 1.0);
         let reflectance = if eta == 1.0 {
@@ -306,7 +312,7 @@ impl<'a, 's> PathVertex<'a, 's> {
                 direction: refract(self.v, m, cos, eta),
                 weight: self.surface_tint() * (self.k.transmission_weight * (1.0 - reflectance)),
                 is_refracted: true,
-                media: interface.media,
+                media: crossing.behind,
                 spread: self.state.spread + (eta as f32 - 1.0).abs() * normal_change,
             };
             environment_light += self.spawn_dielectric_ray(&refracted, u_refracted, wave);

@@ -2,7 +2,7 @@
 
 use blinn::accel::{Accel, AccelSettings, SimdLevel};
 use blinn::geometry::{Rgb, Rgba};
-use blinn::integrator::{Frame, Phong};
+use blinn::integrator::{AmbientOcclusion, Frame, Phong};
 use blinn::render::{RenderSettings, render};
 use blinn::scene::{
     ColorInput, Dielectric, Environment, Lighting, Material, Mesh, PosedLight, Projection, Reflectance,
@@ -48,6 +48,7 @@ struct Shot {
     samples: u32,
     bounces: u8,
     has_sun: bool,
+    ambient_occlusion: Option<AmbientOcclusion>,
 }
 
 const SIDE: u32 = 12;
@@ -55,7 +56,16 @@ const SIDE: u32 = 12;
 impl Shot {
     fn along_z(width: f64) -> Shot {
         let (view_point, view_dir) = (DVec3::Z * 5.0, DVec3::NEG_Z);
-        Shot { view_point, view_dir, width, environment: None, samples: 1, bounces: 4, has_sun: true }
+        Shot {
+            view_point,
+            view_dir,
+            width,
+            environment: None,
+            samples: 1,
+            bounces: 4,
+            has_sun: true,
+            ambient_occlusion: None,
+        }
     }
 
     fn take(&self, scene: &Scene) -> Vec<Rgba> {
@@ -82,6 +92,7 @@ impl Shot {
             environment: self.environment.clone(),
             bounces: self.bounces,
             shadows: false,
+            ambient_occlusion: self.ambient_occlusion,
             ..Frame::new(&posed, &accel, camera, &lit)
         };
         let settings =
@@ -223,4 +234,25 @@ fn reflections_do_not_depend_on_threads_tiles_or_simd_levels() {
         let pixels = pool.install(|| bits(AccelSettings::default().simd, 4));
         assert!(pixels == expected, "{threads} threads");
     }
+}
+
+/// A floor of black plastic under a black ceiling reflects nothing, though the sky around is white. Ambient occlusion shows
+/// that also where a lobe is weak and wide.
+#[test]
+fn weak_lobes_are_occluded_with_ambient_occlusion() {
+    let mut scene = Scene::default();
+    let black = |specular| physical(Rgb::ZERO, 0.0, 0.6, specular);
+    scenes::add(&mut scene, scenes::grid(1, 2), black(1.0), &[at(0.0, 0.0, 0.0, 1.0)]);
+    scenes::add(&mut scene, scenes::grid(1, 2), black(0.0), &[at(0.0, 0.0, 1.0, 100.0)]);
+    let environment = Some(Environment::uniform(Rgb::ONE));
+    let open =
+        Shot { view_point: DVec3::Z * 0.5, environment, samples: 16, has_sun: false, ..Shot::along_z(1.0) };
+    let mean =
+        |shot: &Shot, scene: &Scene| shot.take(scene).iter().map(|p| p.x).sum::<f32>() / (SIDE * SIDE) as f32;
+    assert!((mean(&open, &scene) - 0.04).abs() < 0.01, "{}", mean(&open, &scene));
+    let ambient_occlusion = Some(AmbientOcclusion { samples: 16, distance: f64::INFINITY });
+    let occluded = Shot { ambient_occlusion, ..open };
+    assert!(mean(&occluded, &scene) < 1e-4, "{}", mean(&occluded, &scene));
+    scene.nodes[1].visible = false;
+    assert!((mean(&occluded, &scene) - 0.04).abs() < 0.01, "{}", mean(&occluded, &scene));
 }
