@@ -10,6 +10,7 @@ pub(crate) struct LayerLanes {
     pub k_e: [[f32; LANES]; 3],
     pub k_a: [[f32; LANES]; 3],
     covers_base: [bool; LANES],
+    has_highlights: [bool; LANES],
     base: [[f32; LANES]; 3],
     pub alpha: [f32; LANES],
     metallic: [f32; LANES],
@@ -32,6 +33,7 @@ impl LayerLanes {
         k_e: [[0.0; LANES]; 3],
         k_a: [[0.0; LANES]; 3],
         covers_base: [false; LANES],
+        has_highlights: [false; LANES],
         base: [[0.0; LANES]; 3],
         alpha: [0.0; LANES],
         metallic: [0.0; LANES],
@@ -75,6 +77,7 @@ impl LayerLanes {
         set3(&mut self.k_e, i, k.k_e.to_array());
         set3(&mut self.k_a, i, k.k_a.to_array());
         self.covers_base[i] = layers.covers_base;
+        self.has_highlights[i] = layers.has_highlights;
         set3(&mut self.base, i, layers.base.to_array());
         self.alpha[i] = layers.alpha;
         self.metallic[i] = layers.metallic;
@@ -95,6 +98,7 @@ impl LayerLanes {
         SpecularLayers {
             reflects: true,
             covers_base: self.covers_base[i],
+            has_highlights: self.has_highlights[i],
             base: rgb(&self.base),
             alpha: self.alpha[i],
             metallic: self.metallic[i],

@@ -1,15 +1,14 @@
 //! Splits the light at a surface among its specular layers and the base below them.
 
-use crate::geometry::Rgb;
 use crate::integrator::frame::Frame;
 use crate::integrator::layer_lanes::LayerLanes;
-use crate::integrator::material::directional_albedo::{COAT_IOR, FacetAlbedos};
+use crate::integrator::material::directional_albedo::{COAT_IOR, FacetAlbedos, FacetLobe};
 use crate::integrator::shading_batch::ShadingBatch;
 use crate::integrator::surface::point_block::PointBlock;
 use crate::integrator::surface::soa::{LANES, LaneArray, set3, vec3};
 use crate::simd::AutovecKernel;
 
-/// Sets k_r and α of the lobes of all reflecting points, and scales k_e + k_a I_a, k_d and k_s in place to the share that the
+/// Sets k_r, α and highlights of the lobes of all reflecting points, and scales k_e + k_a I_a, k_d and k_s in place to the share that the
 /// layers above leave to them. To be called once per batch, after v is known.
 pub(crate) fn apply_specular_layers(frame: &Frame, batch: &mut ShadingBatch) {
     let ShadingBatch { points, coefficients, soa, .. } = batch;
@@ -49,11 +48,11 @@ impl AutovecKernel for SplitLight<'_> {
             coat_alpha[i] = widened(layers.coat_alpha[i], increase);
         }
         let facets = FacetAlbedos::new(&cos, &alpha, &layers.ior);
-        let mut coat_albedo = [0.0; LANES];
+        let mut coats = [FacetLobe::NONE; LANES];
         if layers.has_coat {
             let coat = FacetAlbedos::new(&cos, &coat_alpha, &[COAT_IOR; LANES]);
             for i in 0..LANES {
-                coat_albedo[i] = coat.get(i).coat();
+                coats[i] = coat.get(i).coat();
             }
         }
         let mut ambient = [[0.0; LANES]; 3];
@@ -76,23 +75,25 @@ impl AutovecKernel for SplitLight<'_> {
         let [mut k_r_coat, mut base_share] = [[0.0; LANES]; 2];
         for i in 0..LANES {
             let of_lane = layers.get(i);
-            let albedo = of_lane.combine(&facets.get(i), coat_albedo[i]);
-            let below_coat = 1.0 - albedo.k_r_coat;
-            // The mapping of physical materials has put 1 − max F0 into k_d.
-            let change = albedo.base_share - (1.0 - of_lane.dielectric_f0.max_element()) * below_coat;
+            let lobes = of_lane.combine(&facets.get(i), coats[i]);
+            let below_coat = 1.0 - lobes.coat.albedo.x;
             let (all_d, all_s) = (vec3(&block.k_d, i), vec3(&block.k_s, i));
-            let covered = (all_d * below_coat + of_lane.base * change).max(Rgb::ZERO);
+            // The Ks of MTL's glass is for highlights alone.
+            let covered = all_d * if of_lane.has_highlights { lobes.base_share } else { below_coat };
             let is_covered = reflects[i] & of_lane.covers_base;
             set3(&mut k_d, i, if is_covered { covered } else { all_d }.to_array());
             set3(&mut k_s, i, if reflects[i] { all_s * below_coat } else { all_s }.to_array());
-            let from_base = vec3(&layers.k_a, i) * albedo.base_share * vec3(&ambient, i);
+            let from_base = vec3(&layers.k_a, i) * lobes.base_share * vec3(&ambient, i);
             let radiance = vec3(&layers.k_e, i) * below_coat + from_base;
             let radiance = if reflects[i] { radiance } else { vec3(&block.radiance, i) };
             set3(&mut base_radiance, i, radiance.to_array());
-            set3(&mut k_r, i, albedo.k_r.to_array());
-            k_r_coat[i] = albedo.k_r_coat;
-            base_share[i] = albedo.base_share;
+            set3(&mut k_r, i, lobes.facets.albedo.to_array());
+            k_r_coat[i] = lobes.coat.albedo.x;
+            base_share[i] = lobes.base_share;
+            let has_highlights = reflects[i] & of_lane.has_highlights;
+            block.highlights.set(i, has_highlights, &lobes, &of_lane, block.alpha2_increase[i]);
         }
+        block.highlights.any_coat = layers.has_coat;
         for c in 0..3 {
             copy(&mut block.k_r[c], &k_r[c]);
             copy(&mut block.k_d[c], &k_d[c]);

@@ -22,6 +22,7 @@ mod layer_split;
 mod lobe_light;
 mod material;
 mod media;
+mod microfacet_highlights;
 mod object_hits;
 mod path_rays;
 mod paths;

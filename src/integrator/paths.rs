@@ -79,6 +79,8 @@ pub(crate) struct SecondaryRay {
     /// Share that the light of an escaping ray has: `weight`, without that of the ray's direction in its lobe under a uniform
     /// environment, which then adds no noise.
     pub escape_weight: Rgb,
+    /// Maximum light of surfaces that the ray adds to its parent, by colour channel.
+    pub max_light: f32,
     pub escape: Escape,
     /// The environment's light over the whole lobe that the ray is one direction of, if nothing hid it, as the parent's.
     pub unoccluded: Option<Rgb>,
@@ -121,14 +123,14 @@ pub(crate) struct PathLight {
 
 /// Maximum light that one secondary ray adds to a picture, by colour channel. A highlight of a small light seen in a rough
 /// surface is brighter, and rare: it would be a firefly, a white dot.
-const MAX_CONTRIBUTION: f32 = 10.0;
+pub(crate) const MAX_CONTRIBUTION: f32 = 10.0;
 
 impl SecondaryRay {
     /// The light of the surfaces along the ray, as the parent's. Clamps fireflies.
     fn surface_light(&self, found: PathLight) -> Rgb {
         let light = found.radiance * self.weight;
         let brightest = light.max_element();
-        if brightest > MAX_CONTRIBUTION { light * (MAX_CONTRIBUTION / brightest) } else { light }
+        if brightest > self.max_light { light * (self.max_light / brightest) } else { light }
     }
 }
 

@@ -3,8 +3,9 @@
 //! L = k_e + k_a I_a + Σ V · I/r² · [ k_d max(0, n·l) + k_s max(0, n·h)^p ] + k_r L_r,  h = (v + l)/‖v + l‖
 //!
 //! The sum is over the lights. V, 0…1, is the visibility of the light, which a shadow ray finds. L_r is the light that
-//! arrives from where the surface reflects; k_r is 0 for matte surfaces. The lecture's exponent p is `shininess` here, and
-//! its ray origin p is `o`: in this program p is a point of a surface.
+//! arrives from where the surface reflects; k_r is 0 for matte surfaces. Physical materials that reflect have k_s = 0, and
+//! [`add_highlights`] reflects lights in the lobe of L_r instead. The lecture's exponent p is `shininess` here, and its ray
+//! origin p is `o`: in this program p is a point of a surface.
 //!
 //! Points are shaded in blocks of [`LANES`], stored as structure of arrays, so that the loops over a block are vectorised.
 //! The path of a pixel:
@@ -34,6 +35,7 @@ use crate::integrator::frame::Frame;
 use crate::integrator::gather::gather_points;
 use crate::integrator::layer_split::apply_specular_layers;
 use crate::integrator::material::coefficients::Coefficients;
+use crate::integrator::microfacet_highlights::add_highlights;
 use crate::integrator::path_rays::{MAX_SURFACES_PER_RAY, PathRays};
 use crate::integrator::paths::{PathLight, PathStates, Wave};
 use crate::integrator::sample::{Sample, SampleStream};
@@ -221,6 +223,9 @@ impl AutovecKernel for DirectLightKernel<'_> {
             incident.evaluate(&light, intensity, block);
             let lit_mask = incident.lit_mask(count);
             blinn_phong(block, &incident, has_specular && block.has_specular && lit_mask != 0);
+            if has_specular && block.highlights.points != 0 && lit_mask != 0 {
+                add_highlights(block, &incident);
+            }
             if has_shadow_catcher {
                 block.accumulate_unshadowed();
             }

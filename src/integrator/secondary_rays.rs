@@ -23,13 +23,15 @@ use crate::integrator::material::fresnel::fresnel_dielectric;
 use crate::integrator::material::ggx::{NARROW_ALPHA, SMOOTH_GLASS_ALPHA};
 use crate::integrator::material::ggx_lobe::{Lobe, LobeSample};
 use crate::integrator::media::{Crossing, MediumStack};
-use crate::integrator::paths::{Escape, PathState, PathStates, SecondaryRay, Wave};
+use crate::integrator::paths::{Escape, MAX_CONTRIBUTION, PathState, PathStates, SecondaryRay, Wave};
 use crate::integrator::sample::{SampleDimension, SampleStream};
 use crate::integrator::shading_batch::ShadingBatch;
 use crate::integrator::surface::soa::{LANES, dvec3, set3, vec3};
 
 /// Pixels of fewer samples look up the environment over a lobe once for each sample.
 const MIN_SAMPLES_OF_LOBES: u32 = 4;
+/// Maximum light that a ray of a weak lobe adds by colour channel: lamps seen in rough dielectrics would be white dots.
+const MAX_WEAK_CONTRIBUTION: f32 = 0.3;
 /// Russian roulette: rays of glass that eye rays hit are spawned with a probability in proportion to their importance if it
 /// is smaller, and count more instead.
 const FIRST_ROULETTE_IMPORTANCE: f32 = 0.04;
@@ -257,6 +259,7 @@ impl<'a, 's> PathVertex<'a, 's> {
             weight: arrives * weight,
             // The mean of the weight is 1.
             escape_weight: if is_uniform { arrives } else { arrives * weight },
+            max_light: if survival < 1.0 { MAX_WEAK_CONTRIBUTION } else { MAX_CONTRIBUTION },
             escape: Escape::Radiance(escape),
             // Set when the light of all lobes is computed.
             unoccluded: None,
@@ -375,6 +378,7 @@ impl<'a, 's> PathVertex<'a, 's> {
             parent,
             weight,
             escape_weight: weight,
+            max_light: MAX_CONTRIBUTION,
             escape,
             unoccluded: None,
             direction,

@@ -28,6 +28,36 @@ pub(crate) struct FacetAlbedo {
     curve: f32,
 }
 
+/// The lobe of facets seen at an angle.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct FacetLobe {
+    /// Share of the light from the direction of view that the facets reflect in total.
+    pub albedo: Rgb,
+    /// Reflectance of a facet at normal incidence, scaled by what other facets scatter on. It exceeds 1 where F0 is near 1.
+    pub f0: Rgb,
+    /// Its rise to grazing incidence, by Schlick's weight.
+    pub rise: Rgb,
+}
+
+impl FacetLobe {
+    /// No facets.
+    pub const NONE: FacetLobe = FacetLobe { albedo: Rgb::ZERO, f0: Rgb::ZERO, rise: Rgb::ZERO };
+
+    /// Facets of which the share `t` has the lobe `other`.
+    #[inline(always)]
+    pub fn mixed(self, other: FacetLobe, t: f32) -> FacetLobe {
+        let mix = |a: Rgb, b: Rgb| a + (b - a) * t;
+        let albedo = mix(self.albedo, other.albedo);
+        FacetLobe { albedo, f0: mix(self.f0, other.f0), rise: mix(self.rise, other.rise) }
+    }
+
+    /// The same facets, of which only the share `t` reflects.
+    #[inline(always)]
+    pub fn scaled(self, t: f32) -> FacetLobe {
+        FacetLobe { albedo: self.albedo * t, f0: self.f0 * t, rise: self.rise * t }
+    }
+}
+
 /// The tables for the indices of refraction between two of the `R_NODES`, one after the other, each row by row: E, Schlick,
 /// and the two dielectric curves.
 fn ior_tables() -> &'static [Vec4] {
@@ -131,28 +161,31 @@ impl FacetAlbedo {
         Rgb::ONE + f_ms * ((1.0 - self.e) / self.e)
     }
 
-    /// Returns the albedo of a metal with Schlick's Fresnel term between `f0` and `f90`.
+    /// Returns the lobe of a metal with Schlick's Fresnel term between `f0` and `f90`.
     #[inline(always)]
-    pub fn metal(&self, f0: Rgb, f90: Rgb) -> Rgb {
-        let once = f0 * self.e + (f90 - f0) * self.schlick;
+    pub fn metal(&self, f0: Rgb, f90: Rgb) -> FacetLobe {
+        let rise = f90 - f0;
+        let once = f0 * self.e + rise * self.schlick;
         // The mean of (1 − cos)⁵, weighted by the cosine, is 1/21.
-        let f_ss = f0 + (f90 - f0) * (1.0 / 21.0);
-        (once * self.compensation(f_ss)).min(Rgb::ONE)
+        let compensation = self.compensation(f0 + rise * (1.0 / 21.0));
+        let albedo = (once * compensation).min(Rgb::ONE);
+        FacetLobe { albedo, f0: f0 * compensation, rise: rise * compensation }
     }
 
-    /// Returns the albedo of a dielectric whose reflectance goes from `f0` to `f90`.
+    /// Returns the lobe of a dielectric whose reflectance goes from `f0` to `f90`.
     #[inline(always)]
-    pub fn dielectric(&self, f0: Rgb, f90: f32) -> Rgb {
+    pub fn dielectric(&self, f0: Rgb, f90: f32) -> FacetLobe {
         let rise = Rgb::splat(f90) - f0;
         let once = f0 * self.e + rise * self.curve;
-        let f_ss = f0 + rise * MEAN_CURVE;
-        (once * self.compensation(f_ss)).clamp(Rgb::ZERO, Rgb::ONE)
+        let compensation = self.compensation(f0 + rise * MEAN_CURVE);
+        let albedo = (once * compensation).clamp(Rgb::ZERO, Rgb::ONE);
+        FacetLobe { albedo, f0: f0 * compensation, rise: rise * compensation }
     }
 
-    /// Returns the albedo of a clear coat, whose index of refraction is [`COAT_IOR`].
+    /// Returns the lobe of a clear coat, whose index of refraction is [`COAT_IOR`]. It is grey.
     #[inline(always)]
-    pub fn coat(&self) -> f32 {
-        self.dielectric(Rgb::splat(COAT_F0), 1.0).x
+    pub fn coat(&self) -> FacetLobe {
+        self.dielectric(Rgb::splat(COAT_F0), 1.0)
     }
 }
 
@@ -170,12 +203,6 @@ const MEAN_CURVE: f32 = 0.054;
 pub(crate) const COAT_IOR: f32 = 1.5;
 /// Reflectance of a clear coat at normal incidence.
 pub(crate) const COAT_F0: f32 = 0.04;
-
-/// Returns the albedo of a clear coat.
-#[inline(always)]
-pub(crate) fn coat_albedo(cos: f32, alpha: f32) -> f32 {
-    FacetAlbedo::new(cos, alpha, COAT_IOR).coat()
-}
 
 #[cfg(test)]
 mod tests;

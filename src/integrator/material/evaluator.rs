@@ -4,7 +4,8 @@
 //! The mapping of metallic-roughness: α = clamp(roughness, 0.1, 1)², p = 2/α² − 2, F0_d = reflectance of the dielectric at
 //! normal incidence, F0 = mix(F0_d, base, metallic), k_d = base·(1 − metallic)·(1 − max F0_d) + 0.35·F0·α,
 //! k_s = F0·(1 − α)·(p + 2)/8, k_a = base·occlusion. It was fitted to GGX on a lit sphere: see
-//! docs/decisions/0035-fit-metallic-roughness-to-blinn-phong.md.
+//! docs/decisions/0035-fit-metallic-roughness-to-blinn-phong.md. Where physical materials reflect their surroundings, k_s is
+//! 0 and their layers reflect lights as well.
 
 use glam::Vec3;
 
@@ -84,9 +85,8 @@ impl<'a> MaterialEvaluator<'a> {
     }
 }
 
-/// Smallest roughness of highlights, and its α.
+/// Smallest roughness of Blinn-Phong's highlights: narrower lobes are beyond point lights and f32.
 const MIN_HIGHLIGHT_ROUGHNESS: f32 = 0.1;
-const MIN_HIGHLIGHT_ALPHA: f32 = MIN_HIGHLIGHT_ROUGHNESS * MIN_HIGHLIGHT_ROUGHNESS;
 
 impl Coefficients {
     #[inline]
@@ -131,8 +131,10 @@ impl Coefficients {
         if reflects {
             k.set_clearcoat(&material.clearcoat, posed, ctx);
             if k.layers.covers_base && !matches!(material.reflectance, Reflectance::Mtl(_)) {
-                // A light without size has no image in a mirror.
-                k.k_s *= (k.layers.alpha / MIN_HIGHLIGHT_ALPHA).min(1.0);
+                // Highlights are those of the layers.
+                k.layers.has_highlights = true;
+                k.k_s = Rgb::ZERO;
+                k.k_d = k.layers.base;
                 // The specular share of the ambient light is what the layers reflect.
                 k.k_a = k.layers.base;
             }
@@ -261,7 +263,6 @@ impl Coefficients {
 
     /// A diffuse layer below microfacets. The rougher the microfacets, the more of F0 is diffuse.
     fn set_microfacets(&mut self, diffuse: Rgb, f0: Rgb, roughness: f32) {
-        // Narrower lobes are beyond point lights and f32.
         let roughness = roughness.clamp(MIN_HIGHLIGHT_ROUGHNESS, 1.0);
         let ggx_alpha = roughness * roughness;
         let p = 2.0 / (ggx_alpha * ggx_alpha) - 2.0;

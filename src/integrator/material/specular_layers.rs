@@ -1,7 +1,7 @@
 //! The specular layers of a surface: what they reflect in total, and what reaches the base below them.
 
 use crate::geometry::Rgb;
-use crate::integrator::material::directional_albedo::{FacetAlbedo, coat_albedo};
+use crate::integrator::material::directional_albedo::{COAT_IOR, FacetAlbedo, FacetLobe};
 
 /// The layers of a surface that reflect its surroundings: a clear coat over microfacets of metal and dielectric.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -10,6 +10,8 @@ pub struct SpecularLayers {
     pub reflects: bool,
     /// True if the base receives only what the layers let through. False for MTL's literal sum.
     pub covers_base: bool,
+    /// True if highlights of lights have the shape of the layers' lobes, and false if they are the lecture's.
+    pub has_highlights: bool,
     /// Diffuse colour of the base, as if nothing covered it.
     pub base: Rgb,
     /// GGX α of the microfacets: the square of the perceptual roughness.
@@ -34,13 +36,14 @@ pub struct SpecularLayers {
     pub coat_alpha: f32,
 }
 
-/// Shares of the light that arrives from the direction of view, which by reciprocity are the weights of what is seen.
+/// The lobes of the layers at an angle of view, and what they leave to the base. By reciprocity, the shares of the light that
+/// arrives from there are the weights of what is seen.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct LayerAlbedo {
-    /// k_r of the microfacets, below the coat.
-    pub k_r: Rgb,
-    /// k_r of the coat.
-    pub k_r_coat: f32,
+pub struct LayerLobes {
+    /// The microfacets, below the coat. Their albedo is k_r.
+    pub facets: FacetLobe,
+    /// The coat, which is grey. Its albedo is its k_r.
+    pub coat: FacetLobe,
     /// Share of the light that reaches the diffuse or transmissive base.
     pub base_share: f32,
 }
@@ -50,6 +53,7 @@ impl SpecularLayers {
     pub const NONE: SpecularLayers = SpecularLayers {
         reflects: false,
         covers_base: false,
+        has_highlights: false,
         base: Rgb::ZERO,
         alpha: 1.0,
         metallic: 0.0,
@@ -73,31 +77,33 @@ impl SpecularLayers {
         f0.element_sum() / 3.0
     }
 
-    /// Returns the albedo of each layer seen at cosine `cos` to the normal. The sum of all is at most 1.
+    /// Returns the lobe of each layer seen at cosine `cos` to the normal. The sum of the albedos and of the base's share is at
+    /// most 1.
     ///
     /// `alpha` and `coat_alpha` are those of the layers, with the variance of the normals that a sample covers.
-    pub fn albedo(&self, cos: f32, alpha: f32, coat_alpha: f32) -> LayerAlbedo {
+    pub fn lobes(&self, cos: f32, alpha: f32, coat_alpha: f32) -> LayerLobes {
         if !self.reflects {
-            return LayerAlbedo { k_r: Rgb::ZERO, k_r_coat: 0.0, base_share: 1.0 };
+            return LayerLobes { facets: FacetLobe::NONE, coat: FacetLobe::NONE, base_share: 1.0 };
         }
         let facets = FacetAlbedo::new(cos, alpha, self.ior);
-        let coat_albedo = if self.coat > 0.0 { coat_albedo(cos, coat_alpha) } else { 0.0 };
-        self.combine(&facets, coat_albedo)
+        let has_coat = self.coat > 0.0;
+        let coat =
+            if has_coat { FacetAlbedo::new(cos, coat_alpha, COAT_IOR).coat() } else { FacetLobe::NONE };
+        self.combine(&facets, coat)
     }
 
-    /// [`SpecularLayers::albedo`] of layers that reflect, given the values of the microfacets and the albedo of a full coat.
-    /// Free of branches, so that loops over it are vectorised.
+    /// [`SpecularLayers::lobes`] of layers that reflect, given the values of the microfacets and the lobe of a full coat. Free
+    /// of branches, so that loops over it are vectorised.
     #[inline(always)]
-    pub(crate) fn combine(&self, facets: &FacetAlbedo, coat_albedo: f32) -> LayerAlbedo {
+    pub(crate) fn combine(&self, facets: &FacetAlbedo, coat: FacetLobe) -> LayerLobes {
         let has_dielectric = self.metallic < 1.0 && self.dielectric_f90 > 0.0;
         let dielectric = facets.dielectric(self.dielectric_f0, self.dielectric_f90);
-        let dielectric = if has_dielectric { dielectric } else { Rgb::ZERO };
-        let metal = facets.metal(self.metal_f0, self.metal_f90);
-        let mixed = dielectric + (metal - dielectric) * self.metallic;
-        let k_r = if self.metallic > 0.0 { mixed } else { dielectric };
-        let base_share = if self.covers_base { 1.0 - dielectric.max_element() } else { 1.0 };
-        let k_r_coat = if self.coat > 0.0 { self.coat * coat_albedo } else { 0.0 };
-        let below_coat = 1.0 - k_r_coat;
-        LayerAlbedo { k_r: k_r * below_coat, k_r_coat, base_share: base_share * below_coat }
+        let dielectric = if has_dielectric { dielectric } else { FacetLobe::NONE };
+        let mixed = dielectric.mixed(facets.metal(self.metal_f0, self.metal_f90), self.metallic);
+        let lobe = if self.metallic > 0.0 { mixed } else { dielectric };
+        let base_share = if self.covers_base { 1.0 - dielectric.albedo.max_element() } else { 1.0 };
+        let coat = if self.coat > 0.0 { coat.scaled(self.coat) } else { FacetLobe::NONE };
+        let below_coat = 1.0 - coat.albedo.x;
+        LayerLobes { facets: lobe.scaled(below_coat), coat, base_share: base_share * below_coat }
     }
 }

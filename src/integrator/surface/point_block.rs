@@ -7,6 +7,7 @@ use glam::{DVec3, Vec3};
 use crate::geometry::Rgb;
 use crate::integrator::material::coefficients::Coefficients;
 use crate::integrator::material::specular_antialiasing::SpecularAntialiasing;
+use crate::integrator::surface::highlights::Highlights;
 use crate::integrator::surface::ray_differentials::{
     BarycentricDifferentials, TriangleCoords, alpha2_increase,
 };
@@ -61,6 +62,8 @@ pub(crate) struct PointBlock {
     pub coat_alpha: LaneArray<f32>,
     /// Share of light that reaches the diffuse base.
     pub base_share: LaneArray<f32>,
+    /// The lobes that reflect lights in place of k_s and p.
+    pub highlights: Highlights,
     /// L so far.
     pub radiance: LaneArray3<f32>,
     /// L so far without shadows; used by shadow catchers.
@@ -96,6 +99,7 @@ impl PointBlock {
         k_r_coat: [0.0; LANES + HIT_LANES],
         coat_alpha: [0.0; LANES + HIT_LANES],
         base_share: [0.0; LANES + HIT_LANES],
+        highlights: Highlights::ZERO,
         radiance: ZERO3_F32,
         unshadowed: ZERO3_F32,
         current_light: ZERO3_F32,

@@ -66,6 +66,7 @@ impl PointsSoa {
         if lane == 0 {
             block.has_specular = false;
             block.reflecting = 0;
+            block.highlights.clear();
         }
         (block, lane)
     }
