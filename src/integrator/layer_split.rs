@@ -8,8 +8,8 @@ use crate::integrator::surface::point_block::PointBlock;
 use crate::integrator::surface::soa::{LANES, LaneArray, set3, vec3};
 use crate::simd::AutovecKernel;
 
-/// Sets k_r, α and highlights of the lobes of all reflecting points, and scales k_e + k_a I_a, k_d and k_s in place to the share that the
-/// layers above leave to them. To be called once per batch, after v is known.
+/// Sets k_r, α and highlights of the lobes of all reflecting points, and scales k_e + k_a I_a, k_d and k_s in place to
+/// the share that the layers above leave to them. To be called once per batch, after v is known.
 pub(crate) fn apply_specular_layers(frame: &Frame, batch: &mut ShadingBatch) {
     let ShadingBatch { points, coefficients, soa, .. } = batch;
     let mut layers = LayerLanes::ZERO;
