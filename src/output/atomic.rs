@@ -7,7 +7,6 @@ use std::sync::{RwLock, RwLockWriteGuard};
 
 use tempfile::NamedTempFile;
 
-use super::processor_permits::wait_for_disk;
 use super::write_target::WriteTarget;
 
 /// Locked for reading while a file is written, and for writing by [`block_writes`].
@@ -58,13 +57,13 @@ pub fn write_atomically_with(
     if let Some(mut file) = unnamed_file::create(folder(&path)) {
         write(&mut file)?;
         keep_permissions(&file, &path);
-        wait_for_disk(|| file.sync_data())?;
+        file.sync_data()?;
         return unnamed_file::link(&mut file, &path, overwrite);
     }
     let mut file = named_temp_file(&path)?;
     write(file.as_file_mut())?;
     keep_permissions(file.as_file(), &path);
-    wait_for_disk(|| file.as_file().sync_data())?;
+    file.as_file().sync_data()?;
     persist(file, &path, overwrite)
 }
 
@@ -119,7 +118,7 @@ mod unnamed_file {
     use rustix::fs::{AtFlags, CWD, Mode, OFlags, linkat, open};
     use rustix::io::Errno;
 
-    use super::{Overwrite, folder, named_temp_file, persist, temp_name, wait_for_disk, without_path};
+    use super::{Overwrite, folder, named_temp_file, persist, temp_name, without_path};
 
     /// Creates a file in a folder. `None` where the file system has no unnamed files.
     pub fn create(folder: &Path) -> Option<File> {
@@ -146,7 +145,7 @@ mod unnamed_file {
         file.rewind()?;
         io::copy(file, copy.as_file_mut()).map_err(without_path)?;
         super::keep_permissions(copy.as_file(), path);
-        wait_for_disk(|| copy.as_file().sync_data())?;
+        copy.as_file().sync_data()?;
         persist(copy, path, overwrite)
     }
 

@@ -95,17 +95,6 @@ impl ShardWriter {
         Ok(next)
     }
 
-    /// Appends the files of another archive.
-    ///
-    /// # Errors
-    /// A temporary file cannot be read or written.
-    pub fn append(&mut self, mut other: ShardWriter) -> io::Result<()> {
-        other.file.rewind()?;
-        io::copy(other.file.get_mut(), &mut self.file)?;
-        self.length += other.length;
-        Ok(())
-    }
-
     /// Ends the archive and names it.
     ///
     /// # Errors

@@ -1,19 +1,25 @@
 //! The scenes of a run: each is rendered, reported and noted in the ledger.
 
+use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
-use std::time::Duration;
+use std::time::{Duration, Instant};
 
-use anyhow::{Error, Result};
+use anyhow::{Error, Result, anyhow};
 
-use super::ledger::{LedgerEntry, PastOutcome};
-use super::progress::Reporter;
+use super::ledger::{ImageCounts, LedgerEntry, PastOutcome};
+use super::panics;
+use super::progress::{Reporter, SceneLog};
 use super::report::Report;
+use super::scene_job::SceneJob;
 use super::scene_ledger::SceneLedger;
-use super::scene_task::{RenderedScene, SceneTask};
+use crate::batch::FileDigests;
+use crate::cancellation::{CancelToken, Cancelled};
 use crate::cli::console::{scene_error, single_line};
-use crate::cli::plan::RenderPlan;
+use crate::cli::plan::{RenderPlan, load_limits};
 use crate::cli::summary::Summary;
+use crate::import::LoadError;
 use crate::output::{SaveError, ShardWriter};
+use crate::scene::ClipBoundsCache;
 
 /// The scenes of a run, and what is written about them.
 pub struct Batch<'a> {
@@ -30,94 +36,74 @@ pub struct Batch<'a> {
     pub scene_files: Vec<PathBuf>,
 }
 
-impl<'a> Batch<'a> {
-    /// Renders a scene and reports its outcome, unless the ledger has it. A scene that fails has no images in the archive.
+impl Batch<'_> {
+    /// Renders a scene and reports its outcome, unless the ledger has it.
     pub fn render_scene(&mut self, index: usize, path: &Path) -> Result<()> {
-        let Some(task) = self.task(index, path) else { return Ok(()) };
-        let start = self.shard.as_ref().map_or(0, ShardWriter::length);
-        let rendered = task.render(self.shard.as_mut());
-        if rendered.outcome.is_err() {
-            self.end_shard_at(start);
-        }
-        self.add(rendered)
-    }
-
-    /// Returns the task of rendering a scene. Counts a scene that the ledger has, and returns `None`.
-    pub fn task(&mut self, index: usize, path: &Path) -> Option<SceneTask<'a>> {
+        let Batch { plan, reporter, .. } = *self;
         let key = self.ledger.as_ref().map(|ledger| ledger.key(path, index)).unwrap_or_default();
         // An archive is made as a whole.
         let ledger = self.ledger.as_ref().filter(|_| self.shard.is_none());
         if let Some(outcome) = ledger.and_then(|ledger| ledger.skips(key, path, index)) {
             self.skip(path, outcome);
-            return None;
+            return Ok(());
         }
-        Some(SceneTask {
-            plan: self.plan,
-            reporter: self.reporter,
-            timeout: self.timeout,
+        let since = Instant::now();
+        let mut log = SceneLog::new(reporter, path, plan.strict);
+        if let Some(report) = &mut self.report {
+            report.begin_scene(path);
+        }
+        if self.report.is_some() || self.ledger.is_some() {
+            log = log.collecting();
+        }
+        let cancel = self.timeout.map_or_else(CancelToken::default, CancelToken::with_timeout);
+        let mut job = SceneJob {
+            plan,
             index,
-            path: path.to_path_buf(),
-            key,
-            section: self.report.as_ref().map(|report| report.section(path)),
-            collects_warnings: self.report.is_some() || self.ledger.is_some(),
-            archive: self.shard.as_ref().map(|shard| shard.path().to_path_buf()),
-        })
-    }
-
-    /// Reports the outcome of a scene.
-    pub fn add(&mut self, scene: RenderedScene) -> Result<()> {
-        let RenderedScene { index, path, key, outcome, images, warnings, time, files, section, shard } =
-            scene;
-        let outcome = outcome.and_then(|()| self.append_to_shard(shard));
-        self.scene_files = files;
-        let failure = outcome.as_ref().err().map(|error| single_line(&scene_error(&path, error)));
+            path,
+            log: &log,
+            report: self.report.as_mut(),
+            shard: self.shard.as_mut(),
+            digests: FileDigests::with_limit(load_limits(plan.max_memory).file_bytes),
+            frames: Vec::new(),
+            images: ImageCounts::default(),
+            cancel: cancel.clone(),
+            views_shown: BTreeMap::new(),
+            clip_bounds: ClipBoundsCache::cancelled_by(&cancel),
+            scene_files: Vec::new(),
+        };
+        let outcome = panics::catch(|| job.run());
+        let outcome = match self.timeout {
+            Some(timeout) if outcome.as_ref().is_err_and(is_cancellation) => Err(timeout_error(timeout)),
+            _ => outcome,
+        };
+        let images = job.images;
+        self.scene_files = std::mem::take(&mut job.scene_files);
+        reporter.scene_done(path);
+        let failure = outcome.as_ref().err().map(|error| single_line(&scene_error(path, error)));
+        let warnings = log.finish();
         if let Some(line) = &failure {
-            self.reporter.fail(Some(&path), line);
+            reporter.fail(Some(path), line);
         }
-        if let (Some(page), Some(section)) = (&mut self.report, section)
-            && let Err(error) = page.add_section(section, &warnings, images.kept as usize, failure.as_deref())
+        if let Some(page) = &mut self.report
+            && let Err(error) = page.end_scene(&warnings, images.kept as usize, failure.as_deref())
         {
             // Images are rendered without the page.
-            fail(self.summary, self.reporter, &Error::new(error).context("--report"));
+            fail(self.summary, reporter, &Error::new(error).context("--report"));
             self.report = None;
         }
+        let time = since.elapsed();
         let failure_line = failure.as_deref();
-        let entry = LedgerEntry {
-            key,
-            scene: &path,
-            index,
-            failure: failure_line,
-            warnings: &warnings,
-            time,
-            images,
-        };
+        let entry =
+            LedgerEntry { key, scene: path, index, failure: failure_line, warnings: &warnings, time, images };
         if let Some(ledger) = &mut self.ledger
             && let Err(error) = ledger.add(&entry)
         {
             // Images are rendered without the ledger.
-            fail(self.summary, self.reporter, &error.context("--ledger"));
+            fail(self.summary, reporter, &error.context("--ledger"));
             self.ledger = None;
         }
         self.summary.add_scene(failure);
         outcome
-    }
-
-    /// Appends the images of a scene to the archive.
-    fn append_to_shard(&mut self, part: Option<ShardWriter>) -> Result<()> {
-        let (Some(shard), Some(part)) = (&mut self.shard, part) else { return Ok(()) };
-        let start = shard.length();
-        let appended = shard.append(part).map_err(|cause| SaveError { path: shard.path().into(), cause });
-        if appended.is_err() {
-            self.end_shard_at(start);
-        }
-        Ok(appended?)
-    }
-
-    /// Removes what follows the first `length` bytes of the archive. If that fails, the archive is given up.
-    fn end_shard_at(&mut self, length: u64) {
-        if self.shard.as_mut().is_some_and(|shard| shard.truncate(length).is_err()) {
-            self.shard = None;
-        }
     }
 
     /// Counts a scene whose outcome is known.
@@ -142,26 +128,23 @@ impl<'a> Batch<'a> {
     }
 }
 
-/// The end of a run or of a part of it.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum RunEnd {
-    /// All scenes were rendered or failed.
-    Complete,
-    /// Nothing more can be written. The error was reported.
-    DiskFull,
-}
-
-impl RunEnd {
-    /// The end after an error.
-    pub fn of(error: Option<&Error>) -> RunEnd {
-        if error.is_some_and(is_disk_full) { RunEnd::DiskFull } else { RunEnd::Complete }
-    }
-}
-
 /// Reports an error that belongs to no scene.
 pub fn fail(summary: &mut Summary, reporter: &Reporter, error: &Error) {
     reporter.fail(None, &single_line(&format!("{error:#}")));
     summary.other_failure = true;
+}
+
+/// Returns true for the error of work that was cancelled.
+fn is_cancellation(error: &Error) -> bool {
+    let is_load_error = |e: &LoadError| matches!(e, LoadError::Cancelled(_));
+    error.chain().any(|cause| cause.is::<Cancelled>() || cause.downcast_ref().is_some_and(is_load_error))
+}
+
+fn timeout_error(timeout: Duration) -> Error {
+    anyhow!(
+        "gave up after {} s; raise --timeout, or make the scene or its images smaller",
+        timeout.as_secs_f64()
+    )
 }
 
 /// Returns true for the error of a full disk.

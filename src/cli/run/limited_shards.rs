@@ -154,14 +154,16 @@ fn fill_shard(
             return Err(ShardFailure::DiskFull);
         }
         let Some(shard) = &mut batch.shard else { break };
-        if outcome.is_ok() && start > 0 && shard.length() > max_bytes {
+        if outcome.is_err() {
+            // A scene that fails has no images.
+            shard.truncate(start).with_context(cannot_be_written)?;
+        } else if start > 0 && shard.length() > max_bytes {
             let next = shard.split_off(start, next_file).with_context(cannot_be_written)?;
             overflow = Some((scene, next));
             break;
         }
     }
-    let shard = batch.shard.take().with_context(cannot_be_written)?;
-    if shard.length() > 0 {
+    if let Some(shard) = batch.shard.take().filter(|shard| shard.length() > 0) {
         shard.finish(batch.plan.outputs.replace).with_context(cannot_be_written)?;
         batch.reporter.wrote(None, file);
     }

@@ -12,7 +12,6 @@ use std::os::unix::ffi::OsStrExt;
 use std::os::unix::process::CommandExt;
 use std::path::PathBuf;
 
-use super::concurrent_scenes::has_small_images;
 use crate::cli::plan::{RenderPlan, load_limits};
 
 /// From this number of scenes on, memory matters more than time.
@@ -36,11 +35,6 @@ const AMPLE_MEMORY: u64 = 512 << 20;
 const FRUGAL: &str =
     "glibc.malloc.mmap_threshold=262144:glibc.malloc.trim_threshold=131072:glibc.malloc.tcache_count=0";
 
-/// Buffers up to 32 MiB come from heaps that keep up to 64 MiB of free memory: scenes that are rendered at the same time
-/// wait for each other where memory is mapped and unmapped.
-const CONCURRENT: &str =
-    "glibc.malloc.mmap_threshold=33554432:glibc.malloc.trim_threshold=67108864:glibc.malloc.top_pad=4194304";
-
 /// Executes this process again with tunables for a plan. Returns if none fit, if the environment has some already, if
 /// an argument in `argv` is a stream, which can be read only once, and if the execution fails.
 pub fn restart_with_tunables(plan: &RenderPlan, argv: &[OsString]) {
@@ -50,7 +44,6 @@ pub fn restart_with_tunables(plan: &RenderPlan, argv: &[OsString]) {
     };
     let has_memory = || plan.max_memory.is_none() && load_limits(None).memory_bytes >= AMPLE_MEMORY;
     let tunables = match plan.scenes.len() {
-        MANY_SCENES.. if has_small_images(plan) && has_memory() => CONCURRENT,
         MANY_SCENES.. => FRUGAL,
         _ if plan.scenes.iter().all(is_small) && has_memory() => FAST,
         _ => return,

@@ -1,5 +1,7 @@
 //! Estimates the peak memory of rendering a scene, and checks it against `--max-memory` before anything is allocated.
 
+use anyhow::{Result, bail};
+
 use crate::accel::FlattenBudget;
 use crate::bench::memory::limit_bytes;
 use crate::cli::plan::RenderPlan;
@@ -24,13 +26,8 @@ const AOV_CHANNEL: u64 = 12;
 /// Per pixel for cryptomattes while they are collected and ranked.
 const CRYPTOMATTE_PIXEL: u64 = 256;
 
-/// A scene whose images need too much memory.
-#[derive(Debug, thiserror::Error)]
-#[error("{0}, or use a smaller --size or fewer AOVs")]
-pub struct MemoryError(String);
-
 /// Returns an error if rendering `frames` frames of a scene needs more memory than allowed or available.
-pub fn check(plan: &RenderPlan, scene: &Scene, frames: usize) -> Result<(), MemoryError> {
+pub fn check(plan: &RenderPlan, scene: &Scene, frames: usize) -> Result<()> {
     let needed = estimate(plan, scene, frames);
     let allowed = plan.max_memory.or_else(limit_bytes).unwrap_or(u64::MAX);
     if needed > allowed {
@@ -39,7 +36,7 @@ pub fn check(plan: &RenderPlan, scene: &Scene, frames: usize) -> Result<(), Memo
             Some(_) => format!("--max-memory allows {allowed}; allow more"),
             None => format!("only {allowed} are available; set --max-memory to try anyway"),
         };
-        return Err(MemoryError(format!("rendering needs about {needed} of memory, but {bound}")));
+        bail!("rendering needs about {needed} of memory, but {bound}, or use a smaller --size or fewer AOVs");
     }
     Ok(())
 }

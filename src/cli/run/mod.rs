@@ -3,7 +3,6 @@
 pub(super) mod animation_writer;
 pub(super) mod assemble;
 mod batch;
-mod concurrent_scenes;
 mod dataset;
 mod dataset_files;
 mod depth_range;
@@ -26,7 +25,6 @@ mod report;
 pub(super) mod runtime;
 pub(super) mod scene_job;
 mod scene_ledger;
-mod scene_task;
 mod scenes;
 pub(super) mod session;
 mod shard_batch;

@@ -8,7 +8,6 @@ use std::time::{Duration, Instant};
 use anyhow::{Context, Error, Result};
 use base64::Engine;
 use base64::prelude::BASE64_STANDARD;
-use tempfile::SpooledTempFile;
 
 use crate::cli::console::{finish_stdout, is_stdout};
 use crate::cli::files::create_parent_folder;
@@ -20,7 +19,7 @@ use crate::output::{
 /// Maximum width and height of a thumbnail in pixels.
 pub const THUMBNAIL_SIDE: u32 = 192;
 
-/// A page that grows with each scene, in an unnamed temporary file so that memory does not grow. If writing fails,
+/// A page that grows with each image, in an unnamed temporary file so that memory does not grow. If writing fails,
 /// the page is given up and images are still rendered.
 pub struct Report {
     path: PathBuf,
@@ -28,22 +27,11 @@ pub struct Report {
     /// True if the page would overwrite an input. It is not written then.
     overwrites_input: bool,
     body: BufWriter<File>,
+    /// The first write error.
+    error: Option<io::Error>,
     since: Instant,
     images: usize,
     failures: usize,
-}
-
-/// Longest section in memory, in bytes. A longer one goes into a temporary file.
-const MAX_SECTION: usize = 1 << 20;
-
-/// The part of a page about a scene, which grows with each image.
-pub struct ReportSection {
-    page: PathBuf,
-    overwrites_input: bool,
-    body: SpooledTempFile,
-    /// The first write error.
-    error: Option<io::Error>,
-    images: usize,
 }
 
 const HEAD: &str = "<!doctype html>\n<html lang=\"en\"><meta charset=\"utf-8\"><title>blinn</title>\n<style>\n\
@@ -74,50 +62,66 @@ impl Report {
             replace,
             overwrites_input: false,
             body: BufWriter::new(body),
+            error: None,
             since: Instant::now(),
             images: 0,
             failures: 0,
         })
     }
 
-    /// Begins the section of a scene.
-    pub fn section(&self, scene: &Path) -> ReportSection {
-        let mut section = ReportSection {
-            page: self.path.clone(),
-            overwrites_input: false,
-            body: SpooledTempFile::new(MAX_SECTION),
-            error: None,
-            images: 0,
-        };
-        section.add(&format!("<h2>{}</h2>\n", escape_html(&scene.to_string_lossy())));
-        section
+    /// Returns an error if the page would overwrite an input, and does not write it then.
+    pub fn check_not_input(&mut self, paths: &PathConflicts) -> Result<()> {
+        paths.check_not_input(&self.path, Writer::Flag("--report")).map_err(|text| {
+            self.overwrites_input = true;
+            Error::msg(text)
+        })
     }
 
-    /// Adds the section of a scene with its warnings, the number of images kept by --resume and its error.
+    /// Begins the section of a scene.
+    pub fn begin_scene(&mut self, scene: &Path) {
+        self.add(&format!("<h2>{}</h2>\n", escape_html(&scene.to_string_lossy())));
+    }
+
+    /// Adds an image that was written to `file`. `thumbnail` is a JPEG. Marks an image that shows nothing.
+    pub fn add_image(&mut self, thumbnail: &[u8], file: &Path, render_time: Duration, is_empty: bool) {
+        let mark = if is_empty { " &middot; <span class=\"warning\">empty</span>" } else { "" };
+        let thumbnail = BASE64_STANDARD.encode(thumbnail);
+        let name = file.file_name().map(|n| n.to_string_lossy()).unwrap_or_default();
+        self.images += 1;
+        self.add(&format!(
+            "<figure><a href=\"{}\"><img alt=\"\" src=\"data:image/jpeg;base64,{thumbnail}\"></a><figcaption>{} \
+             &middot; {:.2} s{mark}</figcaption></figure>\n",
+            escape_html(&self.link(file)),
+            escape_html(&name),
+            render_time.as_secs_f64()
+        ));
+    }
+
+    /// Ends the section of a scene with its warnings, the number of images kept by --resume and its error.
     ///
     /// # Errors
     /// The write error for which the page is given up.
-    pub fn add_section(
+    pub fn end_scene(
         &mut self,
-        mut section: ReportSection,
         warnings: &[String],
         kept: usize,
         error: Option<&str>,
     ) -> Result<(), SaveError> {
         if kept > 0 {
             let images = if kept == 1 { "image" } else { "images" };
-            section.add(&format!("<p>{kept} {images} kept.</p>\n"));
+            self.add(&format!("<p>{kept} {images} kept.</p>\n"));
         }
         for warning in warnings {
-            section.add(&format!("<p class=\"warning\">warning: {}</p>\n", escape_html(warning)));
-        }
-        if let Some(e) = error {
-            section.add(&format!("<p class=\"failed\">{}</p>\n", escape_html(e)));
+            self.add(&format!("<p class=\"warning\">warning: {}</p>\n", escape_html(warning)));
         }
         self.failures += usize::from(error.is_some());
-        self.images += section.images;
-        self.overwrites_input |= section.overwrites_input;
-        section.append_to(&mut self.body).map_err(|cause| SaveError { path: self.path.clone(), cause })
+        if let Some(e) = error {
+            self.add(&format!("<p class=\"failed\">{}</p>\n", escape_html(e)));
+        }
+        match self.error.take() {
+            Some(cause) => Err(SaveError { path: self.path.clone(), cause }),
+            None => Ok(()),
+        }
     }
 
     /// Writes the page. Returns its path, or `None` if it went to standard output or would overwrite an input.
@@ -151,31 +155,6 @@ impl Report {
         }
         head + ".</p>\n"
     }
-}
-
-impl ReportSection {
-    /// Returns an error if the page would overwrite an input, and prevents that.
-    pub fn check_not_input(&mut self, paths: &PathConflicts) -> Result<()> {
-        paths.check_not_input(&self.page, Writer::Flag("--report")).map_err(|text| {
-            self.overwrites_input = true;
-            Error::msg(text)
-        })
-    }
-
-    /// Adds an image that was written to `file`. `thumbnail` is a JPEG. Marks an image that shows nothing.
-    pub fn add_image(&mut self, thumbnail: &[u8], file: &Path, render_time: Duration, is_empty: bool) {
-        let mark = if is_empty { " &middot; <span class=\"warning\">empty</span>" } else { "" };
-        let thumbnail = BASE64_STANDARD.encode(thumbnail);
-        let name = file.file_name().map(|n| n.to_string_lossy()).unwrap_or_default();
-        self.images += 1;
-        self.add(&format!(
-            "<figure><a href=\"{}\"><img alt=\"\" src=\"data:image/jpeg;base64,{thumbnail}\"></a><figcaption>{} \
-             &middot; {:.2} s{mark}</figcaption></figure>\n",
-            escape_html(&self.link(file)),
-            escape_html(&name),
-            render_time.as_secs_f64()
-        ));
-    }
 
     fn add(&mut self, html: &str) {
         if self.error.is_none() {
@@ -183,18 +162,10 @@ impl ReportSection {
         }
     }
 
-    fn append_to(mut self, body: &mut impl Write) -> io::Result<()> {
-        if let Some(error) = self.error {
-            return Err(error);
-        }
-        self.body.rewind()?;
-        io::copy(&mut self.body, body).map(drop)
-    }
-
     /// The URL of a file: relative if it is below the page's folder.
     fn link(&self, file: &Path) -> String {
         let absolute = |path: &Path| std::path::absolute(path).unwrap_or_else(|_| path.to_path_buf());
-        let page = absolute(&self.page);
+        let page = absolute(&self.path);
         let file = absolute(file);
         let relative = page.parent().and_then(|folder| file.strip_prefix(folder).ok());
         let path = relative.unwrap_or(&file).to_string_lossy().replace('\\', "/");

@@ -17,7 +17,7 @@ use super::ledger::ImageCounts;
 use super::memory_estimate;
 use super::posed_frame::{PosedFrame, SceneSetup};
 use super::progress::{ImageMonitor, SceneLog};
-use super::report::{ReportSection, THUMBNAIL_SIDE};
+use super::report::{Report, THUMBNAIL_SIDE};
 use super::session::{RenderSession, RenderedImage};
 use crate::batch::{Dataset, DatasetView, FileDigests, fingerprint, mark_empty, run_pipeline};
 use crate::cancellation::CancelToken;
@@ -47,8 +47,7 @@ pub struct SceneJob<'a> {
     pub index: usize,
     pub path: &'a Path,
     pub log: &'a SceneLog<'a>,
-    /// The scene's part of the page of `--report`.
-    pub report: Option<ReportSection>,
+    pub report: Option<&'a mut Report>,
     /// The archive that images go into.
     pub shard: Option<&'a mut ShardWriter>,
     /// Digests of the files that images are made from.

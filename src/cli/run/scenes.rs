@@ -1,10 +1,9 @@
-//! Renders the scenes of a plan.
+//! Renders the scenes of a plan, one after the other.
 
 use std::path::PathBuf;
 use std::time::Duration;
 
 use super::batch::{Batch, fail, is_disk_full};
-use super::concurrent_scenes::ConcurrentScenes;
 use super::limited_shards::render_limited_shards;
 use super::memory_estimate::format_bytes;
 use super::progress::Reporter;
@@ -42,20 +41,16 @@ pub fn render_scenes(
     };
     let timeout =
         process.timeout.map(|seconds| Duration::try_from_secs_f64(seconds).unwrap_or(Duration::MAX));
-    let concurrent = ConcurrentScenes::for_plan(plan);
     let mut batch =
         Batch { plan, reporter, report, ledger, timeout, shard: None, summary, scene_files: Vec::new() };
     let range = plan.scene_range();
     let scenes = plan.numbered_scenes().skip(range.start).take(range.len());
-    match (&plan.outputs.shards, &concurrent) {
-        (Some(shards), _) => match shards.max_bytes() {
+    match &plan.outputs.shards {
+        Some(shards) => match shards.max_bytes() {
             Some(max_bytes) => render_limited_shards(&mut batch, shards, max_bytes, Box::new(scenes))?,
-            None => render_shards(&mut batch, shards, concurrent.as_ref(), scenes)?,
+            None => render_shards(&mut batch, shards, scenes)?,
         },
-        (None, Some(concurrent)) => {
-            concurrent.render(&mut batch, scenes)?;
-        }
-        (None, None) => {
+        None => {
             for scene in scenes {
                 let NumberedScene { number, path } = scene?;
                 let outcome = batch.render_scene(number, &path);

@@ -6,8 +6,7 @@ use std::path::Path;
 use anyhow::{Context, Error, Result};
 use serde_json::Value;
 
-use super::batch::{Batch, RunEnd, fail};
-use super::concurrent_scenes::ConcurrentScenes;
+use super::batch::{Batch, fail, is_disk_full};
 use super::ledger::PastOutcome;
 use crate::batch::FileDigests;
 use crate::cli::console::print_stdout;
@@ -17,10 +16,9 @@ use crate::cli::usage::UsageError;
 use crate::output::{ShardMember, ShardWriter, check_overwrite, read_shard};
 
 /// Renders scenes into archives. With --resume, archives that are up to date are kept, and all others are made anew.
-pub fn render_shards<'a>(
-    batch: &mut Batch<'a>,
+pub fn render_shards(
+    batch: &mut Batch,
     shards: &ShardPlan,
-    concurrent: Option<&'a ConcurrentScenes>,
     scenes: impl Iterator<Item = Result<NumberedScene, UsageError>>,
 ) -> Result<(), UsageError> {
     let mut group: Vec<NumberedScene> = Vec::new();
@@ -29,32 +27,27 @@ pub fn render_shards<'a>(
         let is_next =
             group.first().is_some_and(|first| shards.file(first.number) != shards.file(scene.number));
         if is_next {
-            let end = render_shard(batch, &shards.file(group[0].number), concurrent, &group);
+            let is_full =
+                render_shard(batch, &shards.file(group[0].number), &group).is_err_and(|e| is_disk_full(&e));
             group.clear();
-            if end == RunEnd::DiskFull {
-                let later = batch.plan.scene_range().end + 1 - scene.number;
-                batch.summary.not_started = batch.summary.not_started.max(later);
+            if is_full {
+                batch.summary.not_started = batch.plan.scene_range().end + 1 - scene.number;
                 return Ok(());
             }
         }
         group.push(scene);
     }
     if let Some(first) = group.first() {
-        render_shard(batch, &shards.file(first.number), concurrent, &group);
+        // The error was reported.
+        let _ = render_shard(batch, &shards.file(first.number), &group);
     }
     Ok(())
 }
 
-/// Renders the scenes of one archive, and reports errors.
-fn render_shard<'a>(
-    batch: &mut Batch<'a>,
-    file: &Path,
-    concurrent: Option<&'a ConcurrentScenes>,
-    scenes: &[NumberedScene],
-) -> RunEnd {
+/// Renders the scenes of one archive. The errors were reported.
+fn render_shard(batch: &mut Batch, file: &Path, scenes: &[NumberedScene]) -> Result<()> {
     if batch.plan.dry_run {
-        let printed = print_stdout(format!("{}\n", file.display()).as_bytes());
-        return RunEnd::of(printed.as_ref().err());
+        return print_stdout(format!("{}\n", file.display()).as_bytes());
     }
     if batch.plan.outputs.resume && file.is_file() {
         let past = past_outcomes(batch, scenes);
@@ -63,64 +56,63 @@ fn render_shard<'a>(
             for (scene, outcome) in scenes.iter().zip(past) {
                 batch.skip(&scene.path, outcome.unwrap_or(PastOutcome::Done { images: 0 }));
             }
-            return RunEnd::Complete;
+            return Ok(());
         }
     }
-    let outcome = fill_shard(batch, file, concurrent, scenes);
-    let is_written = matches!(outcome, Ok(RunEnd::Complete));
-    if !is_written {
+    let outcome = fill_shard(batch, file, scenes);
+    if outcome.is_err() {
         batch.shard = None;
         if let Some(ledger) = &mut batch.ledger {
             ledger.discard();
         }
     }
-    outcome.unwrap_or_else(|error| {
-        fail(batch.summary, batch.reporter, &error);
-        RunEnd::of(Some(&error))
+    outcome.map_err(|failure| match failure {
+        ShardFailure::OfScene(error) => error,
+        ShardFailure::OfArchive(error) => {
+            fail(batch.summary, batch.reporter, &error);
+            error
+        }
     })
 }
 
+/// The reason why an archive was not written.
+enum ShardFailure {
+    /// The disk is full. The error was reported with its scene.
+    OfScene(Error),
+    OfArchive(Error),
+}
+
+impl From<Error> for ShardFailure {
+    fn from(error: Error) -> ShardFailure {
+        ShardFailure::OfArchive(error)
+    }
+}
+
 /// Renders scenes into an archive, and notes them in the ledger when it is complete.
-fn fill_shard<'a>(
-    batch: &mut Batch<'a>,
-    file: &Path,
-    concurrent: Option<&'a ConcurrentScenes>,
-    scenes: &[NumberedScene],
-) -> Result<RunEnd> {
+fn fill_shard(batch: &mut Batch, file: &Path, scenes: &[NumberedScene]) -> Result<(), ShardFailure> {
     let cannot_be_written = || format!("{} cannot be written", file.display());
-    check_overwrite(file, batch.plan.outputs.replace)?;
+    check_overwrite(file, batch.plan.outputs.replace).map_err(Error::new)?;
     create_parent_folder(file)?;
     batch.shard = Some(ShardWriter::new(file).with_context(cannot_be_written)?);
-    let end = match concurrent {
-        Some(concurrent) => {
-            let scenes = scenes.iter().cloned().map(Ok);
-            concurrent.render(batch, scenes).map_err(|error| Error::msg(error.0))?
+    for NumberedScene { number, path } in scenes {
+        let start = batch.shard.as_ref().map_or(0, ShardWriter::length);
+        let Err(error) = batch.render_scene(*number, path) else { continue };
+        if is_disk_full(&error) {
+            return Err(ShardFailure::OfScene(error));
         }
-        None => render_in_turn(batch, scenes),
-    };
-    if end == RunEnd::DiskFull {
-        return Ok(end);
+        // A scene that fails has no images.
+        if let Some(shard) = &mut batch.shard {
+            shard.truncate(start).with_context(cannot_be_written)?;
+        }
     }
-    let shard = batch.shard.take().with_context(cannot_be_written)?;
-    if shard.length() > 0 {
+    if let Some(shard) = batch.shard.take().filter(|shard| shard.length() > 0) {
         shard.finish(batch.plan.outputs.replace).with_context(cannot_be_written)?;
         batch.reporter.wrote(None, file);
     }
     if let Some(ledger) = &mut batch.ledger {
         ledger.append().context("--ledger")?;
     }
-    Ok(end)
-}
-
-/// Renders scenes one after the other.
-fn render_in_turn(batch: &mut Batch, scenes: &[NumberedScene]) -> RunEnd {
-    for NumberedScene { number, path } in scenes {
-        let outcome = batch.render_scene(*number, path);
-        if RunEnd::of(outcome.as_ref().err()) == RunEnd::DiskFull {
-            return RunEnd::DiskFull;
-        }
-    }
-    RunEnd::Complete
+    Ok(())
 }
 
 /// The outcomes for which the ledger skips scenes.

@@ -7,11 +7,11 @@ use super::work_progress::WorkProgress;
 use crate::cli::console::single_line;
 
 /// Describes the current frame of a scene.
-pub fn progress_line(progress: &mut WorkProgress, scene: &Path) -> String {
+pub fn progress_line(progress: &WorkProgress, scene: &Path) -> String {
     let name = scene.file_name().map(|n| n.to_string_lossy().into_owned()).unwrap_or_default();
     let mut parts = vec![single_line(&name)];
     let scenes = progress.scene();
-    let frames = progress.frame(scene);
+    let frames = progress.frame();
     if scenes.count > 1 {
         parts.push(format!("scene {}/{}", scenes.current, scenes.count));
     }

@@ -162,30 +162,30 @@ impl Reporter {
 
     /// Begins the frames of a scene.
     pub fn begin_frames(&self, scene: &Path, frames: usize) {
-        self.progress().begin_frames(scene, frames);
+        self.progress().begin_frames(frames);
         if self.style == Style::OpenJd {
             let scene = single_line(&scene.display().to_string());
             self.line(&format!("openjd_status: {scene}, {frames} frames"));
         }
     }
 
-    /// The current frame of a scene is rendered up to a fraction, 0 … 1.
+    /// The current frame is rendered up to a fraction, 0 … 1.
     pub(super) fn frame_progress(&self, scene: &Path, fraction: f64) {
         if self.style != Style::None {
-            self.progress().set_frame_fraction(scene, fraction);
+            self.progress().set_frame_fraction(fraction);
             self.report_progress(scene);
         }
     }
 
-    /// The current frame of a scene is rendered.
+    /// The current frame is rendered.
     pub(super) fn frame_done(&self, scene: &Path) {
-        self.progress().frame_done(scene);
+        self.progress().frame_done();
         self.report_progress(scene);
     }
 
-    /// A scene is finished or has failed.
+    /// The current scene is finished or has failed.
     pub fn scene_done(&self, scene: &Path) {
-        self.progress().scene_done(scene);
+        self.progress().scene_done();
         self.report_progress(scene);
     }
 
@@ -236,14 +236,14 @@ impl Reporter {
 
     /// Reports the progress if it has reached the next step: 1 %, or 10 % for a single image.
     fn report_progress(&self, scene: &Path) {
-        let mut progress = self.progress();
+        let progress = self.progress();
         let fraction = progress.fraction();
         if let Some(bar) = &self.bar {
             bar.set_position((fraction * BAR_STEPS as f64) as u64);
-            bar.set_message(progress_line(&mut progress, scene));
+            bar.set_message(progress_line(&progress, scene));
             return;
         }
-        let frame = progress.frame(scene);
+        let frame = progress.frame();
         let is_single = frame.count * progress.scene().count == 1 && self.style != Style::OpenJd;
         let steps: u64 = if is_single { 10 } else { 100 };
         // Thirds add up to slightly less than 1.
@@ -259,7 +259,7 @@ impl Reporter {
                 "frames_per_second": progress.frames_per_second(),
                 "seconds_left": progress.time_left().map(|left| left.as_secs_f64()),
             })),
-            Style::Plain => self.line(&format!("{percent} %  {}", progress_line(&mut progress, scene))),
+            Style::Plain => self.line(&format!("{percent} %  {}", progress_line(&progress, scene))),
             Style::OpenJd => self.line(&format!("openjd_progress: {percent}")),
             Style::Bar | Style::None => {}
         }
