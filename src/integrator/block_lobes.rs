@@ -58,7 +58,7 @@ impl BlockLobes {
             lanes.load(frame, compositor, batch, first + lane);
         }
         let mut lobes = BlockLobes::default();
-        let is_occluded = frame.ambient_occlusion.is_some();
+        let is_occluded = frame.occludes_environment();
         if lanes.reflecting != 0 {
             frame.simd().run(Classify { block, lanes: &lanes, wave, is_occluded, lobes: &mut lobes });
         }

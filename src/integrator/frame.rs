@@ -63,6 +63,12 @@ pub struct AmbientOcclusion {
 }
 
 impl<'a> Frame<'a> {
+    /// Returns true if objects hide the environment from surfaces: with ambient occlusion.
+    #[inline]
+    pub(crate) fn occludes_environment(&self) -> bool {
+        self.ambient_occlusion.is_some() && self.environment.is_some()
+    }
+
     /// A frame with the given lighting, with shadows and back-face culling, without overrides.
     pub fn new(
         posed: &'a PosedScene<'a>,

@@ -30,8 +30,6 @@ use crate::integrator::surface::soa::{LANES, dvec3, set3, vec3};
 
 /// Pixels of fewer samples look up the environment over a lobe once for each sample.
 const MIN_SAMPLES_OF_LOBES: u32 = 4;
-/// Maximum light that a ray of a weak lobe adds by colour channel: lamps seen in rough dielectrics would be white dots.
-const MAX_WEAK_CONTRIBUTION: f32 = 0.3;
 /// Russian roulette: rays of glass that eye rays hit are spawned with a probability in proportion to their importance if it
 /// is smaller, and count more instead.
 const FIRST_ROULETTE_IMPORTANCE: f32 = 0.04;
@@ -211,7 +209,7 @@ impl<'a, 's> PathVertex<'a, 's> {
         let arrives = self.throughput * k_r;
         let importance = self.state.importance * arrives.max_element();
         let is_narrow = alpha <= NARROW_ALPHA;
-        let is_occluded = self.frame.ambient_occlusion.is_some();
+        let is_occluded = self.frame.occludes_environment();
         let survival = survival(importance, is_narrow, self.stream.wave, is_occluded);
         if self.state.reflections_left == 0 || survival == 0.0 {
             // The light of weak lobes has been added for the whole block.
@@ -235,6 +233,13 @@ impl<'a, 's> PathVertex<'a, 's> {
         let is_uniform = environment.is_some_and(|e| e.as_uniform().is_some());
         let lookup_angle = solid_angle * LOOKUP_SHARE as f32;
         let escape = environment.map_or(Rgb::ZERO, |e| e.radiance(direction.as_vec3(), lookup_angle));
+        // What is seen in a weak lobe counts as much as the environment that it hides: a lamp would be a white dot.
+        let max_light = match environment {
+            Some(environment) if survival < 1.0 => {
+                (environment.radiance(direction.as_vec3(), solid_angle) * arrives * weight).max_element()
+            }
+            _ => MAX_CONTRIBUTION,
+        };
         let (origin, source) = self.batch.offset_origin(self.i, direction);
         let state = PathState {
             origin,
@@ -259,7 +264,7 @@ impl<'a, 's> PathVertex<'a, 's> {
             weight: arrives * weight,
             // The mean of the weight is 1.
             escape_weight: if is_uniform { arrives } else { arrives * weight },
-            max_light: if survival < 1.0 { MAX_WEAK_CONTRIBUTION } else { MAX_CONTRIBUTION },
+            max_light,
             escape: Escape::Radiance(escape),
             // Set when the light of all lobes is computed.
             unoccluded: None,

@@ -21,7 +21,7 @@ fn public_scenes_are_measured_where_they_exist() {
             .contains("missing: Hairball: **/hairball.obj from https://casual-effects.com/data/ (licence"),
         "{messages}"
     );
-    assert!(messages.contains("none of the 14 scenes is there"), "{messages}");
+    assert!(messages.contains("none of the 15 scenes is there"), "{messages}");
     let triangle = "v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n";
     fs::write(scenes.join("mine.obj"), triangle).unwrap();
     let manifest = "[[scene]]\nname = 'Mine'\nfiles = ['mine.obj']\nlicence = 'CC0'\nsource = 'here'\n\

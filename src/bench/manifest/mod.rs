@@ -15,7 +15,7 @@ mod tests {
     #[test]
     fn the_built_in_manifest_is_complete() {
         let manifest = Manifest::built_in().unwrap();
-        assert_eq!(manifest.scenes.len(), 14);
+        assert_eq!(manifest.scenes.len(), 15);
         for scene in &manifest.scenes {
             assert_eq!(scene.cameras.len(), 3, "{}", scene.name);
             assert!(scene.source.starts_with("https://") && !scene.licence.is_empty(), "{}", scene.name);
@@ -35,7 +35,7 @@ mod tests {
                      [[scene]]\nname = 'Mine'\nfiles = ['a/b.obj']\nlicence = 'mine'\nsource = 'here'\n\
                      camera = [{ name = 'a', orbit = [10, 20] }]\n";
         manifest.extend(parse_manifest(other).unwrap());
-        assert_eq!(manifest.scenes.len(), 15);
+        assert_eq!(manifest.scenes.len(), 16);
         let find = |name: &str| manifest.scenes.iter().find(|scene| scene.name == name).unwrap();
         assert_eq!(find("Lantern").files, ["mine.glb"]);
         assert_eq!((find("Mine").cameras.len(), find("Lantern").cameras.len()), (1, 0));
