@@ -145,7 +145,8 @@ fn a_scene_that_takes_too_long_is_given_up() {
     // Thousands of large triangles behind each other, through which many rays look for light.
     let mut text = String::new();
     for i in 0..4000 {
-        text += &format!("v 0 0 {i}\nv 9 0 {i}\nv 0 9 {i}\nf -3 -2 -1\n");
+        let z = f64::from(i) / 1000.0;
+        text += &format!("v 0 0 {z}\nv 9 0 {z}\nv 0 9 {z}\nf -3 -2 -1\n");
     }
     fs::write(at.join("scenes/2.obj"), text).unwrap();
     let line = "render scenes --size 2000x2000 -s 256 -q -o {stem}.png --crop 0,0,1,1";
