@@ -1,5 +1,7 @@
 //! Splits the light at a surface among its specular layers and the base below them.
 
+use std::hint::black_box;
+
 use crate::integrator::frame::Frame;
 use crate::integrator::layer_lanes::LayerLanes;
 use crate::integrator::material::directional_albedo::{COAT_IOR, FacetAlbedos, FacetLobe};
@@ -56,7 +58,9 @@ impl AutovecKernel for SplitLight<'_> {
             }
         }
         let mut ambient = [[0.0; LANES]; 3];
-        match &frame.sky {
+        // Opaque to the compiler, which would else compute its constant term before the match, from arbitrary bytes if there
+        // is none: subnormal numbers, which are slow.
+        match black_box(frame.sky.as_ref()) {
             None => {
                 for i in 0..LANES {
                     set3(&mut ambient, i, frame.ambient.to_array());
