@@ -5,13 +5,12 @@ use crate::integrator::material::coefficients::Coefficients;
 use crate::integrator::material::specular_layers::SpecularLayers;
 use crate::integrator::surface::soa::{LANES, set3, vec3};
 
-/// What the albedo of layers and the light below them depend on. Lanes of points that do not reflect hold any value.
+/// Inputs of the albedo of layers and of the light below them. Lanes of points that do not reflect hold any value.
 pub(crate) struct LayerLanes {
     pub k_e: [[f32; LANES]; 3],
     pub k_a: [[f32; LANES]; 3],
     covers_base: [bool; LANES],
     has_highlights: [bool; LANES],
-    base: [[f32; LANES]; 3],
     pub alpha: [f32; LANES],
     metallic: [f32; LANES],
     metal_f0: [[f32; LANES]; 3],
@@ -34,7 +33,6 @@ impl LayerLanes {
         k_a: [[0.0; LANES]; 3],
         covers_base: [false; LANES],
         has_highlights: [false; LANES],
-        base: [[0.0; LANES]; 3],
         alpha: [0.0; LANES],
         metallic: [0.0; LANES],
         metal_f0: [[0.0; LANES]; 3],
@@ -78,7 +76,6 @@ impl LayerLanes {
         set3(&mut self.k_a, i, k.k_a.to_array());
         self.covers_base[i] = layers.covers_base;
         self.has_highlights[i] = layers.has_highlights;
-        set3(&mut self.base, i, layers.base.to_array());
         self.alpha[i] = layers.alpha;
         self.metallic[i] = layers.metallic;
         set3(&mut self.metal_f0, i, layers.metal_f0.to_array());
@@ -99,7 +96,6 @@ impl LayerLanes {
             reflects: true,
             covers_base: self.covers_base[i],
             has_highlights: self.has_highlights[i],
-            base: rgb(&self.base),
             alpha: self.alpha[i],
             metallic: self.metallic[i],
             metal_f0: rgb(&self.metal_f0),

@@ -134,9 +134,10 @@ impl Coefficients {
                 // Highlights are those of the layers.
                 k.layers.has_highlights = true;
                 k.k_s = Rgb::ZERO;
-                k.k_d = k.layers.base;
-                // The specular share of the ambient light is what the layers reflect.
-                k.k_a = k.layers.base;
+                // The diffuse colour of the base, as if nothing covered it. Layers reflect the specular share of the ambient
+                // light.
+                k.k_d = k.color * (1.0 - k.layers.metallic);
+                k.k_a = k.k_d;
             }
         } else {
             k.layers = SpecularLayers::NONE;
@@ -161,7 +162,6 @@ impl Coefficients {
         if weight > 0.0 {
             self.k_d *= 1.0 - weight;
             self.k_a *= 1.0 - weight;
-            self.layers.base *= 1.0 - weight;
             self.k_t = material.transmission_color.unwrap_or(self.color) * weight;
             self.transmission_weight = weight;
         }
@@ -233,7 +233,6 @@ impl Coefficients {
         let diffuse = base * ((1.0 - metallic) * (1.0 - f0_dielectric.max_element()));
         self.set_microfacets(diffuse, f0_dielectric + (base - f0_dielectric) * metallic, roughness);
         self.layers = SpecularLayers {
-            base: base * (1.0 - metallic),
             alpha: roughness * roughness,
             metallic,
             metal_f0: base.clamp(Vec3::ZERO, Vec3::ONE),
@@ -252,7 +251,6 @@ impl Coefficients {
         self.k_a = diffuse + f0;
         self.set_microfacets(diffuse, f0, roughness);
         self.layers = SpecularLayers {
-            base: self.color,
             alpha: roughness * roughness,
             dielectric_f0: f0,
             dielectric_f90: if max_f0 > 0.0 { 1.0 } else { 0.0 },

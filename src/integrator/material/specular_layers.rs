@@ -12,8 +12,6 @@ pub struct SpecularLayers {
     pub covers_base: bool,
     /// True if highlights of lights have the shape of the layers' lobes, and false if they are the lecture's.
     pub has_highlights: bool,
-    /// Diffuse colour of the base, as if nothing covered it.
-    pub base: Rgb,
     /// GGX α of the microfacets: the square of the perceptual roughness.
     pub alpha: f32,
     /// Share of the microfacets that is metal.
@@ -54,7 +52,6 @@ impl SpecularLayers {
         reflects: false,
         covers_base: false,
         has_highlights: false,
-        base: Rgb::ZERO,
         alpha: 1.0,
         metallic: 0.0,
         metal_f0: Rgb::ZERO,
