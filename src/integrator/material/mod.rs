@@ -6,6 +6,7 @@ pub(crate) mod evaluator;
 pub(crate) mod fresnel;
 pub(crate) mod ggx;
 pub(crate) mod ggx_lobe;
+pub(crate) mod highlight_lobe;
 pub(crate) mod hit_filter;
 pub(crate) mod lobe_integrals;
 pub(crate) mod lobe_lookups;
