@@ -18,13 +18,13 @@ pub(crate) const MIN_IMPORTANCE: f32 = 1.0 / 512.0;
 
 /// Returns the probability that a lobe spawns a ray; 0 if it looks the environment up instead.
 ///
-/// What is seen in a reflection shows only its strong reflections: others would double the rays with each wave. Looking weak
-/// lobes up shows an environment that other surfaces hide. With ambient occlusion (`is_occluded`) that would be seen, below
-/// objects on glossy floors: then weak lobes spawn rays by Russian roulette.
+/// Surfaces seen in a reflection show only their strong reflections: others would double the rays with each wave. A lookup
+/// shows the environment even where other surfaces hide it. With ambient occlusion (`occludes_environment`) that would be
+/// seen below objects on glossy floors: then weak lobes spawn rays by Russian roulette.
 #[inline(always)]
-pub(crate) fn survival(importance: f32, is_narrow: bool, wave: u32, is_occluded: bool) -> f32 {
+pub(crate) fn survival(importance: f32, is_narrow: bool, wave: u32, occludes_environment: bool) -> f32 {
     let is_seen = is_narrow & (wave == 0);
-    let threshold = if is_seen | is_occluded { MIN_IMPORTANCE } else { STRONG_IMPORTANCE };
+    let threshold = if is_seen | occludes_environment { MIN_IMPORTANCE } else { STRONG_IMPORTANCE };
     let weak = if is_seen { 1.0 } else { importance / STRONG_IMPORTANCE };
     if importance >= threshold { weak.min(1.0) } else { 0.0 }
 }
@@ -58,9 +58,15 @@ impl BlockLobes {
             lanes.load(frame, compositor, batch, first + lane);
         }
         let mut lobes = BlockLobes::default();
-        let is_occluded = frame.occludes_environment();
+        let occludes_environment = frame.occludes_environment();
         if lanes.reflecting != 0 {
-            frame.simd().run(Classify { block, lanes: &lanes, wave, is_occluded, lobes: &mut lobes });
+            frame.simd().run(Classify {
+                block,
+                lanes: &lanes,
+                wave,
+                occludes_environment,
+                lobes: &mut lobes,
+            });
         }
         lobes
     }
@@ -124,14 +130,14 @@ struct Classify<'a> {
     lanes: &'a LobeLanes,
     wave: u32,
     /// True if weak lobes may spawn rays: see [`survival`].
-    is_occluded: bool,
+    occludes_environment: bool,
     lobes: &'a mut BlockLobes,
 }
 
 impl AutovecKernel for Classify<'_> {
     #[inline(always)]
     fn run(self) {
-        let Classify { block, lanes, wave, is_occluded, lobes } = self;
+        let Classify { block, lanes, wave, occludes_environment, lobes } = self;
         let mut is_visible = [false; LANES];
         let mut facets = LayerSets::NONE;
         let mut coat = LayerSets::NONE;
@@ -142,7 +148,7 @@ impl AutovecKernel for Classify<'_> {
             let is_set = |mask: u32| mask >> i & 1 != 0;
             let lobe = |k_r: Rgb, is_narrow: bool| {
                 let importance = lanes.importance[i] * (throughput * k_r).max_element();
-                let survives = survival(importance, is_narrow, wave, is_occluded) > 0.0;
+                let survives = survival(importance, is_narrow, wave, occludes_environment) > 0.0;
                 let is_traced = is_set(lanes.continuing) & survives;
                 let is_lit = (k_r.x != 0.0) | (k_r.y != 0.0) | (k_r.z != 0.0);
                 (is_lit, !is_traced & (importance < STRONG_IMPORTANCE))
@@ -160,7 +166,7 @@ impl AutovecKernel for Classify<'_> {
     }
 }
 
-/// Which points have a layer, and where it is weak.
+/// Points that have a layer, and those where it is weak.
 struct LayerSets {
     lit: [bool; LANES],
     weak: [bool; LANES],
@@ -261,9 +267,15 @@ mod tests {
         lanes.refracting = 1 << 3;
         lanes.importance[5] = 1e-3;
         set3(&mut block.k_r, 6, [0.0; 3]);
-        let classify = |wave: u32, is_occluded: bool, simd: SimdLevel| {
+        let classify = |wave: u32, occludes_environment: bool, simd: SimdLevel| {
             let mut lobes = BlockLobes::default();
-            simd.run(Classify { block: &block, lanes: &lanes, wave, is_occluded, lobes: &mut lobes });
+            simd.run(Classify {
+                block: &block,
+                lanes: &lanes,
+                wave,
+                occludes_environment,
+                lobes: &mut lobes,
+            });
             lobes
         };
         for simd in SimdLevel::ALL.into_iter().filter(|simd| simd.is_supported()) {

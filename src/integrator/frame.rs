@@ -63,12 +63,6 @@ pub struct AmbientOcclusion {
 }
 
 impl<'a> Frame<'a> {
-    /// Returns true if objects hide the environment from surfaces: with ambient occlusion.
-    #[inline]
-    pub(crate) fn occludes_environment(&self) -> bool {
-        self.ambient_occlusion.is_some() && self.environment.is_some()
-    }
-
     /// A frame with the given lighting, with shadows and back-face culling, without overrides.
     pub fn new(
         posed: &'a PosedScene<'a>,
@@ -159,6 +153,12 @@ impl<'a> Frame<'a> {
     /// I_a at a surface with shading normal `n`.
     pub(crate) fn ambient_at(&self, n: DVec3) -> Rgb {
         self.sky.map_or(self.ambient, |sky| sky.ambient(self.scene_to_world.matrix3 * n))
+    }
+
+    /// Returns true if objects hide the environment from surfaces: with ambient occlusion.
+    #[inline]
+    pub(crate) fn occludes_environment(&self) -> bool {
+        self.ambient_occlusion.is_some() && self.environment.is_some()
     }
 
     /// The environment that the ambient light comes from, unless it is a constant I_a.

@@ -209,8 +209,8 @@ impl<'a, 's> PathVertex<'a, 's> {
         let arrives = self.throughput * k_r;
         let importance = self.state.importance * arrives.max_element();
         let is_narrow = alpha <= NARROW_ALPHA;
-        let is_occluded = self.frame.occludes_environment();
-        let survival = survival(importance, is_narrow, self.stream.wave, is_occluded);
+        let occludes_environment = self.frame.occludes_environment();
+        let survival = survival(importance, is_narrow, self.stream.wave, occludes_environment);
         if self.state.reflections_left == 0 || survival == 0.0 {
             // The light of weak lobes has been added for the whole block.
             if !(importance < STRONG_IMPORTANCE) && self.frame.environment.is_some() {
@@ -233,7 +233,7 @@ impl<'a, 's> PathVertex<'a, 's> {
         let is_uniform = environment.is_some_and(|e| e.as_uniform().is_some());
         let lookup_angle = solid_angle * LOOKUP_SHARE as f32;
         let escape = environment.map_or(Rgb::ZERO, |e| e.radiance(direction.as_vec3(), lookup_angle));
-        // What is seen in a weak lobe counts as much as the environment that it hides: a lamp would be a white dot.
+        // Surfaces seen in a weak lobe count at most as much as the environment that they hide: a lamp would be a white dot.
         let max_light = match environment {
             Some(environment) if survival < 1.0 => {
                 (environment.radiance(direction.as_vec3(), solid_angle) * arrives * weight).max_element()

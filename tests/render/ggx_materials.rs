@@ -113,7 +113,7 @@ fn the_mapping_has_the_documented_difference_to_ggx() {
     assert!((metal - 12.14).abs() < 0.4, "{metal}");
 }
 
-/// What reflects its surroundings reflects lights in the same lobe. Rough metals are brighter than light that is reflected
+/// Surfaces that reflect their surroundings reflect lights in the same lobe. Rough metals are brighter than light that is reflected
 /// once: `ggx` does not count what facets scatter on.
 #[test]
 fn highlights_of_reflecting_metals_are_those_of_ggx() {

@@ -40,7 +40,7 @@ pub(crate) struct ShadingTriangle<'s> {
     needs_differentials: bool,
 }
 
-/// What the points of all triangles with a material have in common.
+/// Traits that the points of all triangles with a material share.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct MaterialTraits {
     has_textures: bool,
