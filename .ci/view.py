@@ -214,7 +214,14 @@ def check_reload(page, scene):
     assert page.bytes() != before, "the picture has not changed"
     replace(scene, "f 1 2 3\n")
     page.browser.until("document.getElementById('error').hidden", False)
-    assert page.says("document.getElementById('error').textContent"), "no reason"
+    reason = page.says("document.getElementById('error').textContent")
+    assert reason, "no reason"
+    # Pictures of the scene before do not hide it.
+    samples = page.module("m.state.view.samples")
+    for number in (samples + 1, samples):
+        page.module(f"m.state.change({{samples: {number}}})")
+        page.settle()
+    assert page.says("document.getElementById('error').textContent") == reason, "a picture has hidden the reason"
     reloads(lambda: replace(scene, text))
     assert page.says("document.getElementById('error').hidden"), "the error is still shown"
     assert page.bytes() == before, "the old file is not shown again"

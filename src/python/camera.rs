@@ -62,16 +62,8 @@ impl PyCamera {
             }
             Extent::Bounds(rect) => rect,
         };
-        Camera {
-            view_point: self.view_point,
-            basis: self.basis,
-            view_width: rect.width(),
-            view_height: rect.height(),
-            view_centre: rect.centre(),
-            proj_distance: 1.0,
-            projection: self.projection,
-            clip: self.clip,
-        }
+        let camera = rect.camera(self.view_point, self.basis);
+        Camera { projection: self.projection, clip: self.clip, ..camera }
     }
 
     /// The size of the pictures that the camera was made for.

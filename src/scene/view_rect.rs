@@ -2,9 +2,10 @@
 
 use std::fmt;
 
-use glam::DVec2;
+use glam::{DVec2, DVec3};
 
-use super::Camera;
+use super::{Camera, ClipPlanes, Projection};
+use crate::geometry::Basis;
 
 /// A view rectangle in the lecture's terms, at the projection distance d. Metres along u and v from the point
 /// where the view axis meets it. Off-centre unless l = −r and b = −t.
@@ -21,6 +22,20 @@ pub struct ViewRect {
 }
 
 impl ViewRect {
+    /// Returns the perspective camera that has this view rectangle at distance 1, without clipping planes.
+    pub fn camera(&self, view_point: DVec3, basis: Basis) -> Camera {
+        Camera {
+            view_point,
+            basis,
+            view_width: self.width(),
+            view_height: self.height(),
+            view_centre: self.centre(),
+            proj_distance: 1.0,
+            projection: Projection::Perspective,
+            clip: ClipPlanes::OFF,
+        }
+    }
+
     /// Returns r − l.
     pub fn width(&self) -> f64 {
         self.right - self.left

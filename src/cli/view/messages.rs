@@ -33,9 +33,14 @@ pub struct PickMessage {
     pub y: f64,
 }
 
-/// The text of an error.
+/// The text of an error of a picture, which the next picture clears.
 pub fn error(text: &str) -> String {
-    json!({"type": "error", "text": text}).to_string()
+    json!({"type": "error", "text": text, "scene": false}).to_string()
+}
+
+/// The text of an error of the scene's files, which stays until they are read without one.
+pub fn scene_error(text: &str) -> String {
+    json!({"type": "error", "text": text, "scene": true}).to_string()
 }
 
 /// The text of a status: `loading`, `rendering`, `idle` or `reloading`.

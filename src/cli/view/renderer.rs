@@ -211,7 +211,7 @@ impl Renderer {
             Err(error) => {
                 let line = single_line(&scene_error(&self.plans.path, &error));
                 print_error(&line);
-                let text: Arc<str> = messages::error(&line).into();
+                let text: Arc<str> = messages::scene_error(&line).into();
                 let status: Arc<str> = messages::status("idle", "").into();
                 for outbox in self.hub.outboxes() {
                     outbox.status(status.clone());

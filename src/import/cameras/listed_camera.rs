@@ -5,7 +5,7 @@ use glam::DVec3;
 use super::lens::Lens;
 use crate::geometry::Basis;
 use crate::import::options::UpAxis;
-use crate::scene::{Camera, ClipPlanes, LightRotation, Projection};
+use crate::scene::{Camera, LightRotation};
 
 /// Most cameras of a list: as many as frames.
 pub const MAX_CAMERAS: usize = 1_000_000;
@@ -37,16 +37,7 @@ impl ListedCamera {
     /// only for a camera without a size of its own.
     pub fn camera(&self, size: (u32, u32)) -> Camera {
         let rect = self.lens.view_rect(self.size.unwrap_or(size));
-        Camera {
-            view_point: self.view_point,
-            basis: self.basis,
-            view_width: rect.width(),
-            view_height: rect.height(),
-            view_centre: rect.centre(),
-            proj_distance: 1.0,
-            projection: Projection::Perspective,
-            clip: ClipPlanes::OFF,
-        }
+        rect.camera(self.view_point, self.basis)
     }
 
     /// Returns the camera in a world with +Y up, for a file whose world has `up`.

@@ -76,7 +76,7 @@ function receiveScene(message) {
   scene = message;
   scene.view.camera = completed(scene.view.camera, sphereOf(scene.bounds), picture.aspect);
   actions.load(scene, !old);
-  status.clearError();
+  status.sceneLoaded();
   if (!old) state.view = scene.view;
   else if (isReconnected) state.view = carryOver(state.view, old, scene);
   // After a reload the renderer has the view, but the camera may have moved since.
@@ -118,7 +118,7 @@ const connection = new Connection(new URL("socket", location.href.replace(/^http
     $("turntable-field").hidden = !message.turntable;
   },
   status: message => status.message(message),
-  error: message => status.fail(message.text),
+  error: message => status.fail(message),
 });
 
 /** Returns the camera of the view, for a renderer that does not tell that of the frame. */

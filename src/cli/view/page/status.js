@@ -11,6 +11,8 @@ export class Status {
   #error;
   #progress;
   #notice;
+  /** The error of a scene that could not be loaded again. Pictures show the one before. */
+  #sceneError = "";
   #isLost = false;
 
   constructor({ status, error, progress, notice }) {
@@ -48,7 +50,7 @@ export class Status {
   }
 
   frame(header, { moving, view }) {
-    this.clearError();
+    this.#showError(this.#sceneError);
     this.#progress.hidden = header.final || moving;
     this.#progress.max = view.samples;
     this.#progress.value = header.samples;
@@ -66,15 +68,22 @@ export class Status {
     if (state === "loading" || state === "reloading") this.#say(text || "Loading…");
   }
 
-  fail(text) {
+  fail({ text, scene }) {
+    if (scene) this.#sceneError = text;
     this.#progress.hidden = true;
-    this.#error.hidden = false;
-    this.#error.textContent = text;
+    this.#showError(text);
     this.#say("");
   }
 
-  clearError() {
-    this.#error.hidden = true;
-    this.#error.textContent = "";
+  /** Follows a scene without errors. */
+  sceneLoaded() {
+    this.#sceneError = "";
+    this.#showError("");
+  }
+
+  #showError(text) {
+    this.#error.hidden = text === "";
+    // Live regions announce every change.
+    if (this.#error.textContent !== text) this.#error.textContent = text;
   }
 }
