@@ -166,14 +166,24 @@ impl Environment {
         solid_angle: &[f32; N],
     ) -> [Rgb; N] {
         let Some(map) = &self.map else { return [self.radiance; N] };
-        let mut lookups = [MipLookup::default(); N];
+        let mut directions = [[0.0; N]; 3];
+        let mut p = [[0.0; N]; 2];
+        let mut level = [0.0; N];
         for i in 0..N {
             let d = self.to_map * Vec3::new(d[0][i], d[1][i], d[2][i]);
-            lookups[i] = MipLookup { d, p: to_square(d), level: map.level(solid_angle[i]) };
+            [directions[0][i], directions[1][i], directions[2][i]] = d.to_array();
+            [p[0][i], p[1][i]] = to_square(d).to_array();
+            level[i] = map.level(solid_angle[i]);
         }
-        let mut radiance = [Rgb::ZERO; N];
-        for (radiance, lookup) in radiance.iter_mut().zip(&lookups) {
-            *radiance = map.look_up(lookup) * self.radiance;
+        let mut radiance = map.pyramid.radiance_of_lanes(&p, &level);
+        if map.panorama.is_some() {
+            for i in (0..N).filter(|&i| level[i] < 0.0) {
+                let d = Vec3::from_array(directions.map(|axis| axis[i]));
+                radiance[i] = map.look_up(&MipLookup { d, p: Vec2::new(p[0][i], p[1][i]), level: level[i] });
+            }
+        }
+        for radiance in &mut radiance {
+            *radiance *= self.radiance;
         }
         radiance
     }
@@ -262,7 +272,7 @@ impl EnvironmentMap {
 }
 
 /// A lookup of the mip levels.
-#[derive(Clone, Copy, Default)]
+#[derive(Clone, Copy)]
 struct MipLookup {
     /// Unit direction in the frame of the map.
     d: Vec3,

@@ -3,11 +3,11 @@
 
 use std::f32::consts::PI;
 
-use glam::{Vec2, Vec3};
+use glam::Vec3;
 
 use super::kernel::Kernel;
 use super::octahedral::to_square;
-use super::pyramid::Level;
+use super::pyramid::{Level, TexelPosition, TexelPositions};
 use super::{Environment, EnvironmentMap, PREFILTERED_MAPS, log2};
 use crate::geometry::Rgb;
 
@@ -20,28 +20,46 @@ impl Environment {
     #[inline(always)]
     pub(crate) fn prefiltered<const N: usize>(&self, d: &[[f32; N]; 3], alpha: &[f32; N]) -> [Rgb; N] {
         let Some(map) = &self.map else { return [self.radiance; N] };
-        let mut lookups = [PrefilteredLookup::default(); N];
+        let (mut first, mut t) = ([0; N], [0.0; N]);
+        let [mut at_first, mut at_next] = [TexelPositions::<N>::ZERO; 2];
         for i in 0..N {
-            let d = self.to_map * Vec3::new(d[0][i], d[1][i], d[2][i]);
-            lookups[i] = PrefilteredLookup { d, p: to_square(d), alpha: alpha[i], octave: octave(alpha[i]) };
+            let p = to_square(self.to_map * Vec3::new(d[0][i], d[1][i], d[2][i]));
+            let octave = octave(alpha[i]);
+            first[i] = octave as u32;
+            t[i] = octave - first[i] as f32;
+            at_first.set(i, TexelPosition::new(p, side(first[i])));
+            at_next.set(i, TexelPosition::new(p, side(first[i] + 1)));
         }
         let mut radiance = [Rgb::ZERO; N];
-        for (radiance, lookup) in radiance.iter_mut().zip(&lookups) {
-            *radiance = map.prefiltered(lookup) * self.radiance;
+        for i in 0..N {
+            let at = |index: usize, position: TexelPosition| {
+                if index < SIDES.len() {
+                    map.prefiltered_level(index).at(position).truncate()
+                } else {
+                    // Narrow lobes are about as wide as the solid angle of their density's maximum.
+                    let d = self.to_map * Vec3::new(d[0][i], d[1][i], d[2][i]);
+                    map.radiance(d, 4.0 * PI * alpha[i] * alpha[i])
+                }
+            };
+            let index = first[i] as usize;
+            let mut mean = at(index, at_first.get(i));
+            if index < SIDES.len() && t[i] != 0.0 {
+                mean = mean.lerp(at(index + 1, at_next.get(i)), t[i]);
+            }
+            radiance[i] = mean * self.radiance;
         }
         radiance
     }
 }
 
-/// A lookup of a prefiltered map.
-#[derive(Clone, Copy, Default)]
-struct PrefilteredLookup {
-    /// Unit direction in the frame of the map.
-    d: Vec3,
-    /// The point of the direction in the unit square.
-    p: Vec2,
-    alpha: f32,
-    octave: f32,
+/// [`SIDES`] by index, without a table.
+#[inline(always)]
+fn side(map: u32) -> u32 {
+    let mut side = SIDES[SIDES.len() - 1] as u32;
+    for i in (0..SIDES.len() - 1).rev() {
+        side = if map <= i as u32 { SIDES[i] as u32 } else { side };
+    }
+    side
 }
 
 /// −log₂ α, at least 0.
@@ -51,22 +69,6 @@ fn octave(alpha: f32) -> f32 {
 }
 
 impl EnvironmentMap {
-    #[inline(always)]
-    fn prefiltered(&self, lookup: &PrefilteredLookup) -> Rgb {
-        let &PrefilteredLookup { d, p, alpha, octave } = lookup;
-        let first = octave as usize;
-        let t = octave - first as f32;
-        let at = |i: usize| {
-            if i < SIDES.len() {
-                self.prefiltered_level(i).radiance(p.x, p.y).truncate()
-            } else {
-                // Narrow lobes are about as wide as the solid angle of their density's maximum.
-                self.radiance(d, 4.0 * PI * alpha * alpha)
-            }
-        };
-        if first >= SIDES.len() || t == 0.0 { at(first) } else { at(first).lerp(at(first + 1), t) }
-    }
-
     #[inline]
     fn prefiltered_level(&self, i: usize) -> &Level {
         // Not in parallel: threads would wait for each other inside of other work.

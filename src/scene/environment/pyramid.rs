@@ -81,6 +81,36 @@ impl Pyramid {
         radiance.lerp(self.levels[fine + 1].radiance(p.x, p.y), t).truncate()
     }
 
+    /// [`Pyramid::radiance`] of many points and levels, in structure of arrays. Positions are computed in a vectorised loop.
+    #[inline(always)]
+    pub fn radiance_of_lanes<const N: usize>(&self, p: &[[f32; N]; 2], level: &[f32; N]) -> [Rgb; N] {
+        let last = (self.levels.len() - 1) as f32;
+        let finest = self.levels[0].side as u32;
+        let mut fine = [0; N];
+        let mut t = [0.0; N];
+        let [mut at_fine, mut at_coarse] = [TexelPositions::<N>::ZERO; 2];
+        for i in 0..N {
+            let level = level[i].clamp(0.0, last);
+            fine[i] = level as u32;
+            t[i] = level - fine[i] as f32;
+            // Each level has half as many texels on a side.
+            let side = finest >> fine[i];
+            let p = Vec2::new(p[0][i], p[1][i]);
+            at_fine.set(i, TexelPosition::new(p, side));
+            at_coarse.set(i, TexelPosition::new(p, side / 2));
+        }
+        let mut radiance = [Rgb::ZERO; N];
+        for i in 0..N {
+            let fine = fine[i] as usize;
+            let mut texel = self.levels[fine].at(at_fine.get(i));
+            if t[i] != 0.0 {
+                texel = texel.lerp(self.levels[fine + 1].at(at_coarse.get(i)), t[i]);
+            }
+            radiance[i] = texel.truncate();
+        }
+        radiance
+    }
+
     /// Calls `f` with the direction, the radiance and the solid angle of each texel of the finest level that has at most
     /// `max_side` texels on a side.
     pub fn for_each_texel(&self, max_side: usize, mut f: impl FnMut(glam::DVec3, Rgb, f64)) {
@@ -137,15 +167,62 @@ impl Level {
     /// The radiance at a point of the unit square, linear between texels.
     #[inline(always)]
     pub fn radiance(&self, x: f32, y: f32) -> Vec4 {
-        let side = self.side as f32;
-        let (x, y) = (x * side + 0.5, y * side + 0.5);
-        let (i, j) = ((x as usize).min(self.side), (y as usize).min(self.side));
-        let (fx, fy) = (x - i as f32, y - j as f32);
-        let padded = self.side + 2;
-        let upper = &self.texels[j * padded + i..][..2];
-        let lower = &self.texels[(j + 1) * padded + i..][..2];
+        self.at(TexelPosition::new(Vec2::new(x, y), self.side as u32))
+    }
+
+    /// The radiance at a position in a level with as many texels on a side.
+    #[inline(always)]
+    pub fn at(&self, position: TexelPosition) -> Vec4 {
+        let TexelPosition { first, fx, fy } = position;
+        let upper = &self.texels[first as usize..][..2];
+        let lower = &self.texels[first as usize + self.side + 2..][..2];
         let upper = upper[0].lerp(upper[1], fx);
         let lower = lower[0].lerp(lower[1], fx);
         upper.lerp(lower, fy)
+    }
+}
+
+/// A position between four texels of a level.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct TexelPosition {
+    /// Index of the first of them.
+    first: u32,
+    /// Weight of the texels to the right.
+    fx: f32,
+    /// Weight of the lower texels.
+    fy: f32,
+}
+
+impl TexelPosition {
+    /// The position of the point `p` of the unit square in a level with `side` texels on a side.
+    #[inline(always)]
+    pub fn new(p: Vec2, side: u32) -> TexelPosition {
+        // The border is the first row and the first column.
+        let (x, y) = (p.x * side as f32 + 0.5, p.y * side as f32 + 0.5);
+        let (i, j) = ((x as u32).min(side), (y as u32).min(side));
+        TexelPosition { first: j * (side + 2) + i, fx: x - i as f32, fy: y - j as f32 }
+    }
+}
+
+/// Many [`TexelPosition`]s, in structure of arrays.
+#[derive(Clone, Copy)]
+pub(super) struct TexelPositions<const N: usize> {
+    first: [u32; N],
+    fx: [f32; N],
+    fy: [f32; N],
+}
+
+impl<const N: usize> TexelPositions<N> {
+    /// The first texel of levels.
+    pub const ZERO: TexelPositions<N> = TexelPositions { first: [0; N], fx: [0.0; N], fy: [0.0; N] };
+
+    #[inline(always)]
+    pub fn set(&mut self, i: usize, position: TexelPosition) {
+        (self.first[i], self.fx[i], self.fy[i]) = (position.first, position.fx, position.fy);
+    }
+
+    #[inline(always)]
+    pub fn get(&self, i: usize) -> TexelPosition {
+        TexelPosition { first: self.first[i], fx: self.fx[i], fy: self.fy[i] }
     }
 }
