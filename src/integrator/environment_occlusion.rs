@@ -42,16 +42,11 @@ struct PixelSums {
 /// show: open surfaces have no noise, whatever the environment. Both have the same mean; the choice is made for pixels and
 /// not for samples, whose few rays would prefer one of them when they miss a light.
 pub(crate) fn arriving_light(estimates: &[OcclusionEstimate]) -> Vec<Rgb> {
-    let mut indices: HashMap<UVec2, usize, BuildHasherDefault<PixelHasher>> = HashMap::default();
+    let (pixels, count) = number_pixels(estimates);
     let mut sums: Vec<PixelSums> = Vec::new();
-    let mut pixels = Vec::with_capacity(estimates.len());
-    for estimate in estimates {
-        let index = *indices.entry(estimate.pixel).or_insert(sums.len());
-        if index == sums.len() {
-            sums.push(PixelSums::default());
-        }
-        pixels.push(index);
-        let sums = &mut sums[index];
+    sums.resize_with(count, PixelSums::default);
+    for (estimate, &pixel) in estimates.iter().zip(&pixels) {
+        let sums = &mut sums[pixel as usize];
         sums.estimates += 1;
         sums.visibility += fixed(estimate.visibility.dot(Rgb::splat(1.0 / 3.0)));
         for c in 0..3 {
@@ -59,8 +54,8 @@ pub(crate) fn arriving_light(estimates: &[OcclusionEstimate]) -> Vec<Rgb> {
             sums.hidden[c] += fixed(estimate.hidden[c]);
         }
     }
-    let light = |(estimate, &pixel): (&OcclusionEstimate, &usize)| {
-        let sums = &sums[pixel];
+    let light = |(estimate, &pixel): (&OcclusionEstimate, &u32)| {
+        let sums = &sums[pixel as usize];
         if 2 * sums.visibility < sums.estimates * fixed(1.0) {
             return estimate.visible;
         }
@@ -72,6 +67,36 @@ pub(crate) fn arriving_light(estimates: &[OcclusionEstimate]) -> Vec<Rgb> {
         estimate.unoccluded - estimate.hidden * Rgb::new(share(0), share(1), share(2))
     };
     estimates.iter().zip(&pixels).map(light).collect()
+}
+
+/// Numbers the pixels of estimates from 0. Returns the number of each estimate's pixel, and how many pixels there are.
+fn number_pixels(estimates: &[OcclusionEstimate]) -> (Vec<u32>, usize) {
+    let pixels = || estimates.iter().map(|estimate| estimate.pixel);
+    let (low, high) = pixels().fold((UVec2::MAX, UVec2::ZERO), |(low, high), p| (low.min(p), high.max(p)));
+    let mut numbers = Vec::with_capacity(estimates.len());
+    let mut count = 0;
+    let size = (high.as_u64vec2() + 1).saturating_sub(low.as_u64vec2());
+    // Estimates mostly are of a tile's pixels: few pixels of the rectangle around them have none.
+    if size.x.saturating_mul(size.y) <= 64 + 8 * estimates.len() as u64 {
+        const NONE: u32 = u32::MAX;
+        let mut table = vec![NONE; (size.x * size.y) as usize];
+        for p in pixels() {
+            let number = &mut table[(p.y - low.y) as usize * size.x as usize + (p.x - low.x) as usize];
+            if *number == NONE {
+                *number = count;
+                count += 1;
+            }
+            numbers.push(*number);
+        }
+    } else {
+        let mut table: HashMap<UVec2, u32, BuildHasherDefault<PixelHasher>> = HashMap::default();
+        for p in pixels() {
+            let number = *table.entry(p).or_insert(count);
+            count = count.max(number + 1);
+            numbers.push(number);
+        }
+    }
+    (numbers, count as usize)
 }
 
 /// A hash of a pixel: the two coordinates, mixed by multiplication.
@@ -133,5 +158,23 @@ mod tests {
         let light = arriving_light(&[open, closed].concat());
         let expected = [1.0, 1.0, 0.75, 0.0, 0.5, 0.0];
         assert_eq!(light, expected.map(Rgb::splat));
+    }
+
+    /// Pixels beside each other and far apart are numbered in the same way.
+    #[test]
+    fn pixels_are_numbered_in_the_order_in_which_they_are_met() {
+        let near = [[3, 7], [4, 7], [3, 7], [3, 8], [4, 7]];
+        let far = near.map(|[x, y]| [u32::MAX - 1_000_000_000 * x, u32::MAX - 1_000_000_000 * (y - 6)]);
+        for pixels in [near, far] {
+            let estimates = pixels.map(|[x, y]| OcclusionEstimate {
+                pixel: UVec2::new(x, y),
+                unoccluded: Rgb::ZERO,
+                visibility: Rgb::ZERO,
+                visible: Rgb::ZERO,
+                hidden: Rgb::ZERO,
+            });
+            assert_eq!(number_pixels(&estimates), (vec![0, 1, 0, 2, 1], 3), "{pixels:?}");
+        }
+        assert_eq!(number_pixels(&[]), (Vec::new(), 0));
     }
 }
