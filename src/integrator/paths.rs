@@ -99,6 +99,12 @@ pub(crate) struct Wave {
 }
 
 impl Wave {
+    /// Removes all rays and keeps the memory.
+    pub fn clear(&mut self) {
+        self.rays.clear();
+        self.samples.clear();
+    }
+
     pub fn push(&mut self, ray: SecondaryRay, sample: Sample) {
         self.rays.push(ray);
         self.samples.push(sample);
@@ -106,7 +112,14 @@ impl Wave {
 
     /// Fills `batch` with the rays of the wave. They meet both sides of surfaces.
     pub fn fill(&self, batch: &mut RayBatch) {
-        *batch = RayBatch::default();
+        batch.clear();
+        *batch = RayBatch {
+            origins: std::mem::take(&mut batch.origins),
+            directions: std::mem::take(&mut batch.directions),
+            after: std::mem::take(&mut batch.after),
+            source: std::mem::take(&mut batch.source),
+            ..RayBatch::default()
+        };
         batch.origins.extend(self.rays.iter().map(|ray| ray.state.origin));
         batch.directions.extend(self.rays.iter().map(|ray| ray.direction));
         batch.source.extend(self.rays.iter().map(|ray| ray.source));

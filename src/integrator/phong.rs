@@ -20,12 +20,11 @@
 //! 5. [`spawn_rays`] lists the rays that reflecting and refracting points spawn, and adds the environment's light where no
 //!    ray is needed.
 //! 6. [`Compositor`] adds the points' light to their paths. Rays continue behind transparent surfaces: back to step 2.
-//! 7. [`Phong::trace`] traces the rays of step 5 in the same way, as the next [`Wave`], and adds what they find.
+//! 7. [`Phong::trace`] traces the rays of step 5 in the same way, as the next [`Wave`](crate::integrator::paths::Wave), and adds what they find.
 //! 8. `render::tiles` averages the samples of a pixel, and `render::film` collects the tiles.
 
 use glam::DVec3;
 
-use crate::accel::{HitBatch, RayBatch};
 use crate::geometry::{Rgb, Rgba, pow_one_minus};
 use crate::integrator::Integrator;
 use crate::integrator::ambient_occlusion::occlude_ambient;
@@ -37,10 +36,10 @@ use crate::integrator::layer_split::apply_specular_layers;
 use crate::integrator::material::coefficients::Coefficients;
 use crate::integrator::microfacet_highlights::add_highlights;
 use crate::integrator::path_rays::{MAX_SURFACES_PER_RAY, PathRays};
-use crate::integrator::paths::{PathLight, PathStates, Wave};
+use crate::integrator::paths::{PathLight, PathStates};
 use crate::integrator::sample::{Sample, SampleStream};
 use crate::integrator::sampler::LowDiscrepancySampler;
-use crate::integrator::scratch::Scratch;
+use crate::integrator::scratch::{Scratch, WaveBuffers};
 use crate::integrator::secondary_rays::spawn_rays;
 use crate::integrator::shading_batch::{BatchBuffers, ShadingBatch};
 use crate::integrator::shadow_rays::{ShadowBuffers, ShadowRay, apply_visibility, trace_visibility};
@@ -80,13 +79,13 @@ impl Integrator for Phong {
         scratch: &mut Scratch,
         out: &mut [Rgba],
     ) {
-        let Scratch { rays, hits, points, shadow } = scratch;
+        let Scratch { rays, hits, points, shadow, waves } = scratch;
         let stream = SampleStream { samples, sampler, wave: 0 };
         let mut eye_rays = PathRays::new(frame, samples, rays, hits);
         if self.reflections_enabled(frame) && frame.posed.has_reflecting_materials {
             eye_rays.states = PathStates::Eye(frame, samples);
         }
-        let light = self.trace(frame, eye_rays, stream, points, shadow);
+        let light = self.trace(frame, eye_rays, stream, points, shadow, waves);
         for ((out, sample), PathLight { radiance, transmittance }) in out.iter_mut().zip(samples).zip(light) {
             *out = match frame.background_radiance(sample) {
                 Some(background) => (radiance + transmittance * background).extend(1.0),
@@ -118,9 +117,11 @@ impl Phong {
         stream: SampleStream,
         buffers: &mut BatchBuffers,
         shadow: &mut ShadowBuffers,
+        waves: &mut Vec<WaveBuffers>,
     ) -> Vec<PathLight> {
         let mut compositor = Compositor::new(frame, rays);
-        let mut next = Wave::default();
+        let mut next = waves.pop().unwrap_or_default();
+        next.wave.clear();
         for _ in 0..MAX_SURFACES_PER_RAY {
             compositor.rays.intersect(frame);
             let base_radiance = |k: &Coefficients, n: DVec3| self.base_radiance(frame, k, n);
@@ -134,21 +135,22 @@ impl Phong {
                 base_radiance,
             );
             self.shade(frame, &mut batch, compositor.rays.states, stream, shadow);
-            spawn_rays(frame, &compositor, &mut batch, stream, &mut next);
+            spawn_rays(frame, &compositor, &mut batch, stream, &mut next.wave);
             let continues = compositor.composite(frame, &batch);
             batch.recycle(buffers);
             if !continues {
                 break;
             }
         }
-        if !next.rays.is_empty() {
-            let (mut batch, mut hits) = (RayBatch::default(), HitBatch::default());
-            let stream = SampleStream { samples: &next.samples, wave: stream.wave + 1, ..stream };
-            let secondary = PathRays::secondary(&next, &mut batch, &mut hits);
+        let WaveBuffers { wave, rays, hits } = &mut next;
+        if !wave.rays.is_empty() {
+            let stream = SampleStream { samples: &wave.samples, wave: stream.wave + 1, ..stream };
+            let secondary = PathRays::secondary(wave, rays, hits);
             // L_r and the light behind glass.
-            let found = self.trace(frame, secondary, stream, buffers, shadow);
-            compositor.add_secondary(&next, &found);
+            let found = self.trace(frame, secondary, stream, buffers, shadow, waves);
+            compositor.add_secondary(wave, &found);
         }
+        waves.push(next);
         compositor.into_light()
     }
 
