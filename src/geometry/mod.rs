@@ -21,6 +21,7 @@ pub use power::pow_one_minus;
 pub use rounding_error::{EPSILON, offset_ray_origin, point_error};
 pub use sampling::{concentric_disc, cosine_hemisphere, golden_angle};
 pub use transform::{Transform, cofactor};
+pub(crate) use trigonometry::cos_sin_of_turns;
 
 /// Linear RGB, Rec. 709 primaries.
 pub type Rgb = glam::Vec3;

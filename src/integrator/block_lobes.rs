@@ -7,7 +7,7 @@ use crate::integrator::material::ggx::NARROW_ALPHA;
 use crate::integrator::material::lobe_lookups::{LOBE_LANES, LobeBlock};
 use crate::integrator::shading_batch::ShadingBatch;
 use crate::integrator::surface::point_block::PointBlock;
-use crate::integrator::surface::soa::{LANES, dvec3, set3, vec3};
+use crate::integrator::surface::soa::{LANES, dvec3, mask, set3, vec3};
 use crate::scene::Environment;
 use crate::simd::{AutovecKernel, SimdLevel};
 
@@ -184,16 +184,6 @@ impl LayerSets {
     fn strong(&self) -> u32 {
         mask(&self.lit) & !mask(&self.weak)
     }
-}
-
-/// The lanes that are true, as a bit mask.
-#[inline(always)]
-fn mask(lanes: &[bool; LANES]) -> u32 {
-    let mut mask = 0;
-    for i in 0..LANES {
-        mask |= u32::from(lanes[i]) << i;
-    }
-    mask
 }
 
 /// [`BlockLobes::add_looked_up_light`] of one layer.

@@ -12,7 +12,7 @@ use crate::scene::{LightEval, LightSample};
 /// A light at the points of a [`PointBlock`].
 pub(crate) struct IncidentLight {
     /// Unit directions to the light. In f64, because narrow highlights magnify rounding errors.
-    l: [[f64; LANES]; 3],
+    pub l: [[f64; LANES]; 3],
     /// I/r² (E for directional lights) by colour, with the light's cone and range, before the factor n·l; 0 where the light
     /// does not face the surface.
     pub irradiance: [[f32; LANES]; 3],

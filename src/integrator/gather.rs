@@ -223,7 +223,9 @@ impl<F: Fn(&Coefficients, DVec3) -> Rgb> MaterialPass<'_, F> {
                 self.points[i].coefficients = index;
                 i += 1;
             }
-            block.apply_specular_antialiasing(lanes, &antialiasing, &alpha2_increase);
+            if block.has_specular {
+                block.apply_specular_antialiasing(lanes, &antialiasing, &alpha2_increase);
+            }
         }
     }
 

@@ -6,8 +6,9 @@ use crate::integrator::frame::Frame;
 use crate::integrator::layer_lanes::LayerLanes;
 use crate::integrator::material::directional_albedo::{COAT_IOR, FacetAlbedos, FacetLobe};
 use crate::integrator::shading_batch::ShadingBatch;
+use crate::integrator::surface::highlights::FacetLobeLanes;
 use crate::integrator::surface::point_block::PointBlock;
-use crate::integrator::surface::soa::{LANES, LaneArray, set3, vec3};
+use crate::integrator::surface::soa::{LANES, LaneArray, mask, set3, vec3};
 use crate::simd::AutovecKernel;
 
 /// Sets k_r, α and highlights of the lobes of all reflecting points, and scales k_e + k_a I_a, k_d and k_s in place to
@@ -41,13 +42,14 @@ impl AutovecKernel for SplitLight<'_> {
     fn run(self) {
         let SplitLight { frame, block, reflecting, layers } = self;
         let mut reflects = [false; LANES];
+        let mut increase = [0.0; LANES];
         let [mut cos, mut alpha, mut coat_alpha] = [[0.0; LANES]; 3];
         for i in 0..LANES {
             reflects[i] = reflecting >> i & 1 != 0;
             cos[i] = block.n(i).dot(block.v(i)) as f32;
-            let increase = block.alpha2_increase[i];
-            alpha[i] = widened(layers.alpha[i], increase);
-            coat_alpha[i] = widened(layers.coat_alpha[i], increase);
+            increase[i] = block.alpha2_increase[i];
+            alpha[i] = widened(layers.alpha[i], increase[i]);
+            coat_alpha[i] = widened(layers.coat_alpha[i], increase[i]);
         }
         let facets = FacetAlbedos::new(&cos, &alpha, &layers.ior);
         let mut coats = [FacetLobe::NONE; LANES];
@@ -77,6 +79,8 @@ impl AutovecKernel for SplitLight<'_> {
         let zero = [[0.0; LANES]; 3];
         let [mut k_r, mut k_d, mut k_s, mut base_radiance] = [zero; 4];
         let [mut k_r_coat, mut base_share] = [[0.0; LANES]; 2];
+        let [mut facet_lobes, mut coat_lobes] = [FacetLobeLanes::ZERO; 2];
+        let mut has_highlights = [false; LANES];
         for i in 0..LANES {
             let of_lane = layers.get(i);
             let lobes = of_lane.combine(&facets.get(i), coats[i]);
@@ -94,10 +98,14 @@ impl AutovecKernel for SplitLight<'_> {
             set3(&mut k_r, i, lobes.facets.albedo.to_array());
             k_r_coat[i] = lobes.coat.albedo.x;
             base_share[i] = lobes.base_share;
-            let has_highlights = reflects[i] & of_lane.has_highlights;
-            block.highlights.set(i, has_highlights, &lobes, &of_lane, block.alpha2_increase[i]);
+            has_highlights[i] = reflects[i] & of_lane.has_highlights;
+            facet_lobes.set(i, &lobes.facets);
+            coat_lobes.set(i, &lobes.coat);
         }
-        block.highlights.any_coat = layers.has_coat;
+        block.highlights.set_facets(mask(&has_highlights), &facet_lobes, &layers.alpha, &increase);
+        if layers.has_coat {
+            block.highlights.set_coats(&coat_lobes, &layers.coat_alpha, &increase);
+        }
         for c in 0..3 {
             copy(&mut block.k_r[c], &k_r[c]);
             copy(&mut block.k_d[c], &k_d[c]);

@@ -3,21 +3,45 @@
 use crate::integrator::direct_light::IncidentLight;
 use crate::integrator::surface::highlights::HighlightLobes;
 use crate::integrator::surface::point_block::PointBlock;
-use crate::integrator::surface::soa::LANES;
+use crate::integrator::surface::soa::{LANES, vec3};
 
 /// Adds I/r² times the highlights of a block's points to their current light.
 #[inline(always)]
 pub(crate) fn add_highlights(block: &mut PointBlock, light: &IncidentLight) {
     let mut reflected = [[0.0; LANES]; 3];
+    let directions = Directions::new(block, light);
     let highlights = &block.highlights;
-    add_lobes(block, &highlights.facets, light, &mut reflected);
+    add_lobes(block, &highlights.facets, light, &directions, &mut reflected);
     if highlights.any_coat {
-        add_lobes(block, &highlights.coats, light, &mut reflected);
+        add_lobes(block, &highlights.coats, light, &directions, &mut reflected);
     }
     for c in 0..3 {
         for i in 0..LANES {
             block.current_light[c][i] += reflected[c][i];
         }
+    }
+}
+
+/// The unit vectors n, l and v of points, rounded to f32: loops over them then have twice as many lanes.
+struct Directions {
+    n: [[f32; LANES]; 3],
+    l: [[f32; LANES]; 3],
+    v: [[f32; LANES]; 3],
+}
+
+impl Directions {
+    #[inline(always)]
+    fn new(block: &PointBlock, light: &IncidentLight) -> Directions {
+        let zero = [[0.0; LANES]; 3];
+        let mut directions = Directions { n: zero, l: zero, v: zero };
+        for c in 0..3 {
+            for i in 0..LANES {
+                directions.n[c][i] = block.n[c][i] as f32;
+                directions.l[c][i] = light.l[c][i] as f32;
+                directions.v[c][i] = block.v[c][i] as f32;
+            }
+        }
+        directions
     }
 }
 
@@ -27,11 +51,13 @@ fn add_lobes(
     block: &PointBlock,
     lobes: &HighlightLobes,
     light: &IncidentLight,
+    directions: &Directions,
     reflected: &mut [[f32; LANES]; 3],
 ) {
     let (mut lobe, mut weight) = ([0.0; LANES], [0.0; LANES]);
     for i in 0..LANES {
-        [lobe[i], weight[i]] = lobes.evaluate(i, block.n(i), light.l(i), block.v(i));
+        let [n, l, v] = [&directions.n, &directions.l, &directions.v].map(|of| vec3(of, i));
+        [lobe[i], weight[i]] = lobes.evaluate(i, n, l, v, light.n_dot_l[i]);
     }
     for c in 0..3 {
         for i in 0..LANES {

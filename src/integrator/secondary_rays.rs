@@ -12,31 +12,29 @@ use std::f32::consts::PI;
 use glam::{DVec3, Vec3};
 
 use crate::geometry::{Rgb, offset_ray_origin};
-use crate::integrator::block_lobes::{BlockLobes, STRONG_IMPORTANCE, survival};
+use crate::integrator::block_lobes::BlockLobes;
 use crate::integrator::compositor::Compositor;
-use crate::integrator::environment_occlusion::LOOKUP_SHARE;
 use crate::integrator::frame::Frame;
-use crate::integrator::lobe_light::{LightReceiver, LobeLight, LobeRequest};
+use crate::integrator::lobe_light::{LightReceiver, LobeLight};
+use crate::integrator::lobe_samples::mirrored_to_side;
 use crate::integrator::material::coefficients::Coefficients;
-use crate::integrator::material::directional_albedo::COAT_F0;
 use crate::integrator::material::fresnel::fresnel_dielectric;
-use crate::integrator::material::ggx::{NARROW_ALPHA, SMOOTH_GLASS_ALPHA};
-use crate::integrator::material::ggx_lobe::{Lobe, LobeSample};
+use crate::integrator::material::ggx::SMOOTH_GLASS_ALPHA;
+use crate::integrator::material::ggx_lobe::Lobe;
 use crate::integrator::media::{Crossing, MediumStack};
 use crate::integrator::paths::{Escape, MAX_CONTRIBUTION, PathState, PathStates, SecondaryRay, Wave};
+use crate::integrator::reflection_rays::{ReflectionRays, Spawned};
 use crate::integrator::sample::{SampleDimension, SampleStream};
 use crate::integrator::shading_batch::ShadingBatch;
 use crate::integrator::surface::soa::{LANES, dvec3, set3, vec3};
 
-/// Pixels of fewer samples look up the environment over a lobe once for each sample.
-const MIN_SAMPLES_OF_LOBES: u32 = 4;
 /// Russian roulette: rays of glass that eye rays hit are spawned with a probability in proportion to their importance if it
 /// is smaller, and count more instead.
 const FIRST_ROULETTE_IMPORTANCE: f32 = 0.04;
 /// The same for glass that secondary rays hit.
 const ROULETTE_IMPORTANCE: f32 = 0.1;
 
-/// A point of a path that spawns rays.
+/// A point of a path on the surface of a body that refracts light.
 struct PathVertex<'a, 's> {
     frame: &'a Frame<'a>,
     batch: &'a ShadingBatch<'s>,
@@ -69,6 +67,7 @@ pub(crate) fn spawn_rays(
         return;
     }
     let mut spawned = Spawned { wave, light: LobeLight::new(stream.sampler.count) };
+    let mut reflections = ReflectionRays::new(frame, states, stream);
     for first in (0..batch.points.len()).step_by(LANES) {
         let lobes = BlockLobes::classify(frame, compositor, batch, first, stream.wave);
         if let Some(environment) = &frame.environment {
@@ -79,17 +78,18 @@ pub(crate) fn spawn_rays(
         while spawning != 0 {
             let i = first + spawning.trailing_zeros() as usize;
             spawning &= spawning - 1;
-            let Some(state) = states.get(batch.points[i].path) else { continue };
             let throughput = compositor.throughput(batch, i);
-            let vertex = PathVertex::new(frame, batch, stream, i, state, throughput);
-            if let Some(crossing) = vertex.medium_crossing() {
-                let environment_light = vertex.spawn_at_dielectric(&crossing, spawned.wave);
-                add_radiance(batch, i, environment_light);
-            } else {
-                vertex.spawn_reflections(&mut spawned);
+            if !frame.refracts(batch.points[i].id, batch.coefficients(i)) {
+                reflections.spawn(batch, i, throughput, &mut spawned);
+                continue;
             }
+            let Some(state) = states.get(batch.points[i].path) else { continue };
+            let vertex = PathVertex::new(frame, batch, stream, i, state, throughput);
+            let environment_light = vertex.spawn_at_dielectric(spawned.wave);
+            add_radiance(batch, i, environment_light);
         }
     }
+    reflections.make_rays(batch, &mut spawned);
     if let Some(environment) = &frame.environment {
         let Spawned { wave, light } = spawned;
         light.compute(frame.simd(), environment, |receiver, light| match receiver {
@@ -103,24 +103,6 @@ fn add_radiance(batch: &mut ShadingBatch, i: usize, light: Rgb) {
     let (block, lane) = batch.soa.lane_mut(i);
     let radiance = vec3(&block.radiance, lane) + light;
     set3(&mut block.radiance, lane, radiance.to_array());
-}
-
-/// Rays and requests for light that the points of a batch spawn.
-struct Spawned<'w> {
-    wave: &'w mut Wave,
-    light: LobeLight,
-}
-
-/// A specular layer of a point.
-struct ReflectingLayer {
-    /// Share of the light from the lobe that is reflected.
-    k_r: Rgb,
-    /// Share of the environment that reaches the lobe where no ray is traced.
-    occlusion: f32,
-    /// GGX α of the material.
-    alpha: f32,
-    lobe: Lobe,
-    dimension: SampleDimension,
 }
 
 /// A ray that leaves the surface of a body.
@@ -167,134 +149,17 @@ impl<'a, 's> PathVertex<'a, 's> {
         self.batch.points[self.i].path
     }
 
-    /// The surface of the body that the point is on, if it refracts light there.
-    fn medium_crossing(&self) -> Option<Crossing> {
+    /// The surface of the body that the path crosses.
+    fn medium_crossing(&self) -> Crossing {
         let id = self.batch.points[self.i].id;
-        if !self.frame.refracts(id, self.k) {
-            return None;
-        }
-        let entering = self.batch.is_front(self.i)?;
-        Some(self.state.media.cross(self.frame.medium(id), entering))
-    }
-
-    /// Spawns the rays of the microfacets and of the coat, and requests the environment's light where none is needed.
-    fn spawn_reflections(&self, spawned: &mut Spawned) {
-        let (block, lane) = self.batch.soa.lane(self.i);
-        let layers = &self.k.layers;
-        let lobe =
-            |alpha: f32, f0: f32| Lobe { n: self.n, v: self.v, alpha: f64::from(alpha), f0: f64::from(f0) };
-        let microfacets = ReflectingLayer {
-            k_r: vec3(&block.k_r, lane),
-            occlusion: layers.occlusion,
-            alpha: layers.alpha,
-            lobe: lobe(block.lobe_alpha[lane], layers.mean_f0()),
-            dimension: SampleDimension::Reflection,
-        };
-        let coat = ReflectingLayer {
-            k_r: Rgb::splat(block.k_r_coat[lane]),
-            occlusion: 1.0,
-            alpha: layers.coat_alpha,
-            lobe: lobe(block.coat_alpha[lane], COAT_F0),
-            dimension: SampleDimension::Coat,
-        };
-        self.spawn_reflection(&microfacets, spawned);
-        self.spawn_reflection(&coat, spawned);
-    }
-
-    fn spawn_reflection(&self, layer: &ReflectingLayer, spawned: &mut Spawned) {
-        let &ReflectingLayer { k_r, alpha, lobe, .. } = layer;
-        if k_r == Rgb::ZERO {
-            return;
-        }
-        let arrives = self.throughput * k_r;
-        let importance = self.state.importance * arrives.max_element();
-        let is_narrow = alpha <= NARROW_ALPHA;
-        let occludes_environment = self.frame.occludes_environment();
-        let survival = survival(importance, is_narrow, self.stream.wave, occludes_environment);
-        if self.state.reflections_left == 0 || survival == 0.0 {
-            // The light of weak lobes has been added for the whole block.
-            if !(importance < STRONG_IMPORTANCE) && self.frame.environment.is_some() {
-                let weight = k_r * layer.occlusion;
-                let request = LobeRequest { lobe, receiver: LightReceiver::Point(self.i), weight };
-                spawned.light.integrate(request, self.stream.samples[self.path()].index);
-            }
-            return;
-        }
-        if survival < 1.0 && self.roulette_number(layer.dimension) >= survival {
-            return;
-        }
-        // The ray stands for those that do not survive.
-        let arrives = arrives / survival;
-        let u = self.stream.get_2d(self.path(), layer.dimension).map(f64::from);
-        let LobeSample { l, weight, solid_angle } = lobe.sample(u, self.stream.sampler.count);
-        // A tilted normal or a wide lobe may point below the triangle.
-        let direction = mirrored_to_side(l, self.n_g);
-        let environment = self.frame.environment.as_ref();
-        let is_uniform = environment.is_some_and(|e| e.as_uniform().is_some());
-        let lookup_angle = solid_angle * LOOKUP_SHARE as f32;
-        let escape = environment.map_or(Rgb::ZERO, |e| e.radiance(direction.as_vec3(), lookup_angle));
-        // Surfaces seen in a weak lobe count at most as much as the environment that they hide: a lamp would be a white dot.
-        let max_light = match environment {
-            Some(environment) if survival < 1.0 => {
-                (environment.radiance(direction.as_vec3(), solid_angle) * arrives * weight).max_element()
-            }
-            _ => MAX_CONTRIBUTION,
-        };
-        let (origin, source) = self.batch.offset_origin(self.i, direction);
-        let state = PathState {
-            origin,
-            width: self.state.width_at(self.p),
-            spread: self.state.spread + 2.0 * self.normal_change + solid_angle.sqrt(),
-            importance: importance / survival,
-            reflections_left: self.state.reflections_left - 1,
-            ..self.state
-        };
-        // Under a uniform environment, the weights of escaping rays have no noise already.
-        let needs_unoccluded = environment.is_some() && !is_uniform;
-        if needs_unoccluded {
-            let receiver = LightReceiver::Ray(spawned.wave.rays.len());
-            self.request_unoccluded(
-                LobeRequest { lobe, receiver, weight: arrives },
-                importance,
-                &mut spawned.light,
-            );
-        }
-        let ray = SecondaryRay {
-            parent: self.path(),
-            weight: arrives * weight,
-            // The mean of the weight is 1.
-            escape_weight: if is_uniform { arrives } else { arrives * weight },
-            max_light,
-            escape: Escape::Radiance(escape),
-            // Set when the light of all lobes is computed.
-            unoccluded: None,
-            direction: direction.as_vec3(),
-            source,
-            state,
-        };
-        spawned.wave.push(ray, self.stream.samples[self.path()]);
-    }
-
-    /// The random number that decides whether a weak lobe spawns a ray.
-    fn roulette_number(&self, lobe: SampleDimension) -> f32 {
-        let [facets, coat] = self.stream.get_2d(self.path(), SampleDimension::Roulette);
-        if lobe == SampleDimension::Coat { coat } else { facets }
-    }
-
-    /// Requests the light of the environment over the lobe of a ray that is traced, if nothing hid it.
-    fn request_unoccluded(&self, request: LobeRequest, importance: f32, light: &mut LobeLight) {
-        // Alone, a sample would need many directions.
-        let is_alone = self.stream.wave > 0 || self.stream.sampler.count < MIN_SAMPLES_OF_LOBES;
-        // The error of a single lookup is not seen in a weak lobe.
-        if is_alone || importance < STRONG_IMPORTANCE {
-            light.look_up(request);
-        } else {
-            light.integrate(request, self.stream.samples[self.path()].index);
-        }
+        // Only the ground has no front, and it is no body.
+        let entering = self.batch.is_front(self.i).unwrap_or(true);
+        self.state.media.cross(self.frame.medium(id), entering)
     }
 
     /// Spawns a reflected and a refracted ray. Returns the environment's light in place of rays that are not traced.
-    fn spawn_at_dielectric(&self, crossing: &Crossing, wave: &mut Wave) -> Rgb {
+    fn spawn_at_dielectric(&self, wave: &mut Wave) -> Rgb {
+        let crossing = self.medium_crossing();
         let eta = crossing.eta;
         let m = self.sample_microfacet_normal();
         let cos = self.v.dot(m).clamp(0.0, 1.0);
@@ -420,12 +285,6 @@ impl<'a, 's> PathVertex<'a, 's> {
 struct Survivor {
     weight: Rgb,
     importance: f32,
-}
-
-/// `direction`, mirrored to the side that `n` points to.
-fn mirrored_to_side(direction: DVec3, n: DVec3) -> DVec3 {
-    let below = direction.dot(n).min(0.0);
-    if below < 0.0 { (direction - n * (2.0 * below)).normalize_or(n) } else { direction }
 }
 
 /// The direction of the ray from direction `v` that is refracted at a surface of normal `m`, by Snell's law. `cos` is v·m,

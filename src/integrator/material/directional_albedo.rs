@@ -189,11 +189,19 @@ impl FacetAlbedo {
     }
 }
 
-/// Returns the albedo of facets that reflect light once, with Schlick's Fresnel term from `f0` to 1.
+/// Returns the albedos of facets that reflect light once, with Schlick's Fresnel term from `f0` to 1.
 #[inline(always)]
-pub(crate) fn single_scattering_albedo(cos: f32, alpha: f32, f0: f32) -> f32 {
-    let FacetAlbedo { e, schlick, .. } = FacetAlbedo::new(cos, alpha, COAT_IOR);
-    f0 * (e - schlick) + schlick
+pub(crate) fn single_scattering_albedos<const N: usize>(
+    cos: &[f32; N],
+    alpha: &[f32; N],
+    f0: &[f32; N],
+) -> [f32; N] {
+    let FacetAlbedos { e, schlick, .. } = FacetAlbedos::new(cos, alpha, &[COAT_IOR; N]);
+    let mut albedos = [0.0; N];
+    for k in 0..N {
+        albedos[k] = f0[k] * (e[k] - schlick[k]) + schlick[k];
+    }
+    albedos
 }
 
 /// Mean of the dielectric curve at η = 1.5, weighted by the cosine. Between η = 1.1 and 2.4 it differs by less than 0.04.

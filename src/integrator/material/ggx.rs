@@ -2,9 +2,12 @@
 //!
 //! Directions are in the local frame of the surface: z is the normal. α is the square of the perceptual roughness.
 
-use std::f64::consts::{PI, TAU};
+#[cfg(test)]
+use std::f64::consts::PI;
 
 use glam::DVec3;
+
+use crate::geometry::cos_sin_of_turns;
 
 /// Lobes of a smaller α are mirrors: they are as narrow as a texel of an environment.
 pub(crate) const MIRROR_ALPHA: f64 = 0.004;
@@ -15,12 +18,10 @@ pub(crate) const NARROW_ALPHA: f32 = 0.1;
 
 /// Samples a microfacet normal visible from the unit direction `v`, v.z > 0, given a point `u` of the unit square (Dupuy
 /// and Benyoub, “Sampling Visible GGX Normals with Spherical Caps”, 2023). The light that it reflects goes to
-/// 2(v·m)m − v. The density of that direction is [`reflected_pdf`], and the share of light that leaves the surface, for
-/// facets that reflect everything, is [`shadowing_ratio`].
+/// 2(v·m)m − v. The share of light that leaves the surface, for facets that reflect everything, is [`shadowing_ratio`].
 #[inline(always)]
 pub(crate) fn sample_visible_normal(v: DVec3, alpha: f64, u: [f64; 2]) -> DVec3 {
-    let phi = TAU * u[0];
-    sample_visible_normal_at(v, alpha, [libm::cos(phi), libm::sin(phi)], u[1])
+    sample_visible_normal_at(v, alpha, cos_sin_of_turns(u[0]), u[1])
 }
 
 /// [`sample_visible_normal`] with the cosine and the sine of 2π u₀.
@@ -57,7 +58,7 @@ pub(crate) fn shadowing_ratio(v_z: f64, l_z: f64, alpha: f64) -> f64 {
 }
 
 /// Density of normals D(m).
-#[inline(always)]
+#[cfg(test)]
 fn distribution(m_z: f64, alpha: f64) -> f64 {
     let a2 = alpha * alpha;
     let c2 = m_z * m_z;
@@ -66,14 +67,17 @@ fn distribution(m_z: f64, alpha: f64) -> f64 {
     a2 / (PI * d * d)
 }
 
-/// Density per solid angle of the reflected direction of a visible normal `m`, seen from `v`: D G1 / (4 n·v).
-#[inline(always)]
+/// Density per solid angle of the reflected direction of a visible normal `m`, seen from `v`: D G1 / (4 n·v). Renderings take
+/// that of [`FacetView`](super::facet_view::FacetView).
+#[cfg(test)]
 pub(crate) fn reflected_pdf(v_z: f64, m_z: f64, alpha: f64) -> f64 {
     distribution(m_z, alpha) / ((1.0 + smith_lambda(v_z, alpha)) * 4.0 * v_z)
 }
 
 #[cfg(test)]
 mod tests {
+    use std::f64::consts::TAU;
+
     use super::*;
 
     fn grid(n: usize) -> impl Iterator<Item = [f64; 2]> {

@@ -1,13 +1,11 @@
-//! GGX lobes at a surface, and samples of them.
+//! GGX lobes at a surface.
 
 use std::f64::consts::PI;
 
 use glam::DVec3;
 
 use crate::geometry::Rgb;
-use crate::integrator::material::directional_albedo::single_scattering_albedo;
-use crate::integrator::material::fresnel::schlick_weight;
-use crate::integrator::material::ggx::{MIRROR_ALPHA, reflected_pdf, sample_visible_normal, shadowing_ratio};
+use crate::integrator::material::ggx::{MIRROR_ALPHA, sample_visible_normal};
 use crate::scene::Environment;
 
 /// Solid angle of a lookup over that which its direction stands for. Lookups are filtered a little wider than requested,
@@ -27,19 +25,9 @@ pub(crate) struct Lobe {
     pub f0: f64,
 }
 
-/// A direction that a lobe reflects.
-#[derive(Clone, Copy, Debug)]
-pub(crate) struct LobeSample {
-    /// Unit direction.
-    pub l: DVec3,
-    /// The mean over all samples of the weight times the radiance is the radiance averaged over the lobe. 0 below the horizon.
-    pub weight: f32,
-    /// Solid angle in steradians that the sample stands for.
-    pub solid_angle: f32,
-}
-
 impl Lobe {
     /// True if the lobe is as narrow as that of a mirror.
+    #[inline(always)]
     pub fn is_mirror(&self) -> bool {
         self.alpha < MIRROR_ALPHA
     }
@@ -48,32 +36,13 @@ impl Lobe {
     /// which is twice that of the normals.
     pub fn mirrored_radiance(&self, environment: &Environment) -> Rgb {
         let basis = LobeBasis::new(self.n, self.v);
-        environment.radiance(basis.mirrored().as_vec3(), self.mirror_solid_angle())
+        environment.radiance(basis.to_world(basis.mirrored()).as_vec3(), self.mirror_solid_angle() as f32)
     }
 
-    fn mirror_solid_angle(&self) -> f32 {
-        (4.0 * PI * self.alpha * self.alpha) as f32
-    }
-
-    /// Returns a direction that the lobe reflects, for a point of the unit square: one of `count` samples.
-    #[inline]
-    pub fn sample(&self, u: [f64; 2], count: u32) -> LobeSample {
-        let Lobe { n, v, alpha, f0 } = *self;
-        let basis = LobeBasis::new(n, v);
-        if self.is_mirror() {
-            return LobeSample { l: basis.mirrored(), weight: 1.0, solid_angle: self.mirror_solid_angle() };
-        }
-        let m = sample_visible_normal(basis.v, alpha, u);
-        let v_m = basis.v.dot(m);
-        let l = m * (2.0 * v_m) - basis.v;
-        let weight = shadowing_ratio(basis.v.z, l.z, alpha) * (f0 + (1.0 - f0) * schlick_weight(v_m));
-        let expected = single_scattering_albedo(basis.v.z as f32, alpha as f32, f0 as f32);
-        let solid_angle = FILTER_WIDTH / (f64::from(count.max(1)) * reflected_pdf(basis.v.z, m.z, alpha));
-        LobeSample {
-            l: basis.to_world(l),
-            weight: weight as f32 / expected,
-            solid_angle: solid_angle.min(2.0 * PI) as f32,
-        }
+    /// Solid angle in steradians of the lobe of a mirror.
+    #[inline(always)]
+    pub fn mirror_solid_angle(&self) -> f64 {
+        4.0 * PI * self.alpha * self.alpha
     }
 
     /// Returns a microfacet normal that is visible to the viewer, for a point of the unit square.
@@ -93,6 +62,7 @@ pub(crate) struct LobeBasis {
 }
 
 impl LobeBasis {
+    #[inline(always)]
     pub fn new(n: DVec3, v: DVec3) -> LobeBasis {
         // A shading normal may face away from the viewer.
         let cos = n.dot(v).clamp(MIN_COS, 1.0);
@@ -101,12 +71,15 @@ impl LobeBasis {
         LobeBasis { x, y: n.cross(x), z: n, v: DVec3::new((1.0 - cos * cos).sqrt(), 0.0, cos) }
     }
 
-    /// The mirror's direction in the world.
-    fn mirrored(&self) -> DVec3 {
-        self.to_world(DVec3::new(-self.v.x, -self.v.y, self.v.z))
+    /// The mirror's direction.
+    #[inline(always)]
+    pub fn mirrored(&self) -> DVec3 {
+        DVec3::new(-self.v.x, -self.v.y, self.v.z)
     }
 
-    fn to_world(&self, d: DVec3) -> DVec3 {
+    /// The direction in the world of a direction in the basis.
+    #[inline(always)]
+    pub fn to_world(&self, d: DVec3) -> DVec3 {
         self.x * d.x + self.y * d.y + self.z * d.z
     }
 }

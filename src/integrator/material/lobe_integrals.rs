@@ -4,22 +4,21 @@
 //!
 //! Lobes are collected and integrated together, so that the loops over a block are vectorised.
 
-use std::f64::consts::PI;
+use std::f32::consts::PI;
 use std::sync::OnceLock;
 
 use crate::geometry::{Rgb, golden_angle};
-use crate::integrator::material::directional_albedo::single_scattering_albedo;
-use crate::integrator::material::fresnel::schlick_weight;
-use crate::integrator::material::ggx::{reflected_pdf, sample_visible_normal_at, shadowing_ratio};
-use crate::integrator::material::ggx_lobe::{FILTER_WIDTH, Lobe, LobeBasis};
-use crate::integrator::surface::soa::{dvec3, set3};
+use crate::integrator::material::directional_albedo::single_scattering_albedos;
+use crate::integrator::material::facet_view::FacetView;
+use crate::integrator::material::ggx_lobe::{FILTER_WIDTH, Lobe};
+use crate::integrator::surface::soa::{set3, vec3};
 use crate::scene::Environment;
 use crate::simd::{AutovecKernel, SimdLevel};
 
 /// Directions in the set of a pixel, shared among its samples.
 const LOBE_DIRECTIONS: u32 = 32;
 /// Lobes of a block.
-const LANES: usize = 8;
+const LANES: usize = 16;
 
 /// Lobes over which the radiance is averaged.
 #[derive(Default)]
@@ -32,23 +31,20 @@ pub(crate) struct LobeIntegrals {
 /// Lobes as structure of arrays. Lanes behind the last lobe repeat others.
 #[derive(Clone)]
 struct LobeBlock {
-    /// [`LobeBasis`].
-    x: [[f64; LANES]; 3],
-    y: [[f64; LANES]; 3],
-    z: [[f64; LANES]; 3],
-    v: [[f64; LANES]; 3],
+    /// Shading normals.
+    n: [[f32; LANES]; 3],
+    /// Unit directions to the viewer.
+    v: [[f32; LANES]; 3],
     /// GGX α.
-    alpha: [f64; LANES],
-    f0: [f64; LANES],
+    alpha: [f32; LANES],
+    f0: [f32; LANES],
     /// Index of the first direction.
     first: [u32; LANES],
 }
 
 impl LobeBlock {
     const ZERO: LobeBlock = LobeBlock {
-        x: [[0.0; LANES]; 3],
-        y: [[0.0; LANES]; 3],
-        z: [[0.0; LANES]; 3],
+        n: [[0.0; LANES]; 3],
         v: [[0.0; LANES]; 3],
         alpha: [0.0; LANES],
         f0: [0.0; LANES],
@@ -65,16 +61,13 @@ impl LobeIntegrals {
         }
         self.count += 1;
         let Some(block) = self.blocks.last_mut() else { return };
-        let basis = LobeBasis::new(lobe.n, lobe.v);
         // The first lobe also fills the lanes behind it, so that all have finite values.
         let end = if lane == 0 { LANES } else { lane + 1 };
         for lane in lane..end {
-            set3(&mut block.x, lane, basis.x.to_array());
-            set3(&mut block.y, lane, basis.y.to_array());
-            set3(&mut block.z, lane, basis.z.to_array());
-            set3(&mut block.v, lane, basis.v.to_array());
-            block.alpha[lane] = lobe.alpha;
-            block.f0[lane] = lobe.f0;
+            set3(&mut block.n, lane, lobe.n.as_vec3().to_array());
+            set3(&mut block.v, lane, lobe.v.as_vec3().to_array());
+            block.alpha[lane] = lobe.alpha as f32;
+            block.f0[lane] = lobe.f0 as f32;
             block.first[lane] = (index % samples.max(1)) * directions_per_sample(samples);
         }
     }
@@ -120,20 +113,53 @@ impl AutovecKernel for IntegralKernel<'_> {
     #[inline(always)]
     fn run(self) {
         for block in self.blocks {
+            let views = FacetViews::new(block);
             let mut sum = [Rgb::ZERO; LANES];
             for k in 0..self.per_sample {
-                let directions = block.directions(k, self.total);
+                let directions = block.directions(&views, k, self.total);
                 let radiance = self.environment.radiance_of_lanes(&directions.l, &directions.solid_angle);
                 for (i, sum) in sum.iter_mut().enumerate() {
                     *sum += radiance[i] * directions.weight[i];
                 }
             }
-            for (i, sum) in sum.iter_mut().enumerate() {
-                let [cos, alpha, f0] = [block.v[2][i], block.alpha[i], block.f0[i]].map(|x| x as f32);
-                *sum /= self.per_sample as f32 * single_scattering_albedo(cos, alpha, f0);
+            let albedos = single_scattering_albedos(&views.cos(), &block.alpha, &block.f0);
+            for (sum, albedo) in sum.iter_mut().zip(albedos) {
+                *sum /= self.per_sample as f32 * albedo;
             }
             self.radiance.extend_from_slice(&sum);
         }
+    }
+}
+
+/// The [`FacetView`] of each lobe of a block, in structure of arrays.
+struct FacetViews([[f32; LANES]; FacetView::LEN]);
+
+impl FacetViews {
+    #[inline(always)]
+    fn new(block: &LobeBlock) -> FacetViews {
+        let mut views = FacetViews([[0.0; LANES]; FacetView::LEN]);
+        for i in 0..LANES {
+            let view = FacetView::new(vec3(&block.n, i), vec3(&block.v, i), block.alpha[i]);
+            for (lanes, x) in views.0.iter_mut().zip(view.to_array()) {
+                lanes[i] = x;
+            }
+        }
+        views
+    }
+
+    #[inline(always)]
+    fn get(&self, i: usize) -> FacetView {
+        FacetView::from_array(self.0.each_ref().map(|lanes| lanes[i]))
+    }
+
+    /// Cosines to the viewer.
+    #[inline(always)]
+    fn cos(&self) -> [f32; LANES] {
+        let mut cos = [0.0; LANES];
+        for (i, cos) in cos.iter_mut().enumerate() {
+            *cos = self.get(i).cos();
+        }
+        cos
     }
 }
 
@@ -151,28 +177,21 @@ struct LobeDirections {
 impl LobeBlock {
     /// Direction number `k` of each lobe, of `total` in the pixel.
     #[inline(always)]
-    fn directions(&self, k: u32, total: u32) -> LobeDirections {
+    fn directions(&self, views: &FacetViews, k: u32, total: u32) -> LobeDirections {
         // Outside of the vectorised loop, because of its table.
-        let mut around = [[0.0; 2]; LANES];
-        for (around, first) in around.iter_mut().zip(self.first) {
-            *around = direction_around(first + k);
+        let mut around = [[0.0; LANES]; 2];
+        for i in 0..LANES {
+            [around[0][i], around[1][i]] = direction_around(self.first[i] + k);
         }
         let zero = [0.0; LANES];
         let mut out = LobeDirections { l: [zero; 3], weight: zero, solid_angle: zero };
-        for (i, around) in around.into_iter().enumerate() {
-            let v = dvec3(&self.v, i);
-            let alpha = self.alpha[i];
-            let f0 = self.f0[i];
-            let u = (f64::from(self.first[i] + k) + 0.5) / f64::from(total);
-            let m = sample_visible_normal_at(v, alpha, around, u);
-            let v_m = v.dot(m);
-            let l = m * (2.0 * v_m) - v;
-            let world = dvec3(&self.x, i) * l.x + dvec3(&self.y, i) * l.y + dvec3(&self.z, i) * l.z;
-            set3(&mut out.l, i, world.as_vec3().to_array());
-            out.weight[i] =
-                (shadowing_ratio(v.z, l.z, alpha) * (f0 + (1.0 - f0) * schlick_weight(v_m))) as f32;
-            let solid_angle = FILTER_WIDTH / (f64::from(total) * reflected_pdf(v.z, m.z, alpha));
-            out.solid_angle[i] = solid_angle.min(2.0 * PI) as f32;
+        let total = total as f32;
+        for i in 0..LANES {
+            let u = ((self.first[i] + k) as f32 + 0.5) / total;
+            let sample = views.get(i).sample([around[0][i], around[1][i]], u, self.f0[i]);
+            set3(&mut out.l, i, sample.l.to_array());
+            out.weight[i] = sample.weight;
+            out.solid_angle[i] = (FILTER_WIDTH as f32 / (total * sample.pdf)).min(2.0 * PI);
         }
         out
     }
@@ -180,9 +199,9 @@ impl LobeBlock {
 
 /// Cosine and sine of the angle of direction number `i`: steps of the golden angle, which together with equal steps of the
 /// radius spread directions evenly.
-fn direction_around(i: u32) -> [f64; 2] {
-    let compute = |i: u32| golden_angle(i, 0.13);
-    static DIRECTIONS: OnceLock<[[f64; 2]; TABULATED_ANGLES]> = OnceLock::new();
+fn direction_around(i: u32) -> [f32; 2] {
+    let compute = |i: u32| golden_angle(i, 0.13).map(|x| x as f32);
+    static DIRECTIONS: OnceLock<[[f32; 2]; TABULATED_ANGLES]> = OnceLock::new();
     let table = DIRECTIONS.get_or_init(|| std::array::from_fn(|i| compute(i as u32)));
     table.get(i as usize).copied().unwrap_or_else(|| compute(i))
 }

@@ -3,6 +3,7 @@
 pub(crate) mod coefficients;
 pub(crate) mod directional_albedo;
 pub(crate) mod evaluator;
+pub(crate) mod facet_view;
 pub(crate) mod fresnel;
 pub(crate) mod ggx;
 pub(crate) mod ggx_lobe;

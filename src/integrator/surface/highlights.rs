@@ -3,12 +3,11 @@
 //! They take the place of the lecture's k_s max(0, n·h)^p, with the lobes of the reflections, so that a light and what is
 //! around it are reflected alike. Metals need that: the tail of GGX is far wider than that of a power of a cosine.
 
-use glam::DVec3;
+use glam::Vec3;
 
 use crate::integrator::material::directional_albedo::FacetLobe;
 use crate::integrator::material::highlight_lobe::highlight_lobe;
-use crate::integrator::material::specular_layers::{LayerLobes, SpecularLayers};
-use crate::integrator::surface::soa::{HIT_LANES, LANES, LaneArray, LaneArray3, ZERO3_F32, set3};
+use crate::integrator::surface::soa::{HIT_LANES, LANES, LaneArray, LaneArray3, ZERO3_F32, set3, vec3};
 
 /// Smallest α of highlights. Light sources have no size, and so no image in a mirror: narrower lobes fade out.
 const MIN_HIGHLIGHT_ALPHA: f32 = 0.01;
@@ -40,19 +39,23 @@ impl HighlightLobes {
     const ZERO: HighlightLobes =
         HighlightLobes { alpha2: [1.0; LANES + HIT_LANES], f0: ZERO3_F32, rise: ZERO3_F32 };
 
+    /// Sets the lobes of all points. `alpha` is the layers' α, and `alpha2_increase` its increase by the normals that the sample
+    /// covers.
     #[inline(always)]
-    fn set(&mut self, i: usize, lobe: &FacetLobe, alpha: f32, alpha2_increase: f32) {
-        let scale = (alpha / MIN_HIGHLIGHT_ALPHA).min(1.0);
-        let alpha = alpha.max(MIN_HIGHLIGHT_ALPHA);
-        self.alpha2[i] = (alpha * alpha + alpha2_increase).min(1.0);
-        set3(&mut self.f0, i, (lobe.f0 * scale).to_array());
-        set3(&mut self.rise, i, (lobe.rise * scale).to_array());
+    fn set(&mut self, lobes: &FacetLobeLanes, alpha: &[f32; LANES], alpha2_increase: &[f32; LANES]) {
+        for i in 0..LANES {
+            let scale = (alpha[i] / MIN_HIGHLIGHT_ALPHA).min(1.0);
+            let alpha = alpha[i].max(MIN_HIGHLIGHT_ALPHA);
+            self.alpha2[i] = (alpha * alpha + alpha2_increase[i]).min(1.0);
+            set3(&mut self.f0, i, (vec3(&lobes.f0, i) * scale).to_array());
+            set3(&mut self.rise, i, (vec3(&lobes.rise, i) * scale).to_array());
+        }
     }
 
-    /// The lobe of point `i` for unit vectors n, l and v, and Schlick's weight: see [`highlight_lobe`].
+    /// The lobe of point `i` for unit vectors n, l and v with n·l > 0, and Schlick's weight: see [`highlight_lobe`].
     #[inline(always)]
-    pub fn evaluate(&self, i: usize, n: DVec3, l: DVec3, v: DVec3) -> [f32; 2] {
-        highlight_lobe(n, l, v, f64::from(self.alpha2[i])).map(|x| x as f32)
+    pub fn evaluate(&self, i: usize, n: Vec3, l: Vec3, v: Vec3, n_l: f32) -> [f32; 2] {
+        highlight_lobe(n, l, v, n_l, self.alpha2[i])
     }
 }
 
@@ -66,19 +69,46 @@ impl Highlights {
         self.points = 0;
     }
 
-    /// Sets the highlights of point `i`, whose layers have these lobes, if it `has_highlights`. `alpha2_increase` is the
-    /// increase of α² by the normals that the sample covers.
+    /// Sets the highlights of all points, whose microfacets have these lobes.
     #[inline(always)]
-    pub fn set(
+    pub fn set_facets(
         &mut self,
-        i: usize,
-        has_highlights: bool,
-        lobes: &LayerLobes,
-        layers: &SpecularLayers,
-        alpha2_increase: f32,
+        points: u32,
+        lobes: &FacetLobeLanes,
+        alpha: &[f32; LANES],
+        alpha2_increase: &[f32; LANES],
     ) {
-        self.points |= u32::from(has_highlights) << i;
-        self.facets.set(i, &lobes.facets, layers.alpha, alpha2_increase);
-        self.coats.set(i, &lobes.coat, layers.coat_alpha, alpha2_increase);
+        self.points = points;
+        self.any_coat = false;
+        self.facets.set(lobes, alpha, alpha2_increase);
+    }
+
+    /// Sets the highlights of the coats as well.
+    #[inline(always)]
+    pub fn set_coats(
+        &mut self,
+        lobes: &FacetLobeLanes,
+        alpha: &[f32; LANES],
+        alpha2_increase: &[f32; LANES],
+    ) {
+        self.any_coat = true;
+        self.coats.set(lobes, alpha, alpha2_increase);
+    }
+}
+
+/// The reflectance of the facets of a block, in structure of arrays: see [`FacetLobe`].
+#[derive(Clone, Copy)]
+pub(crate) struct FacetLobeLanes {
+    f0: [[f32; LANES]; 3],
+    rise: [[f32; LANES]; 3],
+}
+
+impl FacetLobeLanes {
+    pub const ZERO: FacetLobeLanes = FacetLobeLanes { f0: [[0.0; LANES]; 3], rise: [[0.0; LANES]; 3] };
+
+    #[inline(always)]
+    pub fn set(&mut self, i: usize, lobe: &FacetLobe) {
+        set3(&mut self.f0, i, lobe.f0.to_array());
+        set3(&mut self.rise, i, lobe.rise.to_array());
     }
 }

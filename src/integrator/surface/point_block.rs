@@ -142,7 +142,13 @@ impl PointBlock {
     /// Returns the increase of α² of each point's highlight by the curvature of the smooth surface.
     #[inline(always)]
     pub fn curvature_alpha2_increase(&self) -> LaneArray<f32> {
-        self.differentials[BarycentricDifferentials::DN_SQUARED].map(alpha2_increase)
+        let mut increase = [0.0; LANES + HIT_LANES];
+        for (increase, dn) in
+            increase.iter_mut().zip(&self.differentials[BarycentricDifferentials::DN_SQUARED])
+        {
+            *increase = alpha2_increase(*dn);
+        }
+        increase
     }
 
     /// Change of the interpolated vertex normal of point `i` from one sample to the next, in radians.
@@ -210,7 +216,7 @@ impl PointBlock {
             let alpha2_increase = self.curvature_alpha2_increase();
             range.clone().for_each(|i| self.set_reflecting(i, alpha2_increase[i]));
         }
-        if !antialiasing.is_identity() {
+        if !antialiasing.is_identity() && k.k_s != Rgb::ZERO {
             let alpha2_increase = self.curvature_alpha2_increase();
             self.apply_specular_antialiasing(range, antialiasing, &alpha2_increase);
         }

@@ -38,3 +38,13 @@ pub(crate) fn set3<T: Copy, const N: usize>(to: &mut [[T; N]; 3], i: usize, [x, 
     to[1][i] = y;
     to[2][i] = z;
 }
+
+/// The lanes that are true, as a bit mask.
+#[inline(always)]
+pub(crate) fn mask(lanes: &[bool; LANES]) -> u32 {
+    let mut mask = 0;
+    for i in 0..LANES {
+        mask |= u32::from(lanes[i]) << i;
+    }
+    mask
+}

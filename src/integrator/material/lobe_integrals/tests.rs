@@ -1,7 +1,9 @@
 use glam::{DVec3, Vec3};
 
 use super::*;
-use crate::integrator::material::ggx::sample_visible_normal;
+use crate::integrator::material::fresnel::schlick_weight;
+use crate::integrator::material::ggx::{sample_visible_normal, shadowing_ratio};
+use crate::integrator::material::ggx_lobe::LobeBasis;
 use crate::integrator::material::lobe_lookups::LobeLookups;
 
 /// A dark room with two soft boxes, smooth at their edges.

@@ -1,0 +1,296 @@
+//! The rays that specular lobes spawn, made for many points at once.
+
+use glam::DVec3;
+
+use crate::geometry::Rgb;
+use crate::integrator::block_lobes::{STRONG_IMPORTANCE, survival};
+use crate::integrator::frame::Frame;
+use crate::integrator::lobe_light::{LightReceiver, LobeLight, LobeRequest};
+use crate::integrator::lobe_samples::{LobeSamples, SAMPLE_LANES, SampleLobes, SampledLobes};
+use crate::integrator::material::directional_albedo::COAT_F0;
+use crate::integrator::material::ggx::NARROW_ALPHA;
+use crate::integrator::material::ggx_lobe::Lobe;
+use crate::integrator::paths::{Escape, MAX_CONTRIBUTION, PathState, PathStates, SecondaryRay, Wave};
+use crate::integrator::sample::{SampleDimension, SampleStream};
+use crate::integrator::shading_batch::ShadingBatch;
+use crate::integrator::surface::soa::{dvec3, vec3};
+
+/// Pixels of fewer samples look up the environment over a lobe once for each sample.
+const MIN_SAMPLES_OF_LOBES: u32 = 4;
+
+/// Rays and requests for light that the points of a batch spawn.
+pub(crate) struct Spawned<'w> {
+    pub wave: &'w mut Wave,
+    pub light: LobeLight,
+}
+
+/// Collects the lobes of a batch that spawn rays. Their rays are made when there are enough of them.
+pub(crate) struct ReflectionRays<'a> {
+    frame: &'a Frame<'a>,
+    states: PathStates<'a>,
+    stream: SampleStream<'a>,
+    facets: WaitingLobes,
+    coats: WaitingLobes,
+}
+
+/// Lobes of one layer that wait for their rays.
+struct WaitingLobes {
+    dimension: SampleDimension,
+    lobes: SampledLobes,
+    rays: [WaitingRay; SAMPLE_LANES],
+    count: usize,
+}
+
+/// A ray without direction.
+#[derive(Clone, Copy)]
+struct WaitingRay {
+    /// Index of the point.
+    point: usize,
+    /// Share of the light from the lobe that arrives at the origin of the path's ray.
+    arrives: Rgb,
+    /// The brightest channel of `arrives`, times the importance of the path.
+    importance: f32,
+    /// Probability with which the lobe spawns a ray.
+    survival: f32,
+}
+
+impl WaitingRay {
+    const NONE: WaitingRay = WaitingRay { point: 0, arrives: Rgb::ZERO, importance: 0.0, survival: 1.0 };
+}
+
+impl WaitingLobes {
+    fn new(dimension: SampleDimension) -> WaitingLobes {
+        WaitingLobes {
+            dimension,
+            lobes: SampledLobes::ZERO,
+            rays: [WaitingRay::NONE; SAMPLE_LANES],
+            count: 0,
+        }
+    }
+}
+
+/// A specular layer of a point.
+struct ReflectingLayer {
+    /// Share of the light from the lobe that is reflected.
+    k_r: Rgb,
+    /// Share of the environment that reaches the lobe where no ray is traced.
+    occlusion: f32,
+    /// GGX α of the material.
+    alpha: f32,
+    lobe: Lobe,
+}
+
+impl<'a> ReflectionRays<'a> {
+    pub fn new(frame: &'a Frame<'a>, states: PathStates<'a>, stream: SampleStream<'a>) -> ReflectionRays<'a> {
+        ReflectionRays {
+            frame,
+            states,
+            stream,
+            facets: WaitingLobes::new(SampleDimension::Reflection),
+            coats: WaitingLobes::new(SampleDimension::Coat),
+        }
+    }
+
+    /// Spawns the rays of the microfacets and of the coat of point `i`, and requests the environment's light where none is
+    /// needed. `throughput` is the share of the point's light that arrives at the origin of the path's ray.
+    pub fn spawn(&mut self, batch: &ShadingBatch, i: usize, throughput: Rgb, spawned: &mut Spawned) {
+        let (block, lane) = batch.soa.lane(i);
+        let layers = &batch.coefficients(i).layers;
+        let lobe = |alpha: f32, f0: f32| Lobe {
+            n: block.n(lane),
+            v: block.v(lane),
+            alpha: f64::from(alpha),
+            f0: f64::from(f0),
+        };
+        let microfacets = ReflectingLayer {
+            k_r: vec3(&block.k_r, lane),
+            occlusion: layers.occlusion,
+            alpha: layers.alpha,
+            lobe: lobe(block.lobe_alpha[lane], layers.mean_f0()),
+        };
+        let coat = ReflectingLayer {
+            k_r: Rgb::splat(block.k_r_coat[lane]),
+            occlusion: 1.0,
+            alpha: layers.coat_alpha,
+            lobe: lobe(block.coat_alpha[lane], COAT_F0),
+        };
+        let n_g = dvec3(&block.n_g, lane);
+        if let Some(ray) = self.waiting_ray(batch, i, throughput, &microfacets, false, spawned) {
+            self.facets.push(&microfacets.lobe, n_g, ray);
+        }
+        if let Some(ray) = self.waiting_ray(batch, i, throughput, &coat, true, spawned) {
+            self.coats.push(&coat.lobe, n_g, ray);
+        }
+        if self.facets.is_full() || self.coats.is_full() {
+            self.make_rays(batch, spawned);
+        }
+    }
+
+    /// Makes the rays of all lobes that wait.
+    pub fn make_rays(&mut self, batch: &ShadingBatch, spawned: &mut Spawned) {
+        let ReflectionRays { frame, states, stream, .. } = *self;
+        for lobes in [&mut self.facets, &mut self.coats] {
+            lobes.make_rays(&RayMaker { frame, states, stream, batch }, spawned);
+        }
+    }
+
+    /// The ray of a lobe, if it spawns one. A strong lobe that does not requests the environment's light.
+    fn waiting_ray(
+        &self,
+        batch: &ShadingBatch,
+        point: usize,
+        throughput: Rgb,
+        layer: &ReflectingLayer,
+        is_coat: bool,
+        spawned: &mut Spawned,
+    ) -> Option<WaitingRay> {
+        let &ReflectingLayer { k_r, alpha, lobe, .. } = layer;
+        if k_r == Rgb::ZERO {
+            return None;
+        }
+        let path = batch.points[point].path;
+        let arrives = throughput * k_r;
+        let importance = self.states.importance(path) * arrives.max_element();
+        let is_narrow = alpha <= NARROW_ALPHA;
+        let survival = survival(importance, is_narrow, self.stream.wave, self.frame.occludes_environment());
+        if !self.states.may_reflect(path) || survival == 0.0 {
+            // The light of weak lobes has been added for the whole block.
+            if !(importance < STRONG_IMPORTANCE) && self.frame.environment.is_some() {
+                let weight = k_r * layer.occlusion;
+                let request = LobeRequest { lobe, receiver: LightReceiver::Point(point), weight };
+                spawned.light.integrate(request, self.stream.samples[path].index);
+            }
+            return None;
+        }
+        if survival < 1.0 {
+            let u = self.stream.get_2d(path, SampleDimension::Roulette)[usize::from(is_coat)];
+            if u >= survival {
+                return None;
+            }
+        }
+        Some(WaitingRay { point, arrives, importance, survival })
+    }
+}
+
+impl WaitingLobes {
+    fn is_full(&self) -> bool {
+        self.count == SAMPLE_LANES
+    }
+
+    fn push(&mut self, lobe: &Lobe, n_g: DVec3, ray: WaitingRay) {
+        // The remainder lets the compiler drop the bounds checks.
+        let lane = self.count % SAMPLE_LANES;
+        self.lobes.set(lane, lobe, n_g);
+        self.rays[lane] = ray;
+        self.count += 1;
+    }
+
+    /// Makes the rays of all lobes, and removes them.
+    fn make_rays(&mut self, maker: &RayMaker, spawned: &mut Spawned) {
+        let rays = &self.rays[..self.count];
+        self.count = 0;
+        if rays.is_empty() {
+            return;
+        }
+        let samples = maker.sample(&self.lobes, rays, self.dimension);
+        for (lane, ray) in rays.iter().enumerate() {
+            maker.push(&self.lobes.get(lane), ray, &samples, lane, spawned);
+        }
+    }
+}
+
+/// What rays are made from besides their lobes.
+struct RayMaker<'a, 's> {
+    frame: &'a Frame<'a>,
+    states: PathStates<'a>,
+    stream: SampleStream<'a>,
+    batch: &'a ShadingBatch<'s>,
+}
+
+impl RayMaker<'_, '_> {
+    fn path(&self, ray: &WaitingRay) -> usize {
+        self.batch.points[ray.point].path
+    }
+
+    /// Samples a direction of each lobe.
+    fn sample(&self, lobes: &SampledLobes, rays: &[WaitingRay], dimension: SampleDimension) -> LobeSamples {
+        let mut positions = [None; SAMPLE_LANES];
+        for (position, ray) in positions.iter_mut().zip(rays) {
+            *position = self.stream.sequence_position(self.path(ray), 1);
+        }
+        let simd = self.frame.simd();
+        let alone = |i: usize| self.stream.get_2d(self.path(&rays[i]), dimension);
+        let u = self.stream.points_of_lanes(simd, dimension, &positions, rays.len(), alone);
+        let mut samples = LobeSamples::ZERO;
+        simd.run(SampleLobes {
+            lobes,
+            u: &u,
+            count: self.stream.sampler.count,
+            environment: self.frame.environment.as_ref(),
+            has_filtered_light: rays.iter().any(|ray| ray.survival < 1.0),
+            samples: &mut samples,
+        });
+        samples
+    }
+
+    /// Adds the ray of a lobe in the direction of its sample.
+    fn push(&self, lobe: &Lobe, ray: &WaitingRay, samples: &LobeSamples, lane: usize, spawned: &mut Spawned) {
+        let &WaitingRay { point, importance, survival, .. } = ray;
+        // The ray stands for those that do not survive.
+        let arrives = ray.arrives / survival;
+        let path = self.path(ray);
+        let Some(state) = self.states.get(path) else { return };
+        let (block, block_lane) = self.batch.soa.lane(point);
+        let direction = samples.direction(lane);
+        let weight = samples.weight[lane];
+        let environment = self.frame.environment.as_ref();
+        let is_uniform = environment.is_some_and(|e| e.as_uniform().is_some());
+        // Surfaces seen in a weak lobe count at most as much as the environment that they hide: a lamp would be a white dot.
+        let max_light = match environment {
+            Some(_) if survival < 1.0 => (samples.filtered_light[lane] * arrives * weight).max_element(),
+            _ => MAX_CONTRIBUTION,
+        };
+        let (origin, source) = self.batch.offset_origin(point, direction);
+        let solid_angle = samples.solid_angle[lane];
+        let state = PathState {
+            origin,
+            width: state.width_at(vec3(&block.p, block_lane)),
+            spread: state.spread + 2.0 * block.normal_change(block_lane) + solid_angle.sqrt(),
+            importance: importance / survival,
+            reflections_left: state.reflections_left - 1,
+            ..state
+        };
+        // Under a uniform environment, the weights of escaping rays have no noise already.
+        if environment.is_some() && !is_uniform {
+            let receiver = LightReceiver::Ray(spawned.wave.rays.len());
+            let request = LobeRequest { lobe: *lobe, receiver, weight: arrives };
+            self.request_unoccluded(request, path, importance, &mut spawned.light);
+        }
+        let ray = SecondaryRay {
+            parent: path,
+            weight: arrives * weight,
+            // The mean of the weight is 1.
+            escape_weight: if is_uniform { arrives } else { arrives * weight },
+            max_light,
+            escape: Escape::Radiance(samples.sharp_light[lane]),
+            // Set when the light of all lobes is computed.
+            unoccluded: None,
+            direction: direction.as_vec3(),
+            source,
+            state,
+        };
+        spawned.wave.push(ray, self.stream.samples[path]);
+    }
+
+    /// Requests the light of the environment over the lobe of a ray that is traced, if nothing hid it.
+    fn request_unoccluded(&self, request: LobeRequest, path: usize, importance: f32, light: &mut LobeLight) {
+        // Alone, a sample would need many directions.
+        let is_alone = self.stream.wave > 0 || self.stream.sampler.count < MIN_SAMPLES_OF_LOBES;
+        // The error of a single lookup is not seen in a weak lobe.
+        if is_alone || importance < STRONG_IMPORTANCE {
+            light.look_up(request);
+        } else {
+            light.integrate(request, self.stream.samples[path].index);
+        }
+    }
+}
