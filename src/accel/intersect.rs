@@ -26,7 +26,7 @@ impl SimdKernel for IntersectKernel<'_> {
     fn run<S: Simd>(self) {
         let IntersectKernel { bvh, rays, filter, hits } = self;
         let mut tracer = SingleRayTracer::new(bvh);
-        let mut scratch = PacketScratch::default();
+        let mut scratch = PacketScratch::take();
         let mut streams = Streams::default();
         let mut splitter = PacketSplitter::new(rays.len());
         while let Some(range) = splitter.pop() {
@@ -50,6 +50,7 @@ impl SimdKernel for IntersectKernel<'_> {
             let query = &mut ClosestHitStream { rays, indices: &indices, filter, hits: &mut *hits };
             streams.trace::<S, _>(bvh, query, worlds_traced, &mut tracer);
         }
+        scratch.give_back();
         let indices = streams.take_pending();
         let query = &mut ClosestHitStream { rays, indices: &indices, filter, hits };
         streams.trace::<S, _>(bvh, query, false, &mut tracer);

@@ -65,7 +65,7 @@ impl<A: ShadowRayAnswer> SimdKernel for ShadowRayKernel<'_, A> {
         let t_max = if matches!(rays.coherence, Coherence::Direction(_)) { f32::INFINITY } else { 1.0 };
         out.resize_with(rays.len(), || A::new(false, None, t_max));
         let mut tracer = SingleRayTracer::new(bvh);
-        let mut scratch = PacketScratch::default();
+        let mut scratch = PacketScratch::take();
         let mut streams = Streams::default();
         let collected = |count: usize| if A::COLLECTS_TRANSMITTANCE { count.min(rays.len()) } else { 0 };
         let mut packet_transmittances = vec![Transmittance::default(); collected(PACKET_SIZE)];
@@ -111,6 +111,7 @@ impl<A: ShadowRayAnswer> SimdKernel for ShadowRayKernel<'_, A> {
                 batch.trace::<S>(&indices, &mut occluded, transmittances, true, &mut streams);
             }
         }
+        scratch.give_back();
         let pending = streams.take_pending();
         batch.trace_waiting::<S>(&pending, &mut streams);
     }

@@ -7,7 +7,7 @@ use glam::Vec3;
 use crate::accel::bvh::blas::Blas;
 use crate::accel::bvh::triangle_ids::TriangleIdMap;
 use crate::accel::bvh::triangle4::{TRIANGLE_LANES, Triangle4};
-use crate::accel::packet::exact_hits::{BLOCKS_PER_TABLE, ExactHits, GroupHits};
+use crate::accel::packet::exact_hits::{BLOCKS_PER_TABLE, ExactHits, GroupHits, compute_by_ray};
 use crate::accel::packet::packet_query::{CertainHit, PacketQuery};
 use crate::accel::packet::per_ray::{GROUPS_PER_QUAD, PerRay, RAYS_PER_GROUP};
 use crate::accel::packet::ray_packet::{RayPacket, pad_to_packet, prefetch_next_packet};
@@ -24,6 +24,9 @@ use crate::simd::{Lanes, Simd};
 const NO_TRIANGLE: u32 = u32::MAX;
 /// In [`ClosestHits::triangle_slot`]: the closest hit is in [`ClosestHits::hits`].
 const EXACT: u32 = u32::MAX - 1;
+
+/// Where the blocks of a table are hit by fewer rays than this, the hits that are left of a quad are computed ray by ray.
+const MIN_RAYS_IN_TABLE: u32 = 24;
 
 /// Finds the closest hits of the rays `range`, a packet at most, in the world BVHs. `hits` holds a miss for each of
 /// them, and takes their hits. Returns false if the rays do not make a packet; `hits` may then have hits in some of
@@ -180,6 +183,19 @@ impl<'a> ClosestHits<'a, '_> {
                         write_group_hits::<S>(in_table[g], &group_hits, hits);
                     }
                 }
+                if in_table.iter().map(|rays| rays.count_ones()).sum::<u32>() >= MIN_RAYS_IN_TABLE {
+                    continue;
+                }
+                for (g, hits) in hits.chunks_mut(RAYS_PER_GROUP).enumerate().take(GROUPS_PER_QUAD) {
+                    let rays = pending.remaining[g];
+                    if rays != 0 {
+                        let slots = &pending.triangle_slots[g];
+                        let group = q * GROUPS_PER_QUAD + g;
+                        let group_hits = compute_by_ray(shared, packet, group, self.blas, slots, rays);
+                        write_group_hits::<S>(rays, &group_hits, hits);
+                    }
+                }
+                break;
             }
         }
     }

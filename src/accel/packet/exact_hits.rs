@@ -2,6 +2,7 @@
 
 use glam::DVec3;
 
+use crate::accel::bvh::blas::Blas;
 use crate::accel::bvh::triangle_ids::TriangleIdMap;
 use crate::accel::bvh::triangle4::{TRIANGLE_LANES, Triangle4};
 use crate::accel::packet::per_ray::RAYS_PER_GROUP;
@@ -148,4 +149,47 @@ fn lookup_vectors<S: Simd>(
     let y = S::lookup_f64(&table[1], indices);
     let z = S::lookup_f64(&table[2], indices);
     [x, y, z]
+}
+
+/// Computes the hits of the rays of group `g` in `mask`, each with the triangle of its slot. Their t is that of
+/// [`ExactHits::compute`], to the bit. Faster where hardly two rays hit the same block.
+#[inline(always)]
+pub(super) fn compute_by_ray(
+    shared: &SharedVector,
+    packet: &RayPacket,
+    g: usize,
+    blas: &Blas,
+    triangle_slots: &[u32; RAYS_PER_GROUP],
+    mask: u32,
+) -> GroupHits {
+    let zero = [0.0; RAYS_PER_GROUP];
+    let mut vertices = [[zero; 3]; 3];
+    let mut hits = GroupHits { t: zero, instance: [0; RAYS_PER_GROUP], triangle: [0; RAYS_PER_GROUP] };
+    let mut rays = mask;
+    while rays != 0 {
+        let ray = rays.trailing_zeros() as usize & (RAYS_PER_GROUP - 1);
+        rays &= rays - 1;
+        let (block, lane) = blas.block_and_lane(triangle_slots[ray]);
+        for vertex in 0..3 {
+            for axis in 0..3 {
+                vertices[vertex][axis][ray] = block.vertex[vertex][axis][lane];
+            }
+        }
+        let id = blas.ids.id(block.indices[lane]);
+        hits.instance[ray] = id.instance;
+        hits.triangle[ray] = id.triangle;
+    }
+    let inv_t_scale = invert_power_of_two(packet.t_scale);
+    let varying = per_axis(|axis| packet.varying[axis].group(g));
+    for (ray, t) in hits.t.iter_mut().enumerate() {
+        let varying = DVec3::from(per_axis(|axis| f64::from(varying[axis][ray])));
+        let (o, d) = match *shared {
+            SharedVector::Origin(o) => (o.as_dvec3(), varying),
+            SharedVector::Direction(d) => (varying, d.as_dvec3()),
+        };
+        let v = per_axis(|vertex| DVec3::from(per_axis(|axis| f64::from(vertices[vertex][axis][ray]))));
+        let n = (v[1] - v[0]).cross(v[2] - v[0]);
+        *t = (n.dot(v[0] - o) / n.dot(d) * inv_t_scale) as f32;
+    }
+    hits
 }

@@ -196,6 +196,55 @@ fn packets_answer_as_single_rays_do() {
     }
 }
 
+/// Rays of a packet from afar that are spread over the whole scene, so that hardly two of them hit the same block: from
+/// triangles that are larger than the distance of neighbouring rays to some that are far smaller. They return the same as
+/// single rays.
+#[test]
+fn packets_of_spread_rays_answer_as_single_rays_do() {
+    for (name, mesh) in
+        [("sphere", scenes::sphere(160)), ("soup", scenes::soup(20_000, 0.1, &mut Rng::new(4)))]
+    {
+        let scene = scenes::scene(mesh, &[DAffine3::IDENTITY]);
+        let posed = scenes::posed(&scene);
+        for simd in scenes::simd_levels() {
+            let accel = Accel::build(&posed, &AccelSettings { simd, ..AccelSettings::default() }).0;
+            let mut rng = Rng::new(5);
+            for (n, spread) in [1.0, 0.3, 0.1, 0.03].into_iter().enumerate() {
+                let o = (rng.direction() * 6.0).as_vec3();
+                // In rows, as the pixels of a picture.
+                let rays: Vec<(Vec3, Vec3)> = (0..512)
+                    .map(|i| {
+                        let to = Vec3::new((i % 16) as f32, (i / 16) as f32, (i * 7 % 16) as f32) / 8.0 - 1.0;
+                        (o, to * spread - o)
+                    })
+                    .collect();
+                let along: Vec<(Vec3, Vec3)> = rays.iter().map(|&(o, d)| (o + (o + d), -o)).collect();
+                for (shared, rays) in [(Coherence::Origin(o), &rays), (Coherence::Direction(-o), &along)] {
+                    let context = format!("{name} {simd:?} {n} {shared:?}");
+                    let together = layers(&accel, rays, false, shared);
+                    let alone = layers(&accel, rays, false, Coherence::None);
+                    assert!(together.iter().any(|layers| !layers[0].is_miss()), "{context}");
+                    assert_eq!(bits(&together), bits(&alone), "{context}");
+                    let occluded = |rays: &[(Vec3, Vec3)]| {
+                        let mut batch = ShadowRayBatch { coherence: shared, ..ShadowRayBatch::default() };
+                        for &(o, d) in rays {
+                            match shared {
+                                Coherence::Origin(light) => batch.push(light + d * 0.95, light, HitId::NONE),
+                                _ => batch.push(o, o, HitId::NONE),
+                            }
+                        }
+                        let mut occluded = Vec::new();
+                        accel.occluded(&batch, &Holes, &mut occluded);
+                        occluded
+                    };
+                    let one_by_one: Vec<bool> = rays.iter().flat_map(|&ray| occluded(&[ray])).collect();
+                    assert_eq!(occluded(rays), one_by_one, "{context}");
+                }
+            }
+        }
+    }
+}
+
 /// The triangle that a segment starts on does not occlude it, in world and instanced BVHs; a coincident one does, and so
 /// does the same triangle of another instance.
 #[test]
