@@ -4,6 +4,7 @@ use crate::accel::bvh::scene_bvh::SceneBvh;
 use crate::accel::packet::{self, PacketScratch};
 use crate::accel::packet_splitter::{PacketSplitter, can_trace_packet};
 use crate::accel::ray_batch::{HitBatch, HitFilter, RayBatch};
+use crate::accel::ray_spread::TriangleDensity;
 use crate::accel::single_ray_tracer::SingleRayTracer;
 use crate::accel::stream::{ClosestHitStream, Streams};
 use crate::simd::{Simd, SimdKernel};
@@ -28,9 +29,12 @@ impl SimdKernel for IntersectKernel<'_> {
         let mut tracer = SingleRayTracer::new(bvh);
         let mut scratch = PacketScratch::take();
         let mut streams = Streams::default();
+        let density = TriangleDensity::new(bvh);
         let mut splitter = PacketSplitter::new(rays.len());
         while let Some(range) = splitter.pop() {
-            let as_packet = rays.source.is_empty() && can_trace_packet(bvh, rays.coherence, range.len());
+            let as_packet = rays.source.is_empty()
+                && can_trace_packet(bvh, rays.coherence, range.len())
+                && !density.are_spread(rays, range.clone());
             let worlds_traced = as_packet && {
                 let hits = &mut hits[range.clone()];
                 let range = range.clone();

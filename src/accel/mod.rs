@@ -12,9 +12,9 @@
 //!
 //! 1. [`Accel::intersect`] runs the `IntersectKernel` (`intersect.rs`) at a SIMD level. A `PacketSplitter` splits the
 //!    batch into ranges of up to 256 rays.
-//! 2. Rays of a range that share an origin or a direction traverse the world BVHs as a ray packet (`packet/`). Other
-//!    rays, and all rays in the TLAS, are traced as ray streams of up to 1024 rays (`stream/`); fewer than eight of them
-//!    one by one, by `SingleRayTracer::trace`.
+//! 2. Rays of a range that share an origin or a direction traverse the world BVHs as a ray packet (`packet/`), unless many
+//!    triangles lie between them (`ray_spread.rs`). Other rays, and all rays in the TLAS, are traced as ray streams of up
+//!    to 1024 rays (`stream/`); fewer than eight of them one by one, by `SingleRayTracer::trace`.
 //! 3. A single ray enters a BVH by `Blas::traverse`, or by `Tlas::traverse`, which transforms it into the frames of the
 //!    instances that it reaches and continues in their BLASes.
 //! 4. `Bvh8::traverse_closest` visits nodes front to back (`traverse/bvh8_traversal.rs`). A `SimdNodeTest` tests the
@@ -54,6 +54,7 @@ mod occlusion;
 mod packet;
 mod packet_splitter;
 mod ray_batch;
+mod ray_spread;
 mod report;
 mod settings;
 mod single_ray_tracer;

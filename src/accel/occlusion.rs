@@ -7,6 +7,7 @@ use crate::accel::bvh::scene_bvh::SceneBvh;
 use crate::accel::packet::{self, PACKET_SIZE, PacketOcclusion, PacketScratch};
 use crate::accel::packet_splitter::{PacketSplitter, can_trace_packet};
 use crate::accel::ray_batch::{Coherence, HitFilter, ShadowRayBatch};
+use crate::accel::ray_spread::TriangleDensity;
 use crate::accel::single_ray_tracer::SingleRayTracer;
 use crate::accel::stream::{AnyHitStream, STREAM_RAYS, Streams};
 use crate::accel::traverse::translucent_hits::Transmittance;
@@ -72,9 +73,12 @@ impl<A: ShadowRayAnswer> SimdKernel for ShadowRayKernel<'_, A> {
         let transmittances = vec![Transmittance::default(); collected(STREAM_RAYS)];
         let tracer = &mut tracer;
         let mut batch = StreamBatch { bvh, rays, filter, out, t_max, tracer, transmittances };
+        let density = TriangleDensity::new(bvh);
         let mut splitter = PacketSplitter::new(rays.len());
         while let Some(range) = splitter.pop() {
-            if !can_trace_packet(bvh, rays.coherence, range.len()) {
+            let as_packet = can_trace_packet(bvh, rays.coherence, range.len())
+                && !density.are_shadow_rays_spread(rays, range.clone());
+            if !as_packet {
                 batch.trace_later::<S>(range, &mut streams);
                 continue;
             }
