@@ -1,5 +1,6 @@
 //! Adds the highlights of physical materials to the light of a light source.
 
+use crate::geometry::Rgb;
 use crate::integrator::direct_light::IncidentLight;
 use crate::integrator::surface::highlights::HighlightLobes;
 use crate::integrator::surface::point_block::PointBlock;
@@ -58,6 +59,10 @@ fn add_lobes(
     for i in 0..LANES {
         let [n, l, v] = [&directions.n, &directions.l, &directions.v].map(|of| vec3(of, i));
         [lobe[i], weight[i]] = lobes.evaluate(i, n, l, v, light.n_dot_l[i]);
+        let reflectance: Rgb = vec3(&lobes.f0, i) + vec3(&lobes.rise, i) * weight[i];
+        let reflected = lobe[i] * (reflectance.element_sum() * (1.0 / 3.0));
+        let max = block.highlights.max_share[i] * light.n_dot_l[i];
+        lobe[i] = if reflected > max { lobe[i] * (max / reflected) } else { lobe[i] };
     }
     for c in 0..3 {
         for i in 0..LANES {

@@ -17,6 +17,7 @@ mod flow;
 mod frame;
 mod gather;
 mod ground_plane;
+mod highlight_limits;
 mod layer_lanes;
 mod layer_split;
 mod lobe_light;
@@ -36,6 +37,7 @@ mod secondary_rays;
 mod shading_batch;
 mod shadow_rays;
 mod surface;
+mod transmitted_highlights;
 mod visibility;
 
 use crate::geometry::Rgba;

@@ -79,7 +79,7 @@ pub(crate) struct SecondaryRay {
     /// Share that the light of an escaping ray has: `weight`, without that of the ray's direction in its lobe under a uniform
     /// environment, which then adds no noise.
     pub escape_weight: Rgb,
-    /// Maximum light of surfaces that the ray adds to its parent, by colour channel.
+    /// Maximum light of surfaces that the ray adds to its parent, the brightest channel.
     pub max_light: f32,
     pub escape: Escape,
     /// The environment's light over the whole lobe that the ray is one direction of, if nothing hid it, as the parent's.
@@ -134,14 +134,20 @@ pub(crate) struct PathLight {
     pub transmittance: Rgb,
 }
 
-/// Maximum light that one secondary ray adds to a picture, by colour channel. A highlight of a small light seen in a rough
+/// Maximum radiance of surfaces that a secondary ray brings, the mean of the channels. A highlight of a small light seen in a rough
 /// surface is brighter, and rare: it would be a firefly, a white dot.
-pub(crate) const MAX_CONTRIBUTION: f32 = 10.0;
+pub(crate) const MAX_RADIANCE: f32 = 10.0;
+
+/// Radiance of which three channels have a finite sum.
+const MAX_CHANNEL: f32 = 1e38;
 
 impl SecondaryRay {
     /// The light of the surfaces along the ray, as the parent's. Clamps fireflies.
     fn surface_light(&self, found: PathLight) -> Rgb {
-        let light = found.radiance * self.weight;
+        let radiance = found.radiance.min(Rgb::splat(MAX_CHANNEL));
+        let mean = radiance.element_sum() / 3.0;
+        let radiance = if mean > MAX_RADIANCE { radiance * (MAX_RADIANCE / mean) } else { radiance };
+        let light = radiance * self.weight;
         let brightest = light.max_element();
         if brightest > self.max_light { light * (self.max_light / brightest) } else { light }
     }

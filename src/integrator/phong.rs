@@ -32,6 +32,7 @@ use crate::integrator::compositor::Compositor;
 use crate::integrator::direct_light::IncidentLight;
 use crate::integrator::frame::Frame;
 use crate::integrator::gather::gather_points;
+use crate::integrator::highlight_limits::limit_highlights;
 use crate::integrator::layer_split::apply_specular_layers;
 use crate::integrator::material::coefficients::Coefficients;
 use crate::integrator::microfacet_highlights::add_highlights;
@@ -46,6 +47,7 @@ use crate::integrator::shadow_rays::{ShadowBuffers, ShadowRay, apply_visibility,
 use crate::integrator::surface::point_block::PointBlock;
 use crate::integrator::surface::points_soa::PointsSoa;
 use crate::integrator::surface::soa::LANES;
+use crate::integrator::transmitted_highlights::add_transmitted_highlights;
 use crate::scene::PosedLight;
 use crate::simd::AutovecKernel;
 
@@ -135,6 +137,9 @@ impl Phong {
                 base_radiance,
             );
             self.shade(frame, &mut batch, compositor.rays.states, stream, shadow);
+            if reflections_enabled {
+                add_transmitted_highlights(frame, &compositor, &mut batch, stream, shadow);
+            }
             spawn_rays(frame, &compositor, &mut batch, stream, &mut next.wave);
             let continues = compositor.composite(frame, &batch);
             batch.recycle(buffers);
@@ -181,6 +186,9 @@ impl Phong {
         if is_full_model {
             batch.soa.compute_view_dirs(frame.simd());
             apply_specular_layers(frame, batch);
+            if stream.wave > 0 {
+                limit_highlights(frame, batch);
+            }
             if let Some(settings) = frame.ambient_occlusion {
                 occlude_ambient(frame, settings, batch, states, stream, shadow);
             }

@@ -4,13 +4,14 @@ use glam::DVec3;
 
 use crate::geometry::Rgb;
 use crate::integrator::block_lobes::{STRONG_IMPORTANCE, survival};
+use crate::integrator::environment_occlusion::LOOKUP_SHARE;
 use crate::integrator::frame::Frame;
 use crate::integrator::lobe_light::{LightReceiver, LobeLight, LobeRequest};
 use crate::integrator::lobe_samples::{LobeSamples, SAMPLE_LANES, SampleLobes, SampledLobes};
 use crate::integrator::material::directional_albedo::COAT_F0;
 use crate::integrator::material::ggx::NARROW_ALPHA;
 use crate::integrator::material::ggx_lobe::Lobe;
-use crate::integrator::paths::{Escape, MAX_CONTRIBUTION, PathState, PathStates, SecondaryRay, Wave};
+use crate::integrator::paths::{Escape, PathState, PathStates, SecondaryRay, Wave};
 use crate::integrator::sample::{SampleDimension, SampleStream};
 use crate::integrator::shading_batch::ShadingBatch;
 use crate::integrator::surface::soa::{dvec3, vec3};
@@ -248,10 +249,10 @@ impl RayMaker<'_, '_> {
         // Surfaces seen in a weak lobe count at most as much as the environment that they hide: a lamp would be a white dot.
         let max_light = match environment {
             Some(_) if survival < 1.0 => (samples.filtered_light[lane] * arrives * weight).max_element(),
-            _ => MAX_CONTRIBUTION,
+            _ => f32::INFINITY,
         };
         let (origin, source) = self.batch.offset_origin(point, direction);
-        let solid_angle = samples.solid_angle[lane];
+        let solid_angle = samples.solid_angle[lane] * LOOKUP_SHARE as f32;
         let state = PathState {
             origin,
             width: state.width_at(vec3(&block.p, block_lane)),

@@ -11,9 +11,10 @@ use std::f32::consts::PI;
 
 use glam::{DVec3, Vec3};
 
-use crate::geometry::{Rgb, offset_ray_origin};
+use crate::geometry::Rgb;
 use crate::integrator::block_lobes::BlockLobes;
 use crate::integrator::compositor::Compositor;
+use crate::integrator::environment_occlusion::LOOKUP_SHARE;
 use crate::integrator::frame::Frame;
 use crate::integrator::lobe_light::{LightReceiver, LobeLight};
 use crate::integrator::lobe_samples::mirrored_to_side;
@@ -22,7 +23,7 @@ use crate::integrator::material::fresnel::fresnel_dielectric;
 use crate::integrator::material::ggx::SMOOTH_GLASS_ALPHA;
 use crate::integrator::material::ggx_lobe::Lobe;
 use crate::integrator::media::{Crossing, MediumStack};
-use crate::integrator::paths::{Escape, MAX_CONTRIBUTION, PathState, PathStates, SecondaryRay, Wave};
+use crate::integrator::paths::{Escape, PathState, PathStates, SecondaryRay, Wave};
 use crate::integrator::reflection_rays::{ReflectionRays, Spawned};
 use crate::integrator::sample::{SampleDimension, SampleStream};
 use crate::integrator::shading_batch::ShadingBatch;
@@ -168,9 +169,9 @@ impl<'a, 's> PathVertex<'a, 's> {
         } else {
             (fresnel_dielectric(cos, eta) as f32) * self.k.layers.dielectric_f90.min(1.0)
         };
-        // The change of the normal across the ray cone, and the part of the microfacets' normals that this path stands for.
-        let count = self.stream.sampler.count.max(1) as f32;
-        let normal_change = self.normal_change + self.k.layers.alpha * (PI / count).sqrt();
+        // The change of the normal across the ray cone, and of the microfacets' normals.
+        let share = LOOKUP_SHARE as f32 / self.stream.sampler.count.max(1) as f32;
+        let normal_change = self.normal_change + self.k.layers.alpha * (PI * share).sqrt();
         let [u_reflected, u_refracted] = self.stream.get_2d(self.path(), SampleDimension::Roulette);
         let reflected = DielectricRay {
             direction: m * (2.0 * self.v.dot(m)) - self.v,
@@ -183,7 +184,7 @@ impl<'a, 's> PathVertex<'a, 's> {
         if reflectance < 1.0 {
             let refracted = DielectricRay {
                 direction: refract(self.v, m, cos, eta),
-                weight: self.surface_tint() * (self.k.transmission_weight * (1.0 - reflectance)),
+                weight: self.k.surface_tint() * (self.k.transmission_weight * (1.0 - reflectance)),
                 is_refracted: true,
                 media: crossing.behind,
                 spread: self.state.spread + (eta as f32 - 1.0).abs() * normal_change,
@@ -201,12 +202,6 @@ impl<'a, 's> PathVertex<'a, 's> {
         }
         let u = self.stream.get_2d(self.path(), SampleDimension::Reflection).map(f64::from);
         Lobe { n: self.n, v: self.v, alpha: f64::from(alpha), f0: 1.0 }.sample_normal(u)
-    }
-
-    /// The tint of one surface of a body: the square root, because light passes two of them.
-    fn surface_tint(&self) -> Rgb {
-        let color = (self.k.k_t / self.k.transmission_weight).max(Rgb::ZERO);
-        Rgb::new(color.x.sqrt(), color.y.sqrt(), color.z.sqrt())
     }
 
     /// Spawns a ray, or returns the environment's light in its direction instead.
@@ -235,7 +230,11 @@ impl<'a, 's> PathVertex<'a, 's> {
             None => Escape::Radiance(Rgb::ZERO),
         };
         let state = PathState {
-            origin: self.origin_on_side(is_refracted),
+            origin: if is_refracted {
+                self.batch.origin_behind(self.i)
+            } else {
+                self.batch.origin_in_front(self.i)
+            },
             width: self.state.width_at(self.p),
             spread,
             media,
@@ -248,7 +247,7 @@ impl<'a, 's> PathVertex<'a, 's> {
             parent,
             weight,
             escape_weight: weight,
-            max_light: MAX_CONTRIBUTION,
+            max_light: f32::INFINITY,
             escape,
             unoccluded: None,
             direction,
@@ -267,17 +266,6 @@ impl<'a, 's> PathVertex<'a, 's> {
         }
         let survival = importance / threshold;
         (u < survival).then(|| Survivor { weight: weight / survival, importance: threshold })
-    }
-
-    /// The origin of a ray on the viewer's side of the triangle, or behind it: clear of the error bound of the point.
-    fn origin_on_side(&self, behind: bool) -> Vec3 {
-        let (block, lane) = self.batch.soa.lane(self.i);
-        let origin = vec3(&block.ray_origin, lane);
-        if !behind {
-            return origin;
-        }
-        let n_g = -self.n_g.as_vec3();
-        offset_ray_origin(self.p - (origin - self.p), Vec3::ZERO, n_g, n_g)
     }
 }
 

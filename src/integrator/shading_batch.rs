@@ -4,7 +4,7 @@ use std::ops::Range;
 
 use glam::{DVec3, Vec3};
 
-use crate::geometry::{HitId, Rgb};
+use crate::geometry::{HitId, Rgb, offset_ray_origin};
 use crate::integrator::material::coefficients::Coefficients;
 use crate::integrator::surface::hits_by_triangle::HitsByTriangle;
 use crate::integrator::surface::points_soa::PointsSoa;
@@ -129,6 +129,20 @@ impl ShadingBatch<'_> {
         let origin = vec3(&block.ray_origin, lane);
         let offset = vec3(&block.terminator_offset, lane);
         (offset_to_smooth_surface(origin, offset, cos), self.excluded_triangle(i, cos > 0.0))
+    }
+
+    /// Origin of a ray that leaves point `i` on the viewer's side of its triangle: clear of the error bound of the point.
+    pub fn origin_in_front(&self, i: usize) -> Vec3 {
+        let (block, lane) = self.soa.lane(i);
+        vec3(&block.ray_origin, lane)
+    }
+
+    /// Origin of a ray that leaves point `i` behind its triangle.
+    pub fn origin_behind(&self, i: usize) -> Vec3 {
+        let (block, lane) = self.soa.lane(i);
+        let p: Vec3 = vec3(&block.p, lane);
+        let n_g = -dvec3(&block.n_g, lane).as_vec3();
+        offset_ray_origin(p - (self.origin_in_front(i) - p), Vec3::ZERO, n_g, n_g)
     }
 
     /// The triangle that a ray from point `i` must not hit: its own, if the ray leaves it on the front (n_g·l > 0). Light

@@ -48,7 +48,7 @@ pub(crate) fn trace_visibility(
     if frame.lights[light_index].radius > 0.0 {
         trace_area_light(frame, light_index, batch, stream, buffers);
     } else {
-        trace_point_light(frame, light_index, batch, buffers);
+        trace_centre_visibility(frame, light_index, batch, buffers);
     }
 }
 
@@ -61,8 +61,13 @@ pub(crate) fn apply_visibility(batch: &mut ShadingBatch, buffers: &ShadowBuffers
     }
 }
 
-/// Sharp shadows of a light without extent.
-fn trace_point_light(frame: &Frame, light_index: usize, batch: &ShadingBatch, buffers: &mut ShadowBuffers) {
+/// Traces the shadow rays to the centre of a light and stores their visibility: the sharp shadows of a light without extent.
+pub(crate) fn trace_centre_visibility(
+    frame: &Frame,
+    light_index: usize,
+    batch: &ShadingBatch,
+    buffers: &mut ShadowBuffers,
+) {
     let light = &frame.lights[light_index];
     let ShadowBuffers { rays, traced_rays, .. } = buffers;
     traced_rays.clear();

@@ -45,6 +45,13 @@ impl Coefficients {
             layers: SpecularLayers::NONE,
         }
     }
+
+    /// The tint of one surface of a body of glass: the square root, because light passes two of them. For a
+    /// `transmission_weight` above 0.
+    pub(crate) fn surface_tint(&self) -> Rgb {
+        let color = (self.k_t / self.transmission_weight).max(Rgb::ZERO);
+        Rgb::new(color.x.sqrt(), color.y.sqrt(), color.z.sqrt())
+    }
 }
 
 /// Coefficients set for every material, in place of the material's own.

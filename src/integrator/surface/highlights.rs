@@ -10,7 +10,7 @@ use crate::integrator::material::highlight_lobe::highlight_lobe;
 use crate::integrator::surface::soa::{HIT_LANES, LANES, LaneArray, LaneArray3, ZERO3_F32, set3, vec3};
 
 /// Smallest α of highlights. Light sources have no size, and so no image in a mirror: narrower lobes fade out.
-const MIN_HIGHLIGHT_ALPHA: f32 = 0.01;
+pub(crate) const MIN_HIGHLIGHT_ALPHA: f32 = 0.01;
 
 /// The lobes of the points of a block.
 #[derive(Clone)]
@@ -20,6 +20,8 @@ pub(crate) struct Highlights {
     /// True if any point has a coat.
     pub any_coat: bool,
     pub facets: HighlightLobes,
+    /// Maximum of reflected light over irradiance, the mean of the channels. Infinite where the eye sees the points.
+    pub max_share: [f32; LANES],
     /// Set if any point has a coat.
     pub coats: HighlightLobes,
 }
@@ -61,12 +63,18 @@ impl HighlightLobes {
 
 impl Highlights {
     /// No highlights.
-    pub const ZERO: Highlights =
-        Highlights { points: 0, any_coat: false, facets: HighlightLobes::ZERO, coats: HighlightLobes::ZERO };
+    pub const ZERO: Highlights = Highlights {
+        points: 0,
+        any_coat: false,
+        max_share: [f32::INFINITY; LANES],
+        facets: HighlightLobes::ZERO,
+        coats: HighlightLobes::ZERO,
+    };
 
     /// Removes all highlights.
     pub fn clear(&mut self) {
         self.points = 0;
+        self.max_share = [f32::INFINITY; LANES];
     }
 
     /// Sets the highlights of all points, whose microfacets have these lobes.

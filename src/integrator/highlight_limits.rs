@@ -1,0 +1,54 @@
+//! Limits of the highlights that other surfaces show: one of a small light source would be a white dot.
+
+use crate::geometry::Rgb;
+use crate::integrator::direct_light::IncidentLight;
+use crate::integrator::frame::Frame;
+use crate::integrator::paths::MAX_RADIANCE;
+use crate::integrator::shading_batch::ShadingBatch;
+use crate::integrator::surface::points_soa::PointsSoa;
+use crate::integrator::surface::soa::{LANES, vec3};
+use crate::scene::PosedLight;
+use crate::simd::AutovecKernel;
+
+/// Limits the highlights of the points of a batch that secondary rays have hit: all together to [`MAX_RADIANCE`], and each to
+/// the share that its light source has of the irradiance.
+pub(crate) fn limit_highlights(frame: &Frame, batch: &mut ShadingBatch) {
+    frame.simd().run(LimitHighlights { points: &mut batch.soa, lights: &frame.lights });
+}
+
+/// [`limit_highlights`].
+struct LimitHighlights<'a> {
+    points: &'a mut PointsSoa,
+    lights: &'a [PosedLight],
+}
+
+impl AutovecKernel for LimitHighlights<'_> {
+    #[inline(always)]
+    fn run(self) {
+        let mut incident = IncidentLight::ZERO;
+        for (block, _) in self.points.blocks_mut() {
+            if block.highlights.points == 0 {
+                continue;
+            }
+            let mut irradiance = [0.0; LANES];
+            for light in self.lights {
+                incident.evaluate(&light.light_eval(), light.intensity, block);
+                for i in 0..LANES {
+                    let of_light: Rgb = vec3(&incident.irradiance, i);
+                    // 0 where n·l ≤ 0, and n·l may be NaN there.
+                    let sum = of_light.element_sum();
+                    irradiance[i] += if sum > 0.0 { sum * incident.n_dot_l[i] } else { 0.0 };
+                }
+            }
+            for i in 0..LANES {
+                block.highlights.max_share[i] = max_share(irradiance[i] / 3.0);
+            }
+        }
+    }
+}
+
+/// The maximum of reflected light over irradiance, given the irradiance of all light sources: the mean of the channels.
+#[inline(always)]
+pub(crate) fn max_share(irradiance: f32) -> f32 {
+    MAX_RADIANCE / irradiance.min(f32::MAX)
+}
