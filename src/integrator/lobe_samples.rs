@@ -173,7 +173,7 @@ mod tests {
         let alpha = [0.0, 0.001, 0.02, 0.3, 1.0][i % 5];
         let angle = 0.1 * i as f64;
         let v = DVec3::new(angle.sin(), angle.cos(), 0.0);
-        Lobe { n: DVec3::Y, v, alpha, f0: if i % 2 == 0 { 0.04 } else { 0.9 } }
+        Lobe { n: DVec3::Y, v, alpha, f0: [0.04, 0.9][i % 2] }
     }
 
     fn sample(simd: SimdLevel, environment: &Environment, u: [f32; 2]) -> LobeSamples {
