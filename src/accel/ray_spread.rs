@@ -1,4 +1,4 @@
-//! How far apart the rays of a batch are, in triangles.
+//! Distance between the rays of a batch, in triangles.
 //!
 //! Where many triangles lie between neighbouring rays, hardly two rays of a packet visit the same leaf: its groups are nearly
 //! empty below the upper nodes, and a ray stream is faster.

@@ -200,7 +200,7 @@ impl WaitingLobes {
     }
 }
 
-/// What rays are made from besides their lobes.
+/// Parts of rays besides their lobes.
 struct RayMaker<'a, 's> {
     frame: &'a Frame<'a>,
     states: PathStates<'a>,

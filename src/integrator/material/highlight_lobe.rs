@@ -79,7 +79,7 @@ mod tests {
         [lobe, (1.0 - v.dot(h)).powi(5)]
     }
 
-    /// Of the lobe's height: π D is at most 1/α².
+    /// Relative to the height of the lobe: π D is at most 1/α².
     #[test]
     fn f32_is_exact_to_a_ten_thousandth() {
         let n = DVec3::new(0.36, 0.48, 0.8);
