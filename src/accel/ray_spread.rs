@@ -12,11 +12,8 @@ use crate::accel::bvh::blas::Blas;
 use crate::accel::bvh::scene_bvh::SceneBvh;
 use crate::accel::ray_batch::{Coherence, RayBatch, ShadowRayBatch};
 
-/// Eye rays with more triangles for each of them than this are faster as streams.
-const MAX_EYE_SPREAD: f32 = 4.0;
-
-/// Shadow rays with more triangles for each of them than this are faster as streams.
-const MAX_SHADOW_SPREAD: f32 = 4.0;
+/// Rays with more triangles for each of them than this are faster as streams.
+const MAX_SPREAD: f32 = 4.0;
 
 /// Fewer rays are too few for a stream.
 const MIN_RAYS: usize = 64;
@@ -60,13 +57,13 @@ impl TriangleDensity {
             }
             _ => self.spread(range, |ray| rays.origins[ray]),
         };
-        spread > MAX_EYE_SPREAD
+        spread > MAX_SPREAD
     }
 
     /// Returns true if the shadow rays `range` of a batch are so far apart that a stream is faster than a packet.
     #[inline(always)]
     pub fn are_shadow_rays_spread(&self, rays: &ShadowRayBatch, range: Range<usize>) -> bool {
-        self.spread(range, |ray| rays.from[ray]) > MAX_SHADOW_SPREAD
+        self.spread(range, |ray| rays.from[ray]) > MAX_SPREAD
     }
 
     /// Estimates the number of triangles for each ray of a range, from points that the rays pass. Any number where points
