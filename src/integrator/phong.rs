@@ -20,7 +20,8 @@
 //! 5. [`spawn_rays`] lists the rays that reflecting and refracting points spawn, and adds the environment's light where no
 //!    ray is needed.
 //! 6. [`Compositor`] adds the points' light to their paths. Rays continue behind transparent surfaces: back to step 2.
-//! 7. [`Phong::trace`] traces the rays of step 5 in the same way, as the next [`Wave`](crate::integrator::paths::Wave), and adds what they find.
+//! 7. [`Phong::trace`] traces the rays of step 5 in the same way, as the next
+//!    [`Wave`](crate::integrator::paths::Wave), and adds what they find.
 //! 8. `render::tiles` averages the samples of a pixel, and `render::film` collects the tiles.
 
 use glam::DVec3;

@@ -200,7 +200,7 @@ impl WaitingLobes {
     }
 }
 
-/// Parts of rays besides their lobes.
+/// The frame, the paths and the points that rays of lobes are made from.
 struct RayMaker<'a, 's> {
     frame: &'a Frame<'a>,
     states: PathStates<'a>,

@@ -5,6 +5,9 @@ use glam::{DVec3, Vec3};
 /// Smallest cosine between normal and viewer.
 const MIN_COS: f32 = 1e-3;
 
+/// Smallest difference from 1 of the ratio of two indices of refraction that scatters light.
+const MIN_ETA_STEP: f64 = 1e-3;
+
 /// π D G₂ / (4 n·v) of a GGX lobe, and Schlick's weight of the half vector h = (v + l)/‖v + l‖. The first times the reflectance
 /// F and the lecture's irradiance I/r² is the reflected light: the factor n·l is in it, and π because the lecture's
 /// coefficients leave out 1/π.
@@ -52,9 +55,6 @@ pub(crate) fn transmitted_lobe(n: DVec3, l: DVec3, v: DVec3, a2: f64, eta: f64) 
     let lobe = a2 / (d * d * (1.0 + lambda_l + lambda_v)) * v_h * -l_h * eta * eta / (n_v * step * step);
     [lobe, v_h]
 }
-
-/// Smallest difference of two indices of refraction, as a ratio, that scatters light.
-const MIN_ETA_STEP: f64 = 1e-3;
 
 #[cfg(test)]
 mod tests {
