@@ -13,7 +13,7 @@ use crate::cli::plan::camera_name;
 use crate::cli::run::metering::ResolvedExposure;
 use crate::scene::{Orbit, Scene};
 
-/// Least samples of adaptive sampling.
+/// Minimum number of samples for adaptive sampling.
 const ADAPTIVE_SAMPLES: u32 = 5;
 
 /// The scene and the command line, which flags depend on beside the state.
@@ -21,8 +21,8 @@ pub struct FlagContext<'a> {
     pub start: &'a StartFlags,
     pub scene: &'a Scene,
     pub patterns: &'a HidePatterns,
-    /// A length beyond the scene, in metres.
-    pub reach: f64,
+    /// Diameter of the scene's bounding sphere in metres.
+    pub scene_diameter: f64,
 }
 
 impl FlagContext<'_> {
@@ -167,13 +167,13 @@ impl FlagContext<'_> {
                 }
                 Ok(vec![format!("--camera={}", camera_name(self.scene, index))])
             }
-            CameraState::Orbit(orbit) => Ok(orbit_flags(orbit, self.reach)),
+            CameraState::Orbit(orbit) => Ok(orbit_flags(orbit, self.scene_diameter)),
         }
     }
 }
 
-/// The flags of a camera on a sphere. `reach` is a length beyond the scene.
-fn orbit_flags(orbit: &OrbitState, reach: f64) -> Vec<String> {
+/// The flags of a camera on a sphere.
+fn orbit_flags(orbit: &OrbitState, scene_diameter: f64) -> Vec<String> {
     let OrbitState { target, azimuth, elevation, distance, yfov, projection, height } = orbit;
     match projection {
         ProjectionState::Perspective => vec![
@@ -187,7 +187,7 @@ fn orbit_flags(orbit: &OrbitState, reach: f64) -> Vec<String> {
                 Orbit { azimuth: azimuth.to_radians(), elevation: elevation.to_radians(), distance: None };
             let basis = angles.basis();
             // An eye inside of the scene would not see what is behind it.
-            let eye = DVec3::from_array(*target) + basis.w * distance.max(reach);
+            let eye = DVec3::from_array(*target) + basis.w * distance.max(scene_diameter);
             vec![
                 format!("--view-point={}", vector(eye.to_array())),
                 format!("--view-dir={}", vector((-basis.w).to_array())),

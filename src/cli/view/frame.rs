@@ -6,7 +6,7 @@ use std::time::{Duration, Instant};
 use anyhow::{Result, bail};
 use serde_json::{Value, json};
 
-use super::stage::Stage;
+use super::view_scene::ViewScene;
 use crate::cancellation::CancelToken;
 use crate::cli::args::values::AoArg;
 use crate::cli::plan::{OutputKind, PlannedFrame, RenderPlan};
@@ -19,11 +19,11 @@ use crate::display::Background;
 use crate::output::{BitDepth, ImageFormat, Picture};
 use crate::scene::{Camera, Projection};
 
-/// Quality of the JPEG files of frames that others follow.
+/// JPEG quality of all frames but the last.
 const DRAFT_QUALITY: u8 = 82;
-/// Most reflections along a path in coarse frames.
+/// Maximum number of reflections along a path in coarse frames.
 const DRAFT_BOUNCES: u8 = 1;
-/// Most rays of ambient occlusion in coarse frames.
+/// Maximum number of ambient occlusion rays in coarse frames.
 const DRAFT_OCCLUSION: u32 = 2;
 
 /// Size and samples of a frame.
@@ -71,12 +71,12 @@ impl Frame {
     }
 }
 
-/// Renders a frame of the picture that `plan` describes. `stage` shows its parts.
+/// Renders a frame of the picture that `plan` describes. `view_scene` shows its parts.
 ///
 /// # Errors
 /// The plan does not suit the scene, or it is cancelled.
 pub fn render_frame(
-    stage: &mut Stage,
+    view_scene: &mut ViewScene,
     plan: &RenderPlan,
     path: &Path,
     quality: Quality,
@@ -86,7 +86,7 @@ pub fn render_frame(
     let planned = planned_frame(plan)?;
     let reporter = quiet_reporter();
     let log = SceneLog::new(&reporter, path, false).collecting();
-    let frame = stage.with_poses(|scene, poses| {
+    let frame = view_scene.with_poses(|scene, poses| {
         memory_estimate::check(plan, scene, 1)?;
         let session = RenderSession::from_start(plan, scene, &log, &mut poses.start, cancel)?;
         let posed = poses.at(&session.setup, planned.time)?;

@@ -9,10 +9,10 @@ use super::outbox::Outbox;
 use super::quality::NextFrame;
 use crate::cancellation::CancelToken;
 
-/// Number of times that other viewers may interrupt a frame that is refined, unless it takes long.
+/// Maximum number of times that other viewers interrupt the refinement of a frame, unless it takes [`LONG_REFINEMENT`].
 const MAX_INTERRUPTIONS: u32 = 3;
-/// Time after which a frame is interrupted however often it was before.
-const LONG: Duration = Duration::from_secs(2);
+/// Frames that took this long are interrupted regardless of [`MAX_INTERRUPTIONS`].
+const LONG_REFINEMENT: Duration = Duration::from_secs(2);
 
 /// A viewer by its number.
 pub type ViewerId = u64;
@@ -199,8 +199,8 @@ impl Hub {
         self.lock().viewers.get(&id)?.message.clone()
     }
 
-    /// Waits for work and takes the next turn: viewers in the order of their numbers, beginning after the last; what was
-    /// asked for anew before what is refined.
+    /// Waits for work and takes the next turn: viewers in the order of their numbers, beginning after the last; new
+    /// requests before refinements.
     pub fn next_turn(&self) -> Turn {
         let mut state = self.lock();
         state.running = None;
@@ -246,7 +246,7 @@ impl Viewer {
         self.needs_scene || self.pick.is_some() || self.next.is_some()
     }
 
-    /// Returns true if nothing was shown yet of what the viewer asked for last.
+    /// Returns true if no frame of the viewer's newest request was shown yet.
     fn has_new_work(&self) -> bool {
         let is_refined = self.next.is_none_or(NextFrame::is_refinement);
         self.needs_scene || self.pick.is_some() || !is_refined
@@ -265,7 +265,7 @@ impl HubState {
         self.cancel(|running| {
             let viewer = self.viewers.get(&running.viewer);
             let is_spared = viewer.is_some_and(|viewer| viewer.interruptions >= MAX_INTERRUPTIONS);
-            running.is_refinement && (!is_spared || running.since.elapsed() > LONG)
+            running.is_refinement && (!is_spared || running.since.elapsed() > LONG_REFINEMENT)
         });
     }
 
@@ -397,7 +397,7 @@ mod tests {
         assert!(hub.is_busy(1) && !cancel.is_cancelled());
         // A long one gives way in the end.
         if let Some(running) = hub.lock().running.as_mut() {
-            running.since -= 2 * LONG;
+            running.since -= 2 * LONG_REFINEMENT;
         }
         assert!(hub.is_busy(0) && !cancel.is_cancelled());
         assert!(hub.is_busy(1) && cancel.is_cancelled());

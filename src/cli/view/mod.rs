@@ -18,15 +18,15 @@ mod quality;
 mod renderer;
 mod request;
 mod response;
+mod scene_cache;
 mod scene_message;
 mod server;
 mod socket;
-mod stage;
-mod stages;
 mod start_flags;
 mod start_state;
 mod state;
 mod token;
+mod view_scene;
 mod visibility;
 
 use std::ffi::OsString;

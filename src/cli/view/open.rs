@@ -15,7 +15,7 @@ const OPENER: &str = if cfg!(target_os = "macos") {
 } else {
     "xdg-open"
 };
-/// Time after which the browser has read the file.
+/// Time until the file is removed: the browser has read it by then.
 const KEPT: Duration = Duration::from_secs(30);
 
 /// Opens an address. It goes through a file that only this user can read: other users see the arguments of programs.

@@ -3,7 +3,7 @@
 use std::collections::VecDeque;
 use std::sync::{Arc, Mutex, MutexGuard};
 
-/// Most answers to picks that wait.
+/// Maximum number of waiting answers to picks.
 const MAX_PICKED: usize = 8;
 
 /// Messages that wait to be sent to a viewer.

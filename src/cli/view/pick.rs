@@ -5,7 +5,7 @@ use std::path::Path;
 use anyhow::{Context, Result};
 
 use super::frame::planned_frame;
-use super::stage::Stage;
+use super::view_scene::ViewScene;
 use crate::accel::RayBatch;
 use crate::cancellation::CancelToken;
 use crate::cli::plan::{BackFaceCulling, RenderPlan};
@@ -20,11 +20,17 @@ pub type Picked = (u32, [f64; 3]);
 ///
 /// # Errors
 /// The plan does not suit the scene.
-pub fn pick(stage: &mut Stage, plan: &RenderPlan, path: &Path, x: f64, y: f64) -> Result<Option<Picked>> {
+pub fn pick(
+    view_scene: &mut ViewScene,
+    plan: &RenderPlan,
+    path: &Path,
+    x: f64,
+    y: f64,
+) -> Result<Option<Picked>> {
     let planned = planned_frame(plan)?;
     let reporter = quiet_reporter();
     let log = SceneLog::new(&reporter, path, false);
-    stage.with_poses(|scene, poses| {
+    view_scene.with_poses(|scene, poses| {
         let cancel = CancelToken::default();
         let session = RenderSession::from_start(plan, scene, &log, &mut poses.start, &cancel)?;
         let frame = poses.at(&session.setup, planned.time)?;

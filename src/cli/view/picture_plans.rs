@@ -1,4 +1,4 @@
-//! Plans of the pictures of views, with what is remembered between pictures.
+//! Plans of pictures, with the exposures and the plan that later pictures reuse.
 
 use std::collections::HashMap;
 use std::ffi::OsString;
@@ -8,7 +8,7 @@ use anyhow::{Error, Result};
 
 use super::flags::FlagContext;
 use super::messages::ViewMessage;
-use super::stages::Stages;
+use super::scene_cache::SceneCache;
 use super::start_flags::StartFlags;
 use super::state::ExposureState;
 use super::visibility::HidePatterns;
@@ -18,7 +18,7 @@ use crate::cli::render_flags::render_plan;
 use crate::cli::run::metering::ResolvedExposure;
 use crate::cli::usage::UsageError;
 
-/// Most metered exposures that are remembered.
+/// Maximum number of metered exposures that are kept.
 const MAX_EXPOSURES: usize = 64;
 
 /// A picture as flags and as a plan.
@@ -35,8 +35,8 @@ pub struct PicturePlans {
     /// In bytes.
     pub max_memory: Option<u64>,
     pub patterns: HidePatterns,
-    /// A length beyond the scene, in metres.
-    pub reach: f64,
+    /// Diameter of the scene's bounding sphere in metres.
+    pub scene_diameter: f64,
     /// Exposures by the flags that they depend on.
     exposures: HashMap<Vec<OsString>, ResolvedExposure>,
     /// The last plan.
@@ -50,7 +50,7 @@ impl PicturePlans {
             start,
             max_memory,
             patterns: HidePatterns::default(),
-            reach: 1.0,
+            scene_diameter: 1.0,
             exposures: HashMap::new(),
             last: None,
         }
@@ -75,23 +75,23 @@ impl PicturePlans {
         self.last = None;
     }
 
-    /// The plan of a state. `stages` has the scene.
+    /// The plan of a state. `scenes` holds the scene.
     ///
     /// # Errors
     /// The state does not suit the scene, or the flags cannot be combined.
     pub fn plan(
         &mut self,
         message: &ViewMessage,
-        stages: &mut Stages,
+        scenes: &mut SceneCache,
         cancel: &CancelToken,
     ) -> Result<PicturePlan> {
-        let scene_flags = self.context(stages)?.scene_flags(&message.view)?;
+        let scene_flags = self.context(scenes)?.scene_flags(&message.view)?;
         let exposure = match message.view.exposure {
             ExposureState::Stops(_) => None,
-            ExposureState::Named(_) => Some(self.exposure(&scene_flags, stages, cancel)?),
+            ExposureState::Named(_) => Some(self.exposure(&scene_flags, scenes, cancel)?),
         };
         let metered = exposure.as_ref().filter(|exposure| exposure.is_metered);
-        let context = self.context(stages)?;
+        let context = self.context(scenes)?;
         let flags = context.picture_flags(&scene_flags, &message.view, message.size, metered)?;
         if let Some(last) = self.last.as_ref().filter(|last| last.flags == flags) {
             return Ok(last.clone());
@@ -101,22 +101,22 @@ impl PicturePlans {
         Ok(picture)
     }
 
-    fn context<'a>(&'a self, stages: &'a Stages) -> Result<FlagContext<'a>> {
-        let PicturePlans { start, patterns, reach, .. } = self;
-        Ok(FlagContext { start, patterns, scene: stages.scene()?, reach: *reach })
+    fn context<'a>(&'a self, scenes: &'a SceneCache) -> Result<FlagContext<'a>> {
+        let PicturePlans { start, patterns, scene_diameter, .. } = self;
+        Ok(FlagContext { start, patterns, scene: scenes.scene()?, scene_diameter: *scene_diameter })
     }
 
     fn exposure(
         &mut self,
         flags: &[OsString],
-        stages: &mut Stages,
+        scenes: &mut SceneCache,
         cancel: &CancelToken,
     ) -> Result<ResolvedExposure> {
         if let Some(known) = self.exposures.get(flags) {
             return Ok(*known);
         }
         let plan = self.parse(flags.to_vec()).map_err(to_error)?;
-        let exposure = stages.show(&plan, &self.path, cancel)?.exposure(&plan, &self.path, cancel)?;
+        let exposure = scenes.show(&plan, &self.path, cancel)?.exposure(&plan, &self.path, cancel)?;
         if self.exposures.len() >= MAX_EXPOSURES {
             self.exposures.clear();
         }

@@ -15,11 +15,11 @@ use super::outbox::{FrameMessage, Outbox};
 use super::pick::pick;
 use super::picture_plans::{PicturePlan, PicturePlans};
 use super::quality::NextFrame;
+use super::scene_cache::SceneCache;
 use super::scene_message;
-use super::stage::Stage;
-use super::stages::Stages;
 use super::start_state::start_state;
 use super::state::{CameraState, ViewState};
+use super::view_scene::ViewScene;
 use super::visibility::HidePatterns;
 use crate::cancellation::CancelToken;
 use crate::cli::console::{print_error, scene_error, single_line};
@@ -35,7 +35,7 @@ const FIRST_QUALITY: Quality = Quality::Coarse { width: 96, height: 54 };
 pub struct Renderer {
     hub: Arc<Hub>,
     plans: PicturePlans,
-    stages: Stages,
+    scenes: SceneCache,
     description: Description,
     watched: Arc<Mutex<WatchedFiles>>,
     generation: u64,
@@ -57,11 +57,11 @@ impl Renderer {
     /// The scene cannot be loaded, or the options do not suit it.
     pub fn new(hub: Arc<Hub>, mut plans: PicturePlans) -> Result<Renderer> {
         let before = WatchedFiles::new(option_files(&plans));
-        let (stages, description) = load(&mut plans, 0)?;
-        let watched = before.with(watched_files(&plans, stages.scene()?));
+        let (scenes, description) = load(&mut plans, 0)?;
+        let watched = before.with(watched_files(&plans, scenes.scene()?));
         let watched = Arc::new(Mutex::new(watched));
         let mut renderer =
-            Renderer { hub, plans, stages, description, watched, generation: 0, first_cost: 0.0 };
+            Renderer { hub, plans, scenes, description, watched, generation: 0, first_cost: 0.0 };
         let message = ViewMessage {
             serial: 0,
             moving: false,
@@ -151,10 +151,10 @@ impl Renderer {
         quality: Quality,
         cancel: &CancelToken,
     ) -> Result<(PicturePlan, Frame)> {
-        let picture = self.plans.plan(message, &mut self.stages, cancel)?;
+        let picture = self.plans.plan(message, &mut self.scenes, cancel)?;
         let path = &self.plans.path;
-        let stage = self.stages.show(&picture.plan, path, cancel)?;
-        let frame = render_frame(stage, &picture.plan, path, quality, cancel)?;
+        let view_scene = self.scenes.show(&picture.plan, path, cancel)?;
+        let frame = render_frame(view_scene, &picture.plan, path, quality, cancel)?;
         Ok((picture, frame))
     }
 
@@ -165,10 +165,10 @@ impl Renderer {
     ) -> Result<Option<super::pick::Picked>> {
         let Some(message) = message else { return Ok(None) };
         let cancel = CancelToken::default();
-        let picture = self.plans.plan(message, &mut self.stages, &cancel)?;
+        let picture = self.plans.plan(message, &mut self.scenes, &cancel)?;
         let path = &self.plans.path;
-        let stage = self.stages.show(&picture.plan, path, &cancel)?;
-        pick(stage, &picture.plan, path, question.x, question.y)
+        let view_scene = self.scenes.show(&picture.plan, path, &cancel)?;
+        pick(view_scene, &picture.plan, path, question.x, question.y)
     }
 
     fn command_message(&self, message: &ViewMessage, picture: &PicturePlan, warnings: &[String]) -> String {
@@ -190,7 +190,7 @@ impl Renderer {
         let before = self.lock_watched(|watched| watched.now());
         self.generation += 1;
         match panics::catch(|| load(&mut self.plans, self.generation)) {
-            Ok((stages, description)) => {
+            Ok((scenes, description)) => {
                 let messages = self.hub.messages().into_iter();
                 let messages = messages.map(|(id, message)| {
                     let carried = message.map(|message| ViewMessage {
@@ -200,8 +200,8 @@ impl Renderer {
                     (id, carried)
                 });
                 let messages = messages.collect();
-                let files = stages.scene().map(|scene| watched_files(&self.plans, scene)).unwrap_or_default();
-                self.stages = stages;
+                let files = scenes.scene().map(|scene| watched_files(&self.plans, scene)).unwrap_or_default();
+                self.scenes = scenes;
                 self.description = description;
                 // Files that are no longer used matter no more.
                 let watched = before.only(|path| files.iter().any(|file| file == path)).with(files);
@@ -228,24 +228,24 @@ impl Renderer {
 }
 
 /// Loads the scene and describes it.
-fn load(plans: &mut PicturePlans, generation: u64) -> Result<(Stages, Description)> {
+fn load(plans: &mut PicturePlans, generation: u64) -> Result<(SceneCache, Description)> {
     let plan = plans.start_plan().map_err(|error| anyhow::Error::msg(error.0))?;
-    let mut stage = Stage::load(&plan, &plans.path, &CancelToken::default())?;
-    let warnings = stage.warnings()?.to_vec();
+    let mut view_scene = ViewScene::load(&plan, &plans.path, &CancelToken::default())?;
+    let warnings = view_scene.warnings()?.to_vec();
     let file = plans.path.to_string_lossy();
     let start = &plans.start;
-    let (message, start, reach) = stage.with_poses(|_, poses| {
+    let (message, start, scene_diameter) = view_scene.with_poses(|_, poses| {
         let posed = &poses.start.posed;
         let sphere = posed.clip_sphere();
         let message = scene_message::describe(posed, &file, &warnings, start, generation);
         Ok((message, start_state(&plan, start, posed)?, 2.0 * sphere.radius.max(f64::MIN_POSITIVE)))
     })?;
-    let scene = stage.scene()?;
+    let scene = view_scene.scene()?;
     let description = Description { message, start, objects: scene.objects.clone() };
     plans.patterns = HidePatterns::new(scene);
-    plans.reach = reach;
+    plans.scene_diameter = scene_diameter;
     plans.forget();
-    Ok((Stages::new(stage), description))
+    Ok((SceneCache::new(view_scene), description))
 }
 
 /// The files that flags name.

@@ -6,13 +6,13 @@ use std::time::{Duration, Instant};
 
 use super::token::Token;
 
-/// Longest head of a request in bytes.
+/// Maximum size of a request's head in bytes.
 const MAX_HEAD: usize = 16 << 10;
-/// Most header fields of a request.
+/// Maximum number of a request's header fields.
 const MAX_FIELDS: usize = 64;
 /// Time for a whole head.
 const HEAD_TIMEOUT: Duration = Duration::from_secs(5);
-/// Names of this computer that browsers resolve to it without asking anyone.
+/// Names of this computer that browsers resolve without DNS.
 const LOOPBACK_NAMES: [&str; 3] = ["localhost", "127.0.0.1", "[::1]"];
 
 /// A request that passed all checks.
@@ -26,7 +26,7 @@ pub enum Request {
     Socket { key: String },
 }
 
-/// The status of a refused request. It has no body, so that it tells nothing.
+/// The status of a refused request. It has no body, which could disclose something.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Refusal {
     BadRequest,
@@ -82,7 +82,7 @@ fn parse(bytes: &[u8], token: &Token) -> Result<Option<(Request, usize)>, Refusa
     }
     let fields = Fields(head.headers);
     let host = fields.single("host").filter(|host| is_loopback(host)).ok_or(Refusal::NotFound)?;
-    // Neither an absolute address nor one with a query is asked for by the page.
+    // The page requests neither absolute addresses nor ones with a query.
     let path = head.path.and_then(|path| path.strip_prefix('/')).ok_or(Refusal::NotFound)?;
     let (own_token, file) = path.split_once('/').map_or((path, None), |(token, file)| (token, Some(file)));
     if !token.matches(own_token) {

@@ -15,7 +15,7 @@ use super::socket;
 use super::token::Token;
 use crate::cli::run::panics;
 
-/// Most connections at a time.
+/// Maximum number of connections.
 const MAX_CONNECTIONS: usize = 160;
 /// Time for writing a part of an answer.
 const WRITE_TIMEOUT: Duration = Duration::from_secs(10);

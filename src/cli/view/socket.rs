@@ -16,10 +16,10 @@ use super::outbox::{Outbox, Outgoing};
 
 /// Longest message of a page in bytes: a list of all hidden objects of a large scene.
 const MAX_MESSAGE: usize = 4 << 20;
-/// Time between looks at what waits to be sent, while a frame is rendered and otherwise.
+/// Time between checks for messages to send, while a frame is rendered and otherwise.
 const BUSY_PAUSE: Duration = Duration::from_millis(3);
 const IDLE_PAUSE: Duration = Duration::from_millis(50);
-/// Time without a message after which the viewer is asked whether it is still there, and then until it is gone.
+/// Time without a message after which the viewer is pinged, and then disconnected.
 const PING_AFTER: Duration = Duration::from_secs(20);
 const GONE_AFTER: Duration = Duration::from_secs(60);
 

@@ -1,4 +1,4 @@
-//! A loaded scene in a pose, with its acceleration structure, which pictures of it share.
+//! A scene with its poses and their acceleration structures, which all pictures of it share.
 
 use std::path::Path;
 
@@ -52,16 +52,16 @@ impl<'s> Poses<'s> {
     }
 }
 
-/// A loaded scene with its poses.
-pub struct Stage {
+/// A scene with the parts and the animation that are shown, and its poses.
+pub struct ViewScene {
     /// The options that it was loaded with.
     key: String,
     selection: Selection,
     animation: AnimationChoice,
-    content: Option<StageContent>,
+    content: Option<Content>,
 }
 
-enum StageContent {
+enum Content {
     Posed(Box<PosedScenes>),
     /// The scene after an error.
     Unposed(Box<LoadedScene>),
@@ -72,23 +72,23 @@ fn load_key(plan: &RenderPlan) -> String {
     format!("{:?} {}", plan.options.load, plan.options.cull == BackFaceCulling::All)
 }
 
-impl Stage {
+impl ViewScene {
     /// Loads the scene of a plan.
     ///
     /// # Errors
     /// The file cannot be read, or needs more memory than there is.
-    pub fn load(plan: &RenderPlan, path: &Path, cancel: &CancelToken) -> Result<Stage> {
+    pub fn load(plan: &RenderPlan, path: &Path, cancel: &CancelToken) -> Result<ViewScene> {
         let mut loaded = LoadedScene::load(plan, path, cancel)?;
         loaded.show(&plan.options.selection)?;
         memory_estimate::check(plan, &loaded.scene, 1)?;
-        let mut stage = Stage {
+        let mut view_scene = ViewScene {
             key: load_key(plan),
             selection: plan.options.selection.clone(),
             animation: plan.options.animation(&loaded.scene)?,
             content: None,
         };
-        stage.pose(loaded)?;
-        Ok(stage)
+        view_scene.pose(loaded)?;
+        Ok(view_scene)
     }
 
     /// True if the scene of `plan` is this one, perhaps with other parts shown.
@@ -103,18 +103,18 @@ impl Stage {
     pub fn show(&mut self, plan: &RenderPlan) -> Result<()> {
         let animation = plan.options.animation(self.scene()?)?;
         let selection = &plan.options.selection;
-        let is_posed = matches!(self.content, Some(StageContent::Posed(_)));
+        let is_posed = matches!(self.content, Some(Content::Posed(_)));
         if is_posed && self.selection == *selection && self.animation == animation {
             return Ok(());
         }
         let mut loaded = match self.content.take().context("the scene is lost")? {
-            StageContent::Posed(cell) => cell.into_owner(),
-            StageContent::Unposed(loaded) => *loaded,
+            Content::Posed(cell) => cell.into_owner(),
+            Content::Unposed(loaded) => *loaded,
         };
         if self.selection != *selection {
             if let Err(error) = loaded.show(selection) {
                 self.selection = Selection::default();
-                self.content = Some(StageContent::Unposed(loaded.into()));
+                self.content = Some(Content::Unposed(loaded.into()));
                 return Err(error);
             }
             self.selection.clone_from(selection);
@@ -127,11 +127,11 @@ impl Stage {
         let posed = PosedScenes::try_new_or_recover(loaded, |loaded| Poses::new(loaded, &self.animation));
         match posed {
             Ok(cell) => {
-                self.content = Some(StageContent::Posed(cell.into()));
+                self.content = Some(Content::Posed(cell.into()));
                 Ok(())
             }
             Err((loaded, error)) => {
-                self.content = Some(StageContent::Unposed(loaded.into()));
+                self.content = Some(Content::Unposed(loaded.into()));
                 Err(error)
             }
         }
@@ -139,8 +139,8 @@ impl Stage {
 
     fn loaded(&self) -> Result<&LoadedScene> {
         match self.content.as_ref().context("the scene is lost")? {
-            StageContent::Posed(cell) => Ok(cell.borrow_owner()),
-            StageContent::Unposed(loaded) => Ok(loaded),
+            Content::Posed(cell) => Ok(cell.borrow_owner()),
+            Content::Unposed(loaded) => Ok(loaded),
         }
     }
 
@@ -163,7 +163,7 @@ impl Stage {
         function: impl for<'s> FnOnce(&'s Scene, &mut Poses<'s>) -> Result<T>,
     ) -> Result<T> {
         match self.content.as_mut() {
-            Some(StageContent::Posed(cell)) => {
+            Some(Content::Posed(cell)) => {
                 cell.with_dependent_mut(|loaded, poses| function(&loaded.scene, poses))
             }
             _ => anyhow::bail!("the scene has no pose"),
