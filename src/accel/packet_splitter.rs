@@ -6,7 +6,7 @@ use crate::accel::bvh::scene_bvh::SceneBvh;
 use crate::accel::packet::{PACKET_SIZE, RAYS_PER_GROUP};
 use crate::accel::ray_batch::Coherence;
 
-/// Ranges of fewer rays are traced ray by ray.
+/// Ranges of fewer rays are not tried as packets.
 const MIN_PACKET_RAYS: usize = 9;
 
 /// Parts that a full packet is split into.

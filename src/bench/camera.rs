@@ -14,7 +14,7 @@ const MIN_EXTENT: f64 = 0.1;
 pub struct BenchCamera {
     /// Its name in the results.
     pub name: String,
-    /// Where it is.
+    /// Its placement.
     pub placement: CameraPlacement,
 }
 

@@ -1,4 +1,4 @@
-//! Limits of the highlights that other surfaces show: one of a small light source would be a white dot.
+//! Limits highlights that are seen in other surfaces: those of small lights would be fireflies.
 
 use crate::geometry::Rgb;
 use crate::integrator::direct_light::IncidentLight;
@@ -10,8 +10,8 @@ use crate::integrator::surface::soa::{LANES, vec3};
 use crate::scene::PosedLight;
 use crate::simd::AutovecKernel;
 
-/// Limits the highlights of the points of a batch that secondary rays have hit: all together to [`MAX_RADIANCE`], and each to
-/// the share that its light source has of the irradiance.
+/// Limits the highlights at points that secondary rays have hit: their sum to [`MAX_RADIANCE`], and each in proportion to the
+/// irradiance of its light.
 pub(crate) fn limit_highlights(frame: &Frame, batch: &mut ShadingBatch) {
     frame.simd().run(LimitHighlights { points: &mut batch.soa, lights: &frame.lights });
 }
@@ -47,7 +47,8 @@ impl AutovecKernel for LimitHighlights<'_> {
     }
 }
 
-/// The maximum of reflected light over irradiance, given the irradiance of all light sources: the mean of the channels.
+/// The maximum of reflected light divided by irradiance, for a point with the given `irradiance` of all lights. Both are means of
+/// the channels.
 #[inline(always)]
 pub(crate) fn max_share(irradiance: f32) -> f32 {
     MAX_RADIANCE / irradiance.min(f32::MAX)

@@ -16,7 +16,7 @@ pub(crate) enum LightReceiver {
     Ray(usize),
 }
 
-/// A lobe, and what its light is for.
+/// A lobe and the receiver of its light.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct LobeRequest {
     pub lobe: Lobe,
@@ -25,7 +25,7 @@ pub(crate) struct LobeRequest {
     pub weight: Rgb,
 }
 
-/// The lobes of a batch whose light is wanted.
+/// The lobes of a batch whose light is requested.
 pub(crate) struct LobeLight {
     /// Samples of a pixel.
     samples: u32,
@@ -33,7 +33,7 @@ pub(crate) struct LobeLight {
     integrals: LobeIntegrals,
     lookup_receivers: Vec<(LightReceiver, Rgb)>,
     integral_receivers: Vec<(LightReceiver, Rgb)>,
-    /// Lobes with one direction.
+    /// Lobes that reflect one direction.
     mirrors: Vec<LobeRequest>,
 }
 

@@ -13,10 +13,10 @@ pub(crate) struct Medium {
     pub absorption: Rgb,
 }
 
-/// Air, or whatever the camera is in.
+/// The space around all bodies, where eye rays start.
 const OUTSIDE: Medium = Medium { body: u32::MAX, ior: 1.0, absorption: Rgb::ZERO };
 
-/// Maximum number of bodies that are inside each other; further ones are ignored.
+/// Maximum number of nested bodies; further ones are ignored.
 const MAX_DEPTH: usize = 4;
 
 /// The bodies around a path, in the order in which it entered them. The last one entered fills the space, so that a

@@ -1,4 +1,4 @@
-//! Adds the highlights of physical materials to the light of a light source.
+//! Highlights of physical materials: lights reflected in GGX lobes.
 
 use crate::geometry::Rgb;
 use crate::integrator::direct_light::IncidentLight;

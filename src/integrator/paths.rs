@@ -25,11 +25,11 @@ pub(crate) struct PathState {
     pub spread: f32,
     /// The bodies that the ray is inside of.
     pub media: MediumStack,
-    /// Share of the light at the origin that arrives in the picture: the brightest channel.
+    /// Share of the light at the origin that arrives in the picture, in the brightest channel.
     pub importance: f32,
-    /// Number of reflections at surfaces that are no glass that may still follow.
+    /// Number of reflections that may still follow at surfaces other than glass.
     pub reflections_left: u8,
-    /// Number of reflections and refractions at glass that may still follow.
+    /// Number of reflections and refractions that may still follow at glass.
     pub glass_events_left: u8,
 }
 
@@ -60,10 +60,10 @@ impl PathState {
     }
 }
 
-/// The light that a ray meets if it escapes from the scene.
+/// The light from beyond the scene along a ray that escapes.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) enum Escape {
-    /// This light.
+    /// The environment's radiance.
     Radiance(Rgb),
     /// The background of the picture.
     Background,
@@ -76,13 +76,13 @@ pub(crate) struct SecondaryRay {
     pub parent: usize,
     /// Factor from this ray's radiance to its parent's.
     pub weight: Rgb,
-    /// Share that the light of an escaping ray has: `weight`, without that of the ray's direction in its lobe under a uniform
-    /// environment, which then adds no noise.
+    /// The same factor where the ray escapes. Under a uniform environment, it leaves the weight of the sampled direction out,
+    /// so that there is no noise.
     pub escape_weight: Rgb,
-    /// Maximum light of surfaces that the ray adds to its parent, the brightest channel.
+    /// Upper bound on the light of surfaces that the ray adds to its parent, in the brightest channel.
     pub max_light: f32,
     pub escape: Escape,
-    /// The environment's light over the whole lobe that the ray is one direction of, if nothing hid it, as the parent's.
+    /// The environment's light over the ray's whole lobe without occlusion, as the parent receives it.
     pub unoccluded: Option<Rgb>,
     /// Unit length.
     pub direction: Vec3,
@@ -134,15 +134,15 @@ pub(crate) struct PathLight {
     pub transmittance: Rgb,
 }
 
-/// Maximum radiance of surfaces that a secondary ray brings, the mean of the channels. A highlight of a small light seen in a rough
-/// surface is brighter, and rare: it would be a firefly, a white dot.
+/// Maximum radiance of surfaces along a secondary ray, as the mean of the channels. Few rays find the brighter highlights of small
+/// lights: they would be fireflies.
 pub(crate) const MAX_RADIANCE: f32 = 10.0;
 
-/// Radiance of which three channels have a finite sum.
+/// Maximum of a channel, so that the sum of three is finite.
 const MAX_CHANNEL: f32 = 1e38;
 
 impl SecondaryRay {
-    /// The light of the surfaces along the ray, as the parent's. Clamps fireflies.
+    /// The light of the surfaces along the ray, as the parent receives it. Clamps fireflies.
     fn surface_light(&self, found: PathLight) -> Rgb {
         let radiance = found.radiance.min(Rgb::splat(MAX_CHANNEL));
         let mean = radiance.element_sum() / 3.0;
@@ -154,7 +154,7 @@ impl SecondaryRay {
 }
 
 impl Wave {
-    /// The light that each ray adds to its parent, given what was found along it.
+    /// The light that each ray adds to its parent. `found` is the light along the rays.
     pub fn contributions(&self, found: &[PathLight]) -> Vec<PathLight> {
         let mut lights: Vec<PathLight> = Vec::with_capacity(found.len());
         let (mut estimates, mut estimated) = (Vec::new(), Vec::new());
@@ -189,7 +189,7 @@ impl Wave {
 /// The states of the paths of a batch at their current rays.
 #[derive(Clone, Copy)]
 pub(crate) enum PathStates<'a> {
-    /// Surfaces of the scene spawn no rays: states make no difference.
+    /// No states: surfaces spawn no rays.
     Unused,
     /// The states of eye rays, which their samples determine.
     Eye(&'a Frame<'a>, &'a [Sample]),
@@ -198,7 +198,7 @@ pub(crate) enum PathStates<'a> {
 }
 
 impl PathStates<'_> {
-    /// The state of a path; `None` if no state makes a difference.
+    /// The state of a path; `None` if surfaces spawn no rays.
     pub fn get(&self, path: usize) -> Option<PathState> {
         match self {
             PathStates::Unused => None,
@@ -216,7 +216,7 @@ impl PathStates<'_> {
         }
     }
 
-    /// True if a path may still be reflected at a surface that is no glass.
+    /// True if a path may still be reflected at a surface other than glass.
     #[inline(always)]
     pub fn may_reflect(&self, path: usize) -> bool {
         match self {

@@ -8,8 +8,8 @@
 //! - `environment`: environments as the background, and as light that ambient occlusion finds
 //! - `ggx_materials`: physical materials against the GGX surface that they stand for
 //! - `golden`: reference images of each shading term and each model
-//! - `lamps_in_reflections`: lamps in mirrors and behind rough glass
 //! - `lecture`: every row of the lecture's formulas
+//! - `lights_in_reflections`: lights seen in mirrors and behind rough glass
 //! - `object_masks`: masks of objects, alone and hidden, and tracks of surface points
 //! - `reflections`: white furnaces of metals, plastics and clear coats, and what stays matte
 //! - `scale_invariance`: pictures at other scales and far from the origin
@@ -31,8 +31,8 @@ mod empty_tile_culling;
 mod environment;
 mod ggx_materials;
 mod golden;
-mod lamps_in_reflections;
 mod lecture;
+mod lights_in_reflections;
 mod object_masks;
 mod reflections;
 mod scale_invariance;

@@ -73,7 +73,7 @@ pub(super) struct GroupBounds<L> {
     depth_shift: [L; QUADS_PER_PACKET],
 }
 
-/// The depth beyond which nothing matters to a group.
+/// The depth beyond which hits have no effect on a group.
 #[derive(Clone, Copy)]
 pub(super) struct FarLimit<L> {
     /// By quad. Each group fills four lanes.
@@ -232,7 +232,7 @@ impl<L: Lanes<RAYS_PER_GROUP>> GroupBounds<L> {
     fn quad_far_limit<S: Simd<F32x16 = L>>(&self, packet: &RayPacket, q: usize) -> L {
         let t_max = S::reduce_max_each(packet.t_max_upper.load_quad::<L>(q));
         let depth = t_max.mul_add(L::splat(self.depth_scale * FAR_FACTOR), self.depth_shift[q]);
-        // Nothing matters to a group without active rays.
+        // Hits have no effect on a group without active rays.
         L::splat(f32::NEG_INFINITY).select(t_max.lt(L::splat(0.0)), depth)
     }
 

@@ -24,7 +24,7 @@ pub struct ManifestScene {
     pub source: String,
     /// SHA-256 of the file in hexadecimal digits, where it is known.
     pub sha256: Option<String>,
-    /// Names of what a loader has to cope with.
+    /// Names of the peculiarities of its file.
     pub quirks: Vec<String>,
     /// The cameras.
     pub cameras: Vec<BenchCamera>,

@@ -14,13 +14,13 @@ use crate::scene::{PosedLightKind, Projection};
 
 /// The length of ambient occlusion segments as a fraction of the scene's diagonal, as `blinn render --ao` has it.
 const OCCLUSION_DISTANCE: f64 = 0.25;
-/// Where lights are that the scene does not have, as seen from its centre.
+/// Direction from the scene's centre to lights that the scene does not have.
 const DEFAULT_LIGHT: DVec3 = DVec3::new(0.4, 1.0, 0.3);
 
 /// Generates the rays of every stage that traces rays, one stage after the other in the order of [`BenchStage::ALL`].
 ///
-/// Each set is generated when it is asked for, on the current thread pool, and dropped for the next one. So no more
-/// than two sets are in memory, with the hits of one.
+/// Each set is generated when it is requested, on the current thread pool, and dropped for the next one. At most two
+/// sets are in memory, with the hits of one.
 #[derive(Debug)]
 pub struct RaySets<'f, 's> {
     frame: &'f Frame<'s>,

@@ -54,7 +54,7 @@ impl TileBatch {
     }
 }
 
-/// Means over rays of what a traversal of single rays visits.
+/// Mean numbers of nodes, blocks and triangles that a ray visits if it is traced alone.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct MeanSteps {
     /// Inner nodes of eight boxes.

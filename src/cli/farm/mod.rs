@@ -1,6 +1,6 @@
 //! `blinn job`: describes frames as a job for a render farm, which renders a part of them in each task.
 //!
-//! Exposure, framing and the frames of a clip are resolved once and become flags of every task. [`FarmJob`] describes
+//! Exposure, framing and the frames of a clip are resolved once and become flags of every task. [`farm_job`] describes
 //! the tasks for any engine; `openjd` and `slurm` write it in the engines' languages and know nothing of scenes.
 
 mod camera_flags;

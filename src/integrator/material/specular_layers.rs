@@ -34,8 +34,8 @@ pub struct SpecularLayers {
     pub coat_alpha: f32,
 }
 
-/// The lobes of the layers at an angle of view, and what they leave to the base. By reciprocity, the shares of the light that
-/// arrives from there are the weights of what is seen.
+/// The lobes of the layers for a direction of view, and the share of light that they leave to the base. A share of the light
+/// that arrives from that direction is also, by reciprocity, the weight of the light that leaves towards it.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct LayerLobes {
     /// The microfacets, below the coat. Their albedo is k_r.

@@ -1,4 +1,4 @@
-//! Lamps that are seen by way of other surfaces: their highlights in mirrors, and behind rough glass.
+//! Lights that are seen in other surfaces: their highlights in mirrors, and behind rough glass.
 
 use blinn::geometry::Rgb;
 use blinn::integrator::{Frame, Phong};
@@ -25,7 +25,7 @@ fn physical(metallic: f32, roughness: f32) -> Material {
     }
 }
 
-/// The red channel at the centre of a picture from `view_point` towards `view_dir`, without other light than that of lamps.
+/// The red channel at the centre of a picture from `view_point` towards `view_dir`, lit by `lights` alone.
 fn centre(scene: &Scene, view_point: DVec3, view_dir: DVec3, lights: Vec<PosedLight>) -> f32 {
     let posed = scenes::posed(scene);
     let accel = scenes::build(&posed);
@@ -52,8 +52,8 @@ fn at(p: DVec3, scale: f64) -> DAffine3 {
     DAffine3::from_translation(p) * DAffine3::from_scale(DVec3::splat(scale))
 }
 
-/// A ball of brushed metal that is seen at normal incidence: directly, or in a mirror in the plane z = 0. Lamps shine along the
-/// view.
+/// A ball of brushed metal that is seen at normal incidence: directly, or in a mirror in the plane z = 0. Lights shine
+/// along the view.
 fn highlight(in_mirror: bool, lights: &[PosedLight]) -> f32 {
     let mut scene = Scene::default();
     scenes::add(&mut scene, scenes::ball(128, 64), physical(1.0, 0.2), &[at(DVec3::new(3.0, 0.0, 3.0), 2.0)]);
@@ -64,20 +64,20 @@ fn highlight(in_mirror: bool, lights: &[PosedLight]) -> f32 {
     centre(&scene, DVec3::new(-2.0, 0.0, z), DVec3::new(1.0, 0.0, -z / 2.0), lights.to_vec())
 }
 
-/// In a mirror, all highlights of a point are as bright as 10 at most, and each lamp has the share of its irradiance.
+/// In a mirror, the highlights of a point have a sum of at most 10, each in proportion to the irradiance of its light.
 #[test]
-fn highlights_in_mirrors_are_bounded_for_each_lamp() {
+fn highlights_in_mirrors_are_bounded_for_each_light() {
     let sun = PosedLight::sun(DVec3::new(1.0, 0.0, 1.0), Rgb::splat(10.0));
     assert!(highlight(false, &[sun]) > 500.0, "it is bright where the eye sees it");
     // Between the mirror and the ball, on the way of the ray.
-    let lamp = PosedLight::point(Vec3::new(1.2, 0.0, 1.2), Rgb::splat(5.0));
-    let one = highlight(true, &[lamp]);
+    let light = PosedLight::point(Vec3::new(1.2, 0.0, 1.2), Rgb::splat(5.0));
+    let one = highlight(true, &[light]);
     assert!((one - 10.0).abs() < 0.5, "{one}");
-    let both = highlight(true, &[lamp, lamp]);
+    let both = highlight(true, &[light, light]);
     assert!((both - 10.0).abs() < 0.5, "{both}");
     // As near to the ball, but seen by it at a cosine of 0.56.
     let beside = PosedLight::point(Vec3::new(1.374, 0.45, 1.374), Rgb::splat(5.0));
-    let shared = highlight(true, &[lamp, beside]);
+    let shared = highlight(true, &[light, beside]);
     assert!((shared - 6.5).abs() < 0.6, "{shared}");
 }
 
@@ -99,9 +99,9 @@ fn sun_behind_glass(roughness: f32, wall: bool) -> f32 {
     centre(&scene, DVec3::new(0.0, 0.3, 5.0), DVec3::NEG_Z, vec![sun])
 }
 
-/// Rough glass scatters the light of a lamp behind it to the eye. Lamps have no size, and so no image behind smooth glass.
+/// Rough glass refracts a light behind it to the eye. Lights have no size, and so no image behind smooth glass.
 #[test]
-fn rough_glass_shows_lamps_behind_it() {
+fn rough_glass_shows_lights_behind_it() {
     let rough = sun_behind_glass(0.6, false);
     // Light that passes straight at 18° to the normal: D · η²/(η − 1)² / (n·v) of the first surface is 26, and the second one has at
     // most 10.
