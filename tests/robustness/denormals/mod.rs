@@ -1,6 +1,9 @@
 //! Subnormal numbers: an Intel processor takes about 150 cycles for each operation with one, and other processors have
 //! their own slow cases. Renders count the instructions that meet any, with a library that is compiled and loaded for
 //! the purpose (`counter.c`).
+//!
+//! The optimiser can bring such numbers in, when it computes a value that is not used. The variable `BLINN_PROGRAM` names
+//! another build of the program to test, such as a release.
 
 use std::fs;
 use std::path::{Path, PathBuf};
@@ -23,12 +26,17 @@ fn compile_counter(folder: &Path) -> PathBuf {
     library
 }
 
+/// The program of this build, or the one that `BLINN_PROGRAM` names.
+fn program() -> PathBuf {
+    std::env::var_os("BLINN_PROGRAM").map_or_else(|| env!("CARGO_BIN_EXE_blinn").into(), PathBuf::from)
+}
+
 /// Renders with the words of `line`, the first of which is a model. Returns the number of instructions that met
 /// subnormal numbers, and the report.
 fn count_denormals(counter: &Path, folder: &Path, line: &str) -> (u64, String) {
     let report = folder.join("counts.txt");
     let (model, flags) = line.split_once(' ').unwrap_or((line, ""));
-    let output = Command::new(env!("CARGO_BIN_EXE_blinn"))
+    let output = Command::new(program())
         .arg("render")
         .arg(model_path(model))
         .args(["-o", "out.png", "--size", "96x54", "--quiet"])
