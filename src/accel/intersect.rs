@@ -1,10 +1,11 @@
 //! Closest hits of a batch of rays: ray packets in the world BVHs, ray streams elsewhere.
 
 use crate::accel::bvh::scene_bvh::SceneBvh;
-use crate::accel::packet::{self, PacketScratch};
+use crate::accel::packet;
 use crate::accel::packet_splitter::{PacketSplitter, can_trace_packet};
 use crate::accel::ray_batch::{HitBatch, HitFilter, RayBatch};
 use crate::accel::ray_spread::TriangleDensity;
+use crate::accel::scratch::TraceScratch;
 use crate::accel::single_ray_tracer::SingleRayTracer;
 use crate::accel::stream::{ClosestHitStream, Streams};
 use crate::simd::{Simd, SimdKernel};
@@ -27,8 +28,8 @@ impl SimdKernel for IntersectKernel<'_> {
     fn run<S: Simd>(self) {
         let IntersectKernel { bvh, rays, filter, hits } = self;
         let mut tracer = SingleRayTracer::new(bvh);
-        let mut scratch = PacketScratch::take();
-        let mut streams = Streams::default();
+        let mut scratch = TraceScratch::take();
+        let mut streams = Streams::new(&mut scratch.stream);
         let density = TriangleDensity::new(bvh);
         let mut splitter = PacketSplitter::new(rays.len());
         while let Some(range) = splitter.pop() {
@@ -39,7 +40,7 @@ impl SimdKernel for IntersectKernel<'_> {
                 let hits = &mut hits[range.clone()];
                 let range = range.clone();
                 let stack = &mut tracer.stack;
-                packet::intersect::<S>(bvh.worlds(), rays, range, filter, hits, &mut scratch, stack)
+                packet::intersect::<S>(bvh.worlds(), rays, range, filter, hits, &mut scratch.packet, stack)
             };
             if as_packet && !worlds_traced && splitter.split(range.clone()) {
                 continue;
@@ -54,9 +55,9 @@ impl SimdKernel for IntersectKernel<'_> {
             let query = &mut ClosestHitStream { rays, indices: &indices, filter, hits: &mut *hits };
             streams.trace::<S, _>(bvh, query, worlds_traced, &mut tracer);
         }
-        scratch.give_back();
         let indices = streams.take_pending();
         let query = &mut ClosestHitStream { rays, indices: &indices, filter, hits };
         streams.trace::<S, _>(bvh, query, false, &mut tracer);
+        scratch.give_back();
     }
 }

@@ -39,7 +39,7 @@
 //! - *shadow ray*: a ray whose answer is not the closest hit but if, or how much, light passes. Rays of ambient occlusion
 //!   are shadow rays.
 //! - *ray packet*: up to 256 rays with a common origin or direction, in 16 *groups* of 16 rays; a *quad* is four groups.
-//! - *ray stream*: up to 1024 rays that share nothing. They visit each node together, as the *list* of rays that reach it.
+//! - *ray stream*: up to 1024 rays of any kind. They visit each node together, as the *list* of rays that reach it.
 //!
 //! # Determinism
 //!
@@ -56,6 +56,7 @@ mod packet_splitter;
 mod ray_batch;
 mod ray_spread;
 mod report;
+mod scratch;
 mod settings;
 mod single_ray_tracer;
 mod stream;

@@ -4,10 +4,11 @@
 use std::ops::Range;
 
 use crate::accel::bvh::scene_bvh::SceneBvh;
-use crate::accel::packet::{self, PACKET_SIZE, PacketOcclusion, PacketScratch};
+use crate::accel::packet::{self, PACKET_SIZE, PacketOcclusion};
 use crate::accel::packet_splitter::{PacketSplitter, can_trace_packet};
 use crate::accel::ray_batch::{Coherence, HitFilter, ShadowRayBatch};
 use crate::accel::ray_spread::TriangleDensity;
+use crate::accel::scratch::TraceScratch;
 use crate::accel::single_ray_tracer::SingleRayTracer;
 use crate::accel::stream::{AnyHitStream, STREAM_RAYS, Streams};
 use crate::accel::traverse::translucent_hits::Transmittance;
@@ -66,8 +67,8 @@ impl<A: ShadowRayAnswer> SimdKernel for ShadowRayKernel<'_, A> {
         let t_max = if matches!(rays.coherence, Coherence::Direction(_)) { f32::INFINITY } else { 1.0 };
         out.resize_with(rays.len(), || A::new(false, None, t_max));
         let mut tracer = SingleRayTracer::new(bvh);
-        let mut scratch = PacketScratch::take();
-        let mut streams = Streams::default();
+        let mut scratch = TraceScratch::take();
+        let mut streams = Streams::new(&mut scratch.stream);
         let collected = |count: usize| if A::COLLECTS_TRANSMITTANCE { count.min(rays.len()) } else { 0 };
         let mut packet_transmittances = vec![Transmittance::default(); collected(PACKET_SIZE)];
         let transmittances = vec![Transmittance::default(); collected(STREAM_RAYS)];
@@ -91,7 +92,7 @@ impl<A: ShadowRayAnswer> SimdKernel for ShadowRayKernel<'_, A> {
                 range.clone(),
                 filter,
                 &mut occlusion,
-                &mut scratch,
+                &mut scratch.packet,
                 &mut batch.tracer.stack,
             );
             if !worlds_traced {
@@ -115,9 +116,9 @@ impl<A: ShadowRayAnswer> SimdKernel for ShadowRayKernel<'_, A> {
                 batch.trace::<S>(&indices, &mut occluded, transmittances, true, &mut streams);
             }
         }
-        scratch.give_back();
         let pending = streams.take_pending();
-        batch.trace_waiting::<S>(&pending, &mut streams);
+        batch.trace_pending::<S>(&pending, &mut streams);
+        scratch.give_back();
     }
 }
 
@@ -137,14 +138,14 @@ impl<A: ShadowRayAnswer> StreamBatch<'_, '_, A> {
     /// Traces rays together with others that make no packets.
     #[inline(always)]
     fn trace_later<S: Simd>(&mut self, range: Range<usize>, streams: &mut Streams) {
-        if let Some(waiting) = streams.push(range) {
-            self.trace_waiting::<S>(&waiting, streams);
+        if let Some(pending) = streams.push(range) {
+            self.trace_pending::<S>(&pending, streams);
         }
     }
 
-    /// Traces rays that have waited, and stores the answers.
+    /// Traces pending rays, and stores the answers.
     #[inline(always)]
-    fn trace_waiting<S: Simd>(&mut self, indices: &[u32], streams: &mut Streams) {
+    fn trace_pending<S: Simd>(&mut self, indices: &[u32], streams: &mut Streams) {
         let mut transmittances = std::mem::take(&mut self.transmittances);
         transmittances.iter_mut().for_each(Transmittance::clear);
         let collect = A::COLLECTS_TRANSMITTANCE.then_some(&mut *transmittances);

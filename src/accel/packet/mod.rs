@@ -33,12 +33,11 @@ mod packet_traversal;
 mod per_ray;
 mod prepared_triangles;
 mod ray_packet;
-mod scratch;
 mod shared_direction;
 mod shared_origin;
 mod shared_vector;
 
 pub(crate) use any_hit::{PacketOcclusion, occluded};
 pub(crate) use closest_hit::intersect;
+pub(crate) use packet_traversal::PacketScratch;
 pub(crate) use per_ray::{PACKET_SIZE, RAYS_PER_GROUP};
-pub(crate) use scratch::PacketScratch;

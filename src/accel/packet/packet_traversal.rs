@@ -72,6 +72,13 @@ impl PacketStack {
     }
 }
 
+/// A packet and its stack, reused for all packets of a batch.
+#[derive(Debug, Default)]
+pub(crate) struct PacketScratch {
+    pub(super) packet: RayPacket,
+    pub(super) stack: PacketStack,
+}
+
 /// Traces a packet through a BVH.
 pub(super) struct TraversePacketKernel<'a, S: Simd, K, H> {
     pub packet: &'a mut RayPacket,

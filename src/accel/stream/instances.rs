@@ -9,11 +9,12 @@ use crate::accel::bvh::blas::Blas;
 use crate::accel::bvh::bvh8::LEAF_BIT;
 use crate::accel::bvh::instance::BlasInstance;
 use crate::accel::bvh::tlas::Tlas;
+use crate::accel::packet::RAYS_PER_GROUP;
 use crate::accel::stream::leaf::TriangleVisitor;
 use crate::accel::stream::list_visitor::ListVisitor;
+use crate::accel::stream::prepared_rays::{BoxPadding, MIN_STREAM_RAYS, NO_OCTANT, PreparedRays, RayGroup};
 use crate::accel::stream::query::{SingleRayTask, StreamQuery};
-use crate::accel::stream::ray_lines::{BoxPadding, GROUP, MIN_STREAM_RAYS, NO_OCTANT, RayGroup, RayLines};
-use crate::accel::stream::traversal::{StreamMemory, TraverseKernel};
+use crate::accel::stream::traversal::{TraversalScratch, TraverseKernel};
 use crate::accel::traverse::bvh8_traversal::TraversalStack;
 use crate::accel::traverse::exact_triangle_test::LocalRay;
 use crate::accel::traverse::query::RayQuery;
@@ -27,7 +28,7 @@ pub(super) struct InstanceVisitor<'a, 'b, Q> {
     pub tlas: &'a Tlas,
     pub blases: &'a [&'b Blas],
     pub query: &'a mut Q,
-    pub memory: &'a mut StreamMemory,
+    pub scratch: &'a mut TraversalScratch,
     /// The rays of the world's stream in the current instance's frame.
     pub rays: &'a mut Vec<u32>,
     pub stack: &'a mut TraversalStack,
@@ -37,11 +38,11 @@ impl<S: Simd, Q: StreamQuery> ListVisitor<S> for InstanceVisitor<'_, '_, Q> {
     const ANY_HIT: bool = Q::ANY_HIT;
 
     #[inline(always)]
-    fn visit_leaf(&mut self, leaf: u32, rays: &[u32], lines: &mut RayLines) {
+    fn visit_leaf(&mut self, leaf: u32, rays: &[u32], prepared_rays: &mut PreparedRays) {
         let tlas = self.tlas;
         for instance in tlas.instances(leaf) {
             self.rays.clear();
-            self.rays.extend(rays.iter().filter(|&&ray| !lines.has_ended(ray as usize)));
+            self.rays.extend(rays.iter().filter(|&&ray| !prepared_rays.has_ended(ray as usize)));
             if self.rays.len() < MIN_STREAM_RAYS {
                 for i in 0..self.rays.len() {
                     self.trace_single::<S>(instance, i);
@@ -50,7 +51,7 @@ impl<S: Simd, Q: StreamQuery> ListVisitor<S> for InstanceVisitor<'_, '_, Q> {
                 S::call_outlined(InstanceKernel { visitor: &mut *self, instance });
             }
             for &ray in &*self.rays {
-                lines.set_t_max(ray as usize, self.query.t_max(ray as usize));
+                prepared_rays.set_t_max(ray as usize, self.query.t_max(ray as usize));
             }
         }
     }
@@ -107,19 +108,19 @@ impl<S: Simd, Q: StreamQuery> OutlinedKernel<S> for InstanceKernel<'_, '_, '_, Q
         let blas = visitor.blases[instance.blas as usize];
         let Some(root) = blas.bvh.root else { return };
         let count = visitor.rays.len();
-        visitor.memory.lines.clear();
-        for first in (0..count).step_by(GROUP) {
-            let rays = &visitor.rays[first..count.min(first + GROUP)];
-            let local_rays: [Option<LocalRay>; GROUP] = from_fn(|i| {
+        visitor.scratch.prepared_rays.clear();
+        for first in (0..count).step_by(RAYS_PER_GROUP) {
+            let rays = &visitor.rays[first..count.min(first + RAYS_PER_GROUP)];
+            let local_rays: [Option<LocalRay>; RAYS_PER_GROUP] = from_fn(|i| {
                 let local_ray = visitor.query.local_ray(*rays.get(i)? as usize)?;
                 let local_ray = instance.transform.ray(&local_ray);
                 let [min, max] = T_SCALES;
                 (min < local_ray.t_scale && local_ray.t_scale < max).then_some(local_ray)
             });
-            store_group::<S, Q>(visitor.memory, first / GROUP, visitor.query, rays, &local_rays);
+            store_group::<S, Q>(visitor.scratch, first / RAYS_PER_GROUP, visitor.query, rays, &local_rays);
             for (i, &ray) in rays.iter().enumerate() {
                 let source = visitor.query.source(ray as usize);
-                visitor.memory.lines.triangles[first + i].source =
+                visitor.scratch.prepared_rays.triangles[first + i].source =
                     blas.source_index(source, Some(instance.instance));
             }
         }
@@ -131,13 +132,13 @@ impl<S: Simd, Q: StreamQuery> OutlinedKernel<S> for InstanceKernel<'_, '_, '_, Q
                 blas,
                 instance: Some(instance),
                 query_rays: Some(visitor.rays),
-                bounds: visitor.memory.lines.error_bounds(blas.centre, blas.radius, true),
+                bounds: visitor.scratch.prepared_rays.error_bounds(blas.centre, blas.radius, true),
                 query: &mut *visitor.query,
             },
-            memory: &mut *visitor.memory,
+            scratch: &mut *visitor.scratch,
         });
         for i in 0..count {
-            if visitor.memory.lines.octants[i] == NO_OCTANT {
+            if visitor.scratch.prepared_rays.octants[i] == NO_OCTANT {
                 visitor.trace_single::<S>(instance, i);
             }
         }
@@ -147,17 +148,17 @@ impl<S: Simd, Q: StreamQuery> OutlinedKernel<S> for InstanceKernel<'_, '_, '_, Q
 /// Stores group `g` of the rays in an instance's frame. Those without a local ray take no part in the stream.
 #[inline(always)]
 fn store_group<S: Simd, Q: StreamQuery>(
-    memory: &mut StreamMemory,
+    scratch: &mut TraversalScratch,
     g: usize,
     query: &Q,
     rays: &[u32],
-    local_rays: &[Option<LocalRay>; GROUP],
+    local_rays: &[Option<LocalRay>; RAYS_PER_GROUP],
 ) {
-    let mut o = [Vec3::ZERO; GROUP];
-    let mut d = [Vec3::X; GROUP];
-    let mut t_min = [0.0; GROUP];
-    let mut t_max = [0.0; GROUP];
-    let mut t_scale = [1.0; GROUP];
+    let mut o = [Vec3::ZERO; RAYS_PER_GROUP];
+    let mut d = [Vec3::X; RAYS_PER_GROUP];
+    let mut t_min = [0.0; RAYS_PER_GROUP];
+    let mut t_max = [0.0; RAYS_PER_GROUP];
+    let mut t_scale = [1.0; RAYS_PER_GROUP];
     let mut valid = 0;
     for (i, (&ray, local_ray)) in rays.iter().zip(local_rays).enumerate() {
         let ray = ray as usize;
@@ -178,5 +179,5 @@ fn store_group<S: Simd, Q: StreamQuery>(
         t_scale: S::F32x16::load(&t_scale),
         is_from_light: query.is_from_light(),
     };
-    memory.lines.store_group::<S>(g, &group, valid, BoxPadding::default());
+    scratch.prepared_rays.store_group::<S>(g, &group, valid, BoxPadding::default());
 }

@@ -4,8 +4,8 @@ use crate::accel::bvh::blas::Blas;
 use crate::accel::bvh::instance::BlasInstance;
 use crate::accel::bvh::triangle4::{TRIANGLE_LANES, Triangle4};
 use crate::accel::stream::list_visitor::ListVisitor;
+use crate::accel::stream::prepared_rays::{PreparedRays, STREAM_RAYS, TriangleTestData};
 use crate::accel::stream::query::{SingleRayTask, StreamQuery};
-use crate::accel::stream::ray_lines::{RayLines, STREAM_RAYS, TriangleLine};
 use crate::accel::traverse::conservative_triangle_test::Candidates;
 use crate::accel::traverse::error_bounds::{EdgeFunctionBounds, W_SCALE};
 use crate::accel::traverse::exact_triangle_test::LocalRay;
@@ -63,7 +63,7 @@ impl<S: Simd> PreparedBlock<S> {
     ///
     /// [`TriangleTestRay::candidates`]: crate::accel::traverse::conservative_triangle_test::TriangleTestRay::candidates
     #[inline(always)]
-    fn candidates<const ANY_HIT: bool>(&self, ray: &TriangleLine) -> Candidates {
+    fn candidates<const ANY_HIT: bool>(&self, ray: &TriangleTestData) -> Candidates {
         let lanes = S::F32x4::splat;
         let o: Vec3Lanes<S::F32x4> = splat(ray.o.into());
         let d: Vec3Lanes<S::F32x4> = splat(ray.d.into());
@@ -106,31 +106,31 @@ impl<S: Simd, Q: StreamQuery> ListVisitor<S> for TriangleVisitor<'_, Q> {
     const ANY_HIT: bool = Q::ANY_HIT;
 
     #[inline(always)]
-    fn visit_leaf(&mut self, leaf: u32, rays: &[u32], lines: &mut RayLines) {
+    fn visit_leaf(&mut self, leaf: u32, rays: &[u32], prepared_rays: &mut PreparedRays) {
         for block in &self.blas.blocks[leaf as usize..] {
             let prepared = PreparedBlock::<S>::new(block, &self.bounds);
             for &ray in rays {
                 let ray = ray as usize & (STREAM_RAYS - 1);
-                let line = &lines.triangles[ray];
+                let test_data = &prepared_rays.triangles[ray];
                 let mut candidates = match Q::ANY_HIT {
-                    true => prepared.candidates::<true>(line),
-                    false => prepared.candidates::<false>(line),
+                    true => prepared.candidates::<true>(test_data),
+                    false => prepared.candidates::<false>(test_data),
                 };
                 if candidates.possible == 0 {
                     continue;
                 }
                 // Nearly every ray would take the exact test of the triangle that it starts on.
-                candidates.possible &= !S::F32x4::eq_u32(&block.indices, line.source);
-                if candidates.possible == 0 || (Q::ANY_HIT && line.limit == f32::NEG_INFINITY) {
+                candidates.possible &= !S::F32x4::eq_u32(&block.indices, test_data.source);
+                if candidates.possible == 0 || (Q::ANY_HIT && test_data.limit == f32::NEG_INFINITY) {
                     continue;
                 }
                 let occluders = candidates.early_exit & u32::from(block.opaque_mask()) & candidates.possible;
                 if Q::ANY_HIT && occluders != 0 {
                     self.query.end(self.query_ray(ray));
-                    lines.set_t_max(ray, f32::NEG_INFINITY);
+                    prepared_rays.set_t_max(ray, f32::NEG_INFINITY);
                 } else {
                     let t_max = self.test_exactly(block, ray, candidates);
-                    lines.set_t_max(ray, t_max);
+                    prepared_rays.set_t_max(ray, t_max);
                 }
             }
             if block.is_last_in_leaf() {

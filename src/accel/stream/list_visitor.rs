@@ -1,6 +1,6 @@
 //! Visitors of leaves, for traversal by streams.
 
-use crate::accel::stream::ray_lines::RayLines;
+use crate::accel::stream::prepared_rays::PreparedRays;
 use crate::simd::Simd;
 
 /// Intersects lists of rays with the contents of leaves.
@@ -9,7 +9,7 @@ pub(super) trait ListVisitor<S: Simd> {
     const ANY_HIT: bool;
 
     /// Intersects rays with a leaf whose box they meet, and updates their limits.
-    fn visit_leaf(&mut self, leaf: u32, rays: &[u32], lines: &mut RayLines);
+    fn visit_leaf(&mut self, leaf: u32, rays: &[u32], prepared_rays: &mut PreparedRays);
 
     /// Prefetches a leaf.
     fn prefetch(&self, leaf: u32);

@@ -1,7 +1,7 @@
 //! The lists of rays that have yet to visit a node or a leaf.
 
 use crate::accel::bvh::bvh8::{Bvh8Node, WIDTH};
-use crate::accel::stream::ray_lines::STREAM_RAYS;
+use crate::accel::stream::prepared_rays::STREAM_RAYS;
 use crate::simd::Simd;
 
 /// Rays of a list that are moved at a time.

@@ -2,7 +2,7 @@
 
 use crate::accel::bvh::bvh8::Bvh8Node;
 use crate::accel::stream::lists::MASKS;
-use crate::accel::stream::ray_lines::{BoxLine, STREAM_RAYS};
+use crate::accel::stream::prepared_rays::{BoxTestData, STREAM_RAYS};
 use crate::accel::traverse::box_test::NEAR_FACTOR;
 use crate::simd::{Lanes, Simd};
 
@@ -25,7 +25,7 @@ impl<S: Simd> NodePlanes<S> {
     }
 }
 
-impl BoxLine {
+impl BoxTestData {
     /// Returns where the ray enters each child box, and where it leaves it or reaches its limit.
     #[inline(always)]
     pub fn intervals<S: Simd>(&self, planes: &NodePlanes<S>) -> (S::F32x8, S::F32x8) {
@@ -44,7 +44,7 @@ impl BoxLine {
 #[inline(always)]
 pub(super) fn test_boxes<S: Simd>(
     node: &Bvh8Node,
-    boxes: &[BoxLine; STREAM_RAYS],
+    boxes: &[BoxTestData; STREAM_RAYS],
     rays: &[u32],
     masks: &mut [u8; MASKS],
 ) {
@@ -52,12 +52,12 @@ pub(super) fn test_boxes<S: Simd>(
     let mut octant = boxes[first as usize & (STREAM_RAYS - 1)].octant();
     let mut planes = NodePlanes::<S>::new(node, octant);
     for (&ray, mask) in rays.iter().zip(masks) {
-        let line = &boxes[ray as usize & (STREAM_RAYS - 1)];
-        if line.octant() != octant {
-            octant = line.octant();
+        let test_data = &boxes[ray as usize & (STREAM_RAYS - 1)];
+        if test_data.octant() != octant {
+            octant = test_data.octant();
             planes = NodePlanes::new(node, octant);
         }
-        let (enter, exit) = line.intervals::<S>(&planes);
+        let (enter, exit) = test_data.intervals::<S>(&planes);
         *mask = enter.le(exit) as u8;
     }
 }

@@ -4,7 +4,7 @@ use glam::Vec3;
 
 use crate::accel::ray_batch::{Coherence, HitBatch, HitFilter, RayBatch, ShadowRayBatch};
 use crate::accel::single_ray_tracer::shadow_ray_query;
-use crate::accel::stream::ray_lines::STREAM_RAYS;
+use crate::accel::stream::prepared_rays::STREAM_RAYS;
 use crate::accel::traverse::exact_triangle_test::LocalRay;
 use crate::accel::traverse::query::{ClosestHit, FilteredRay, RayQuery};
 use crate::accel::traverse::translucent_hits::Transmittance;

@@ -6,7 +6,7 @@
 use crate::accel::bvh::bvh8::{Bvh8, Bvh8Node, LEAF_BIT, Octant, WIDTH};
 use crate::accel::stream::list_visitor::ListVisitor;
 use crate::accel::stream::node_test::NodePlanes;
-use crate::accel::stream::ray_lines::{RayLines, STREAM_RAYS, boxed_array};
+use crate::accel::stream::prepared_rays::{PreparedRays, STREAM_RAYS, boxed_array};
 use crate::accel::traverse::bvh8_traversal::TraversalStack;
 use crate::simd::{Lanes, OutlinedKernel, Simd, prefetch_all_lines};
 
@@ -60,11 +60,11 @@ impl ShortLists {
     pub fn trace_all<S: Simd, V: ListVisitor<S>>(
         &mut self,
         bvh: &Bvh8,
-        lines: &mut RayLines,
+        prepared_rays: &mut PreparedRays,
         visitor: &mut V,
     ) {
         if !self.waiting.is_empty() {
-            S::call_outlined(TurnsKernel { bvh, lines, short: self, visitor });
+            S::call_outlined(TurnsKernel { bvh, prepared_rays, short: self, visitor });
         }
     }
 }
@@ -72,7 +72,7 @@ impl ShortLists {
 /// [`ShortLists::trace_all`] as a function of its own.
 struct TurnsKernel<'a, V> {
     bvh: &'a Bvh8,
-    lines: &'a mut RayLines,
+    prepared_rays: &'a mut PreparedRays,
     short: &'a mut ShortLists,
     visitor: &'a mut V,
 }
@@ -82,7 +82,7 @@ impl<S: Simd, V: ListVisitor<S>> OutlinedKernel<S> for TurnsKernel<'_, V> {
 
     #[inline(always)]
     fn run(self) {
-        let TurnsKernel { bvh, lines, short, visitor } = self;
+        let TurnsKernel { bvh, prepared_rays, short, visitor } = self;
         let ShortLists { waiting, is_waiting, stacks } = short;
         let nodes: &[Bvh8Node] = &bvh.nodes;
         let prefetch = |visitor: &V, child: u32| {
@@ -112,7 +112,7 @@ impl<S: Simd, V: ListVisitor<S>> OutlinedKernel<S> for TurnsKernel<'_, V> {
             while turn < count {
                 let (visit, top) = &mut visits[turn & (TURNS - 1)];
                 let stack = &mut stacks[places[turn & (TURNS - 1)] & (TURNS - 1)];
-                if step::<S, V>(nodes, visit, top, stack, lines, visitor) {
+                if step::<S, V>(nodes, visit, top, stack, prepared_rays, visitor) {
                     prefetch(visitor, visit.child);
                     turn += 1;
                 } else if let Some(&new) = next.next() {
@@ -137,14 +137,14 @@ fn step<S: Simd, V: ListVisitor<S>>(
     visit: &mut Visit,
     top: &mut usize,
     stack: &mut TraversalStack,
-    lines: &mut RayLines,
+    prepared_rays: &mut PreparedRays,
     visitor: &mut V,
 ) -> bool {
     let ray = visit.ray as usize & (STREAM_RAYS - 1);
     if visit.child & LEAF_BIT == 0 {
         let node = &nodes[visit.child as usize];
-        let line = &lines.boxes[ray];
-        let (enter, exit) = line.intervals::<S>(&NodePlanes::new(node, line.octant()));
+        let test_data = &prepared_rays.boxes[ray];
+        let (enter, exit) = test_data.intervals::<S>(&NodePlanes::new(node, test_data.octant()));
         let (near, words) = stack.room(*top);
         if V::ANY_HIT {
             let hits = enter.le(exit);
@@ -157,7 +157,7 @@ fn step<S: Simd, V: ListVisitor<S>>(
                 return true;
             }
         } else {
-            let octant = Octant::from_number(line.octant());
+            let octant = Octant::from_number(test_data.octant());
             let orders = [node.order(octant), node.order(octant.opposite())];
             let hit = S::compress_intersected(enter, exit, orders, &node.child, near, words);
             if hit.count > 0 {
@@ -167,8 +167,8 @@ fn step<S: Simd, V: ListVisitor<S>>(
             }
         }
     } else {
-        visitor.visit_leaf(visit.child & !LEAF_BIT, &[visit.ray], lines);
-        if V::ANY_HIT && lines.has_ended(ray) {
+        visitor.visit_leaf(visit.child & !LEAF_BIT, &[visit.ray], prepared_rays);
+        if V::ANY_HIT && prepared_rays.has_ended(ray) {
             return false;
         }
     }
@@ -179,7 +179,7 @@ fn step<S: Simd, V: ListVisitor<S>>(
         *top -= if *remaining == 0 { 2 } else { 0 };
         return true;
     }
-    let limit = lines.boxes[ray].limit;
+    let limit = prepared_rays.boxes[ray].limit;
     while *top > 0 {
         *top -= 1;
         let Some((child, near)) = stack.child(*top) else { return false };

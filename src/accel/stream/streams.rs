@@ -4,22 +4,24 @@ use std::ops::Range;
 
 use crate::accel::bvh::scene_bvh::SceneBvh;
 use crate::accel::single_ray_tracer::SingleRayTracer;
+use crate::accel::stream::prepared_rays::{MIN_STREAM_RAYS, STREAM_RAYS};
 use crate::accel::stream::query::StreamQuery;
-use crate::accel::stream::ray_lines::{MIN_STREAM_RAYS, STREAM_RAYS};
-use crate::accel::stream::scratch::StreamScratch;
-use crate::accel::stream::tracer::{StreamTracer, trace_single};
+use crate::accel::stream::tracer::{StreamScratch, StreamTracer, trace_single};
 use crate::simd::Simd;
 
-/// The indices of rays that wait to be traced as a stream, and memory for it.
-#[derive(Default)]
-pub(crate) struct Streams {
+/// Indices of rays that are pending until there are enough for a stream, and memory to trace it.
+pub(crate) struct Streams<'s> {
     pending: Vec<u32>,
-    /// Taken from the thread for the first stream.
-    scratch: Option<Box<StreamScratch>>,
+    scratch: &'s mut Option<Box<StreamScratch>>,
 }
 
-impl Streams {
-    /// Adds rays of the batch to those that wait. Returns those that waited before if all together are more than a stream.
+impl<'s> Streams<'s> {
+    /// No rays. `scratch` is allocated for the first stream.
+    pub fn new(scratch: &'s mut Option<Box<StreamScratch>>) -> Streams<'s> {
+        Streams { pending: Vec::new(), scratch }
+    }
+
+    /// Adds rays of the batch to the pending ones. Returns those that were pending before if all are more than a stream.
     #[inline(always)]
     #[must_use]
     pub fn push(&mut self, rays: Range<usize>) -> Option<Vec<u32>> {
@@ -29,13 +31,13 @@ impl Streams {
         pending
     }
 
-    /// Returns the rays that wait.
+    /// Removes and returns the pending rays.
     pub fn take_pending(&mut self) -> Vec<u32> {
         std::mem::take(&mut self.pending)
     }
 
-    /// Traces the rays of a query, no more than a stream: through all BVHs, or through the TLAS alone where packets have
-    /// traced them before (`worlds_traced`).
+    /// Traces the rays of a query, at most a stream, through all BVHs, or through the TLAS alone if packets have traced them
+    /// in the world BVHs (`worlds_traced`).
     #[inline(always)]
     pub fn trace<'b, S: Simd, Q: StreamQuery>(
         &mut self,
@@ -45,20 +47,12 @@ impl Streams {
         single: &mut SingleRayTracer<'b>,
     ) {
         if query.len() >= MIN_STREAM_RAYS {
-            let scratch = self.scratch.get_or_insert_with(StreamScratch::take);
+            let scratch = self.scratch.get_or_insert_default();
             S::call_outlined(StreamTracer { bvh, worlds_traced, query, scratch, single });
             return;
         }
         for ray in 0..query.len() {
             trace_single::<S, Q>(query, ray, single, worlds_traced);
-        }
-    }
-}
-
-impl Drop for Streams {
-    fn drop(&mut self) {
-        if let Some(scratch) = self.scratch.take() {
-            scratch.give_back();
         }
     }
 }

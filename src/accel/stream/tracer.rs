@@ -6,16 +6,27 @@ use glam::Vec3;
 
 use crate::accel::bvh::blas::Blas;
 use crate::accel::bvh::scene_bvh::SceneBvh;
+use crate::accel::packet::RAYS_PER_GROUP;
 use crate::accel::single_ray_tracer::SingleRayTracer;
 use crate::accel::stream::instances::InstanceVisitor;
 use crate::accel::stream::leaf::TriangleVisitor;
+use crate::accel::stream::prepared_rays::{BoxPadding, NO_OCTANT, PreparedRays, RayGroup};
 use crate::accel::stream::query::{SingleRayTask, StreamQuery};
-use crate::accel::stream::ray_lines::{BoxPadding, GROUP, NO_OCTANT, RayGroup, RayLines};
-use crate::accel::stream::scratch::StreamScratch;
-use crate::accel::stream::traversal::TraverseKernel;
+use crate::accel::stream::traversal::{TraversalScratch, TraverseKernel};
 use crate::accel::traverse::exact_triangle_test::LocalRay;
 use crate::accel::traverse::query::RayQuery;
 use crate::simd::{Lanes, OutlinedKernel, Simd};
+
+/// Memory for one stream at a time.
+#[derive(Debug, Default)]
+pub(crate) struct StreamScratch {
+    /// For the world BVHs and the TLAS.
+    world: TraversalScratch,
+    /// For the local frames of instances; allocated for the first.
+    instance: Option<Box<TraversalScratch>>,
+    /// The rays of the stream that are in the local frame of an instance.
+    instance_rays: Vec<u32>,
+}
 
 /// Traces a stream: the rays of `query`, no more than [`STREAM_RAYS`].
 ///
@@ -35,38 +46,38 @@ impl<S: Simd, Q: StreamQuery> OutlinedKernel<S> for StreamTracer<'_, '_, Q> {
     #[inline(always)]
     fn run(self) {
         let StreamTracer { bvh, worlds_traced, query, scratch, single } = self;
-        let StreamScratch { world: memory, instance: instance_memory, instance_rays, .. } = scratch;
+        let StreamScratch { world: scratch, instance: instance_scratch, instance_rays } = scratch;
         let count = query.len();
         for blas in bvh.worlds().into_iter().filter(|_| !worlds_traced) {
             let Some(root) = blas.bvh.root else { continue };
-            load_rays::<S, Q>(&mut memory.lines, query, BoxPadding::default());
-            load_sources(&mut memory.lines, query, blas);
+            load_rays::<S, Q>(&mut scratch.prepared_rays, query, BoxPadding::default());
+            load_sources(&mut scratch.prepared_rays, query, blas);
             let mut visitor = TriangleVisitor {
                 blas,
                 instance: None,
                 query_rays: None,
-                bounds: memory.lines.error_bounds(blas.centre, blas.radius, false),
+                bounds: scratch.prepared_rays.error_bounds(blas.centre, blas.radius, false),
                 query: &mut *query,
             };
-            S::call_outlined(TraverseKernel { bvh: &blas.bvh, root, count, memory, visitor: &mut visitor });
+            S::call_outlined(TraverseKernel { bvh: &blas.bvh, root, count, scratch, visitor: &mut visitor });
         }
         if let Some(root) = bvh.tlas.bvh.root {
             let padding =
                 BoxPadding { constant: bvh.tlas.padding, per_distance: bvh.tlas.padding_per_distance };
-            load_rays::<S, Q>(&mut memory.lines, query, padding);
+            load_rays::<S, Q>(&mut scratch.prepared_rays, query, padding);
             let mut visitor = InstanceVisitor {
                 tlas: &bvh.tlas,
                 blases: &single.blases,
                 query: &mut *query,
-                memory: instance_memory.get_or_insert_default(),
+                scratch: instance_scratch.get_or_insert_default(),
                 rays: instance_rays,
                 stack: &mut single.stack,
             };
             let bvh = &bvh.tlas.bvh;
-            S::call_outlined(TraverseKernel { bvh, root, count, memory, visitor: &mut visitor });
+            S::call_outlined(TraverseKernel { bvh, root, count, scratch, visitor: &mut visitor });
         }
         for ray in 0..count {
-            if memory.lines.octants[ray] == NO_OCTANT && query.t_max(ray) != f32::NEG_INFINITY {
+            if scratch.prepared_rays.octants[ray] == NO_OCTANT && query.t_max(ray) != f32::NEG_INFINITY {
                 // Too long, too short or too far away for the stream, if it is finite at all.
                 trace_single::<S, Q>(query, ray, single, worlds_traced);
             }
@@ -104,16 +115,16 @@ impl<S: Simd> SingleRayTask for TraceScene<'_, '_, S> {
 
 /// Loads the rays of a query whose queries have not ended.
 #[inline(always)]
-fn load_rays<S: Simd, Q: StreamQuery>(lines: &mut RayLines, query: &Q, padding: BoxPadding) {
-    lines.clear();
+fn load_rays<S: Simd, Q: StreamQuery>(prepared_rays: &mut PreparedRays, query: &Q, padding: BoxPadding) {
+    prepared_rays.clear();
     let count = query.len();
-    for g in 0..count.div_ceil(GROUP) {
-        let mut o = [Vec3::ZERO; GROUP];
-        let mut d = [Vec3::ZERO; GROUP];
-        let mut t_min = [0.0; GROUP];
-        let mut t_max = [0.0; GROUP];
-        for i in 0..GROUP {
-            let ray = (GROUP * g + i).min(count - 1);
+    for g in 0..count.div_ceil(RAYS_PER_GROUP) {
+        let mut o = [Vec3::ZERO; RAYS_PER_GROUP];
+        let mut d = [Vec3::ZERO; RAYS_PER_GROUP];
+        let mut t_min = [0.0; RAYS_PER_GROUP];
+        let mut t_max = [0.0; RAYS_PER_GROUP];
+        for i in 0..RAYS_PER_GROUP {
+            let ray = (RAYS_PER_GROUP * g + i).min(count - 1);
             (o[i], d[i]) = query.origin_and_direction(ray);
             t_min[i] = query.t_min(ray);
             t_max[i] = query.t_max(ray);
@@ -128,17 +139,17 @@ fn load_rays<S: Simd, Q: StreamQuery>(lines: &mut RayLines, query: &Q, padding: 
             t_scale: t_max,
             is_from_light: query.is_from_light(),
         };
-        let left = count - GROUP * g;
-        let used = if left >= GROUP { (1 << GROUP) - 1 } else { (1 << left) - 1 };
+        let left = count - RAYS_PER_GROUP * g;
+        let used = if left >= RAYS_PER_GROUP { (1 << RAYS_PER_GROUP) - 1 } else { (1 << left) - 1 };
         let valid = used & live & group.normalize();
-        lines.store_group::<S>(g, &group, valid, padding);
+        prepared_rays.store_group::<S>(g, &group, valid, padding);
     }
 }
 
 /// Loads the indices of the triangles that rays start on.
 #[inline(always)]
-fn load_sources<Q: StreamQuery>(lines: &mut RayLines, query: &Q, blas: &Blas) {
-    for (ray, line) in lines.triangles.iter_mut().enumerate().take(query.len()) {
-        line.source = blas.source_index(query.source(ray), None);
+fn load_sources<Q: StreamQuery>(prepared_rays: &mut PreparedRays, query: &Q, blas: &Blas) {
+    for (ray, test_data) in prepared_rays.triangles.iter_mut().enumerate().take(query.len()) {
+        test_data.source = blas.source_index(query.source(ray), None);
     }
 }

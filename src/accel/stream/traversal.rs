@@ -4,29 +4,29 @@ use crate::accel::bvh::bvh8::{Bvh8, Bvh8Node, LEAF_BIT, OCTANTS, Octant, WIDTH};
 use crate::accel::stream::list_visitor::ListVisitor;
 use crate::accel::stream::lists::ListStack;
 use crate::accel::stream::node_test::test_boxes;
-use crate::accel::stream::ray_lines::RayLines;
+use crate::accel::stream::prepared_rays::PreparedRays;
 use crate::accel::stream::short_lists::ShortLists;
 use crate::simd::{OutlinedKernel, Simd};
 
 /// Rays of lists that are no longer than this go on one by one.
 const SHORT_LIST: usize = 4;
 
-/// Memory for the traversal of one BVH by streams.
+/// The rays of a stream in the frame of a BVH, and memory to traverse it.
 #[derive(Debug, Default)]
-pub(super) struct StreamMemory {
-    pub lines: RayLines,
+pub(super) struct TraversalScratch {
+    pub prepared_rays: PreparedRays,
     lists: ListStack,
     short: ShortLists,
     /// The rays of the stream by octant.
     by_octant: Vec<u32>,
 }
 
-/// Traces the first `count` rays of `memory` through a BVH below `root`, those that have no octant excepted.
+/// Traces the first `count` rays of `scratch` through a BVH below `root`, except for those without an octant.
 pub(super) struct TraverseKernel<'a, V> {
     pub bvh: &'a Bvh8,
     pub root: u32,
     pub count: usize,
-    pub memory: &'a mut StreamMemory,
+    pub scratch: &'a mut TraversalScratch,
     pub visitor: &'a mut V,
 }
 
@@ -35,9 +35,9 @@ impl<S: Simd, V: ListVisitor<S>> OutlinedKernel<S> for TraverseKernel<'_, V> {
 
     #[inline(always)]
     fn run(self) {
-        let TraverseKernel { bvh, root, count, memory, visitor } = self;
-        let StreamMemory { lines, lists, short, by_octant } = memory;
-        let ends = sort_by_octant(&lines.octants[..count], by_octant);
+        let TraverseKernel { bvh, root, count, scratch, visitor } = self;
+        let TraversalScratch { prepared_rays, lists, short, by_octant } = scratch;
+        let ends = sort_by_octant(&prepared_rays.octants[..count], by_octant);
         let mut first = 0;
         for (octant, end) in ends.into_iter().enumerate().take(OCTANTS) {
             // Any hits are found by one stream for all octants.
@@ -46,7 +46,8 @@ impl<S: Simd, V: ListVisitor<S>> OutlinedKernel<S> for TraverseKernel<'_, V> {
                 continue;
             }
             lists.start(root, &by_octant[first..end]);
-            let mut traversal = Traversal { bvh, lines: &mut *lines, lists: &mut *lists, short: &mut *short };
+            let mut traversal =
+                Traversal { bvh, prepared_rays: &mut *prepared_rays, lists: &mut *lists, short: &mut *short };
             traversal.run::<S, V>(octant, visitor);
             first = end;
         }
@@ -56,7 +57,7 @@ impl<S: Simd, V: ListVisitor<S>> OutlinedKernel<S> for TraverseKernel<'_, V> {
 /// A stream on its way through a BVH.
 struct Traversal<'a> {
     bvh: &'a Bvh8,
-    lines: &'a mut RayLines,
+    prepared_rays: &'a mut PreparedRays,
     lists: &'a mut ListStack,
     short: &'a mut ShortLists,
 }
@@ -71,22 +72,22 @@ impl Traversal<'_> {
                 for &ray in self.lists.rays(list) {
                     // A ray visits what is near first.
                     if !V::ANY_HIT && self.short.is_waiting(ray) {
-                        self.short.trace_all::<S, V>(self.bvh, self.lines, visitor);
+                        self.short.trace_all::<S, V>(self.bvh, self.prepared_rays, visitor);
                     }
-                    if !V::ANY_HIT || !self.lines.has_ended(ray as usize) {
+                    if !V::ANY_HIT || !self.prepared_rays.has_ended(ray as usize) {
                         self.short.push(ray, list.child);
                     }
                 }
                 if self.short.is_full() {
-                    self.short.trace_all::<S, V>(self.bvh, self.lines, visitor);
+                    self.short.trace_all::<S, V>(self.bvh, self.prepared_rays, visitor);
                 }
             } else if list.child & LEAF_BIT != 0 {
-                visitor.visit_leaf(list.child & !LEAF_BIT, self.lists.rays(list), self.lines);
+                visitor.visit_leaf(list.child & !LEAF_BIT, self.lists.rays(list), self.prepared_rays);
             } else {
                 let node = &nodes[list.child as usize];
                 let (rays, masks) = self.lists.rays_and_masks(list);
                 let count = node.count();
-                test_boxes::<S>(node, &self.lines.boxes, rays, masks);
+                test_boxes::<S>(node, &self.prepared_rays.boxes, rays, masks);
                 if V::ANY_HIT {
                     self.lists.push_children::<S>(list, node, (0..count).rev());
                 } else {
@@ -96,7 +97,7 @@ impl Traversal<'_> {
                 }
             }
         }
-        self.short.trace_all::<S, V>(self.bvh, self.lines, visitor);
+        self.short.trace_all::<S, V>(self.bvh, self.prepared_rays, visitor);
     }
 }
 

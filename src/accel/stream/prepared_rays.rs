@@ -4,6 +4,7 @@ use bytemuck::{Pod, Zeroable};
 use glam::{DVec3, Vec3};
 
 use crate::accel::bvh::bvh8::OCTANTS;
+use crate::accel::packet::RAYS_PER_GROUP;
 use crate::accel::traverse::box_test::{BoxTestRay, FAR_FACTOR, MAX_SHIFT, MIN_DIRECTION, NEAR_FACTOR};
 use crate::accel::traverse::conservative_triangle_test::LIGHT_MARGIN;
 use crate::accel::traverse::error_bounds::EdgeFunctionBounds;
@@ -16,9 +17,6 @@ pub(crate) const STREAM_RAYS: usize = 1024;
 
 /// Fewer rays are traced as single rays.
 pub(super) const MIN_STREAM_RAYS: usize = 8;
-
-/// Rays that are prepared at a time.
-pub(super) const GROUP: usize = 16;
 
 /// The octant of rays that take no part in the stream.
 pub(super) const NO_OCTANT: u8 = OCTANTS as u8;
@@ -40,7 +38,7 @@ const OCTANT_BASE: f32 = (1 << 23) as f32;
 /// [`BoxTestRay`]: crate::accel::traverse::box_test::BoxTestRay
 #[derive(Clone, Copy, Debug, Pod, Zeroable)]
 #[repr(C, align(64))]
-pub(super) struct BoxLine {
+pub(super) struct BoxTestData {
     /// 1/d.
     pub scale: [f32; 3],
     pub near_shift: [f32; 3],
@@ -58,10 +56,10 @@ pub(super) struct BoxLine {
 /// [`TriangleTestRay`]: crate::accel::traverse::conservative_triangle_test::TriangleTestRay
 #[derive(Clone, Copy, Debug, Pod, Zeroable)]
 #[repr(C, align(64))]
-pub(super) struct TriangleLine {
+pub(super) struct TriangleTestData {
     pub o: [f32; 3],
     pub d: [f32; 3],
-    /// As in the [`BoxLine`].
+    /// As in the [`BoxTestData`].
     pub limit: f32,
     pub early_exit_t_min: f32,
     pub early_exit_t_max: f32,
@@ -94,9 +92,9 @@ pub(super) struct BoxPadding {
 
 /// The rays of a stream.
 #[derive(Debug)]
-pub(super) struct RayLines {
-    pub boxes: Box<[BoxLine; STREAM_RAYS]>,
-    pub triangles: Box<[TriangleLine; STREAM_RAYS]>,
+pub(super) struct PreparedRays {
+    pub boxes: Box<[BoxTestData; STREAM_RAYS]>,
+    pub triangles: Box<[TriangleTestData; STREAM_RAYS]>,
     /// The number of the octant of each direction.
     pub octants: Box<[u8; STREAM_RAYS]>,
     /// Bounds of the origins.
@@ -106,11 +104,11 @@ pub(super) struct RayLines {
     max_direction_squared: f32,
 }
 
-impl Default for RayLines {
+impl Default for PreparedRays {
     fn default() -> Self {
-        RayLines {
-            boxes: boxed_array(BoxLine::zeroed()),
-            triangles: boxed_array(TriangleLine::zeroed()),
+        PreparedRays {
+            boxes: boxed_array(BoxTestData::zeroed()),
+            triangles: boxed_array(TriangleTestData::zeroed()),
             octants: boxed_array(0),
             min_origin: Vec3::INFINITY,
             max_origin: Vec3::NEG_INFINITY,
@@ -127,7 +125,7 @@ pub(super) fn boxed_array<T: Copy>(element: T) -> Box<[T; STREAM_RAYS]> {
     }
 }
 
-impl BoxLine {
+impl BoxTestData {
     /// The number of the direction's octant.
     #[inline(always)]
     pub fn octant(&self) -> usize {
@@ -135,7 +133,7 @@ impl BoxLine {
     }
 }
 
-impl RayLines {
+impl PreparedRays {
     /// Forgets all rays.
     pub fn clear(&mut self) {
         self.min_origin = Vec3::INFINITY;
@@ -213,24 +211,24 @@ impl RayLines {
         let margin = if group.is_from_light { LIGHT_MARGIN } else { 0.0 };
         let early_exit_t_min = group.t_scale * splat(margin);
         let early_exit_t_max = t_max * splat(1.0 - 8.0 * EPSILON);
-        let first = (GROUP * g) & (STREAM_RAYS - 1);
-        let mut columns = [zero; GROUP];
+        let first = (RAYS_PER_GROUP * g) & (STREAM_RAYS - 1);
+        let mut columns = [zero; RAYS_PER_GROUP];
         columns[..3].copy_from_slice(&scale);
         columns[3..6].copy_from_slice(&near_shift);
         columns[6..9].copy_from_slice(&far_shift);
         columns[9..12].copy_from_slice(&[limit, t_min, octant]);
-        if let Some(to) = self.boxes[first..].first_chunk_mut::<GROUP>() {
+        if let Some(to) = self.boxes[first..].first_chunk_mut::<RAYS_PER_GROUP>() {
             S::transpose16(&columns, bytemuck::cast_mut(to));
         }
-        let mut columns = [zero; GROUP];
+        let mut columns = [zero; RAYS_PER_GROUP];
         columns[..3].copy_from_slice(&group.o);
         columns[3..6].copy_from_slice(&group.d);
         columns[6..10].copy_from_slice(&[limit, early_exit_t_min, early_exit_t_max, group.t_scale]);
-        if let Some(to) = self.triangles[first..].first_chunk_mut::<GROUP>() {
+        if let Some(to) = self.triangles[first..].first_chunk_mut::<RAYS_PER_GROUP>() {
             S::transpose16(&columns, bytemuck::cast_mut(to));
         }
         self.bound::<S>(group, ordinary);
-        let mut octants = [0.0; GROUP];
+        let mut octants = [0.0; RAYS_PER_GROUP];
         octant.store(&mut octants);
         for (i, (to, octant)) in self.octants[first..].iter_mut().zip(octants).enumerate() {
             let number = octant.to_bits() as u8 & (OCTANTS - 1) as u8;
@@ -255,7 +253,7 @@ impl RayLines {
     }
 }
 
-impl<L: Lanes<GROUP>> RayGroup<L> {
+impl<L: Lanes<RAYS_PER_GROUP>> RayGroup<L> {
     /// Scales directions to about unit length by powers of two. Returns the rays for which that is possible, as a mask.
     #[inline(always)]
     pub fn normalize(&mut self) -> u32 {
