@@ -1,60 +1,41 @@
-//! One direction of each of many lobes, for the rays that lobes spawn, with the light of the environment from there. All take
-//! the same steps: the loops over a block are vectorised.
-
-use std::f32::consts::PI;
+//! Directions of the rays that lobes spawn, one for each of sixteen lobes, with the light of the environment from there. The
+//! loops over the lobes are vectorised.
 
 use glam::DVec3;
 
 use crate::geometry::{Rgb, cos_sin_of_turns};
 use crate::integrator::environment_occlusion::LOOKUP_SHARE;
 use crate::integrator::material::directional_albedo::single_scattering_albedos;
-use crate::integrator::material::facet_view::FacetView;
-use crate::integrator::material::ggx_lobe::{FILTER_WIDTH, Lobe, LobeBasis};
+use crate::integrator::material::ggx_lobe::{LOBE_LANES, Lobe, Lobe16, LobeBasis};
 use crate::integrator::surface::soa::{dvec3, set3, vec3};
 use crate::scene::Environment;
 use crate::simd::AutovecKernel;
 
 /// Lobes that are sampled together.
-pub(crate) const SAMPLE_LANES: usize = 16;
+pub(crate) const SAMPLE_LANES: usize = LOBE_LANES;
 
-/// Lobes as structure of arrays. Lanes behind the last lobe hold any value.
+/// Lobes and the triangles that they are on.
 #[derive(Clone, Copy)]
 pub(crate) struct SampledLobes {
-    /// Shading normals.
-    n: [[f64; SAMPLE_LANES]; 3],
+    lobes: Lobe16,
     /// Geometric normals.
     n_g: [[f64; SAMPLE_LANES]; 3],
-    /// Unit directions to the viewer.
-    v: [[f64; SAMPLE_LANES]; 3],
-    /// GGX α.
-    alpha: [f64; SAMPLE_LANES],
-    /// Mean reflectance at normal incidence.
-    f0: [f64; SAMPLE_LANES],
 }
 
 impl SampledLobes {
-    pub const ZERO: SampledLobes = SampledLobes {
-        n: [[0.0; SAMPLE_LANES]; 3],
-        n_g: [[0.0; SAMPLE_LANES]; 3],
-        v: [[0.0; SAMPLE_LANES]; 3],
-        alpha: [0.0; SAMPLE_LANES],
-        f0: [0.0; SAMPLE_LANES],
-    };
+    pub const ZERO: SampledLobes = SampledLobes { lobes: Lobe16::ZERO, n_g: [[0.0; SAMPLE_LANES]; 3] };
 
     /// Sets lobe `i`, on a triangle with geometric normal `n_g`.
     #[inline(always)]
     pub fn set(&mut self, i: usize, lobe: &Lobe, n_g: DVec3) {
-        set3(&mut self.n, i, lobe.n.to_array());
+        self.lobes.set(i, lobe);
         set3(&mut self.n_g, i, n_g.to_array());
-        set3(&mut self.v, i, lobe.v.to_array());
-        self.alpha[i] = lobe.alpha;
-        self.f0[i] = lobe.f0;
     }
 
     /// Lobe `i`.
     #[inline(always)]
     pub fn get(&self, i: usize) -> Lobe {
-        Lobe { n: dvec3(&self.n, i), v: dvec3(&self.v, i), alpha: self.alpha[i], f0: self.f0[i] }
+        self.lobes.get(i)
     }
 }
 
@@ -63,13 +44,13 @@ impl SampledLobes {
 pub(crate) struct LobeSamples {
     /// Unit directions on the side of the geometric normal.
     direction: [[f64; SAMPLE_LANES]; 3],
-    /// The mean over all samples of the weight times the radiance is the radiance averaged over the lobe. 0 below the horizon.
+    /// The mean of weight × radiance over all samples is the radiance averaged over the lobe. 0 below the horizon.
     pub weight: [f32; SAMPLE_LANES],
     /// Solid angles in steradians that the samples stand for.
     pub solid_angle: [f32; SAMPLE_LANES],
     /// The light of the environment, looked up over a share of the solid angle ([`LOOKUP_SHARE`]). 0 without an environment.
     pub sharp_light: [Rgb; SAMPLE_LANES],
-    /// The same over all of the solid angle, if it was requested.
+    /// The light looked up over all of the solid angle; 0 unless it was requested.
     pub filtered_light: [Rgb; SAMPLE_LANES],
 }
 
@@ -112,18 +93,16 @@ impl AutovecKernel for SampleLobes<'_> {
         for i in 0..SAMPLE_LANES {
             [around[0][i], around[1][i]] = cos_sin_of_turns(f64::from(u[0][i])).map(|x| x as f32);
         }
-        let [mut cos, mut alpha, mut f0] = [[0.0; SAMPLE_LANES]; 3];
-        let [mut weight, mut solid_angle] = [[0.0; SAMPLE_LANES]; 2];
+        let [alpha, f0] = [lobes.lobes.alpha(), lobes.lobes.f0()];
+        let [mut cos, mut weight, mut solid_angle] = [[0.0; SAMPLE_LANES]; 3];
         let mut reflected = [[0.0; SAMPLE_LANES]; 3];
         for i in 0..SAMPLE_LANES {
-            let lobe = lobes.get(i);
-            (alpha[i], f0[i]) = (lobe.alpha as f32, lobe.f0 as f32);
-            let view = FacetView::new(lobe.n.as_vec3(), lobe.v.as_vec3(), alpha[i]);
+            let view = lobes.lobes.facet_view(i);
             let sample = view.sample([around[0][i], around[1][i]], u[1][i], f0[i]);
             cos[i] = view.cos();
             set3(&mut reflected, i, sample.l.to_array());
             weight[i] = sample.weight;
-            solid_angle[i] = (FILTER_WIDTH as f32 / (count * sample.pdf)).min(2.0 * PI);
+            solid_angle[i] = sample.solid_angle(count);
         }
         let expected = single_scattering_albedos(&cos, &alpha, &f0);
         let mut directions = [[0.0; SAMPLE_LANES]; 3];

@@ -10,6 +10,10 @@ use crate::integrator::material::ggx::MIRROR_ALPHA;
 /// Smallest cosine between normal and viewer.
 const MIN_COS: f32 = 1e-3;
 
+/// Solid angle of a lookup over that which its direction stands for. Lookups are filtered a little wider than requested,
+/// between texels and between levels; 0.7 comes closest to the integral over the lobe.
+const FILTER_WIDTH: f32 = 0.7;
+
 /// Microfacets of a roughness seen from a direction. Local directions are in the frame of the surface: z is the shading normal,
 /// and the viewer is in the xz plane.
 #[derive(Clone, Copy, Debug)]
@@ -38,6 +42,14 @@ pub(crate) struct FacetSample {
     pub weight: f32,
     /// Density of the direction per solid angle.
     pub pdf: f32,
+}
+
+impl FacetSample {
+    /// Solid angle in steradians to filter over where the lobe has `count` samples.
+    #[inline(always)]
+    pub fn solid_angle(&self, count: f32) -> f32 {
+        (FILTER_WIDTH / (count * self.pdf)).min(2.0 * PI)
+    }
 }
 
 impl FacetView {

@@ -5,12 +5,10 @@ use std::f64::consts::PI;
 use glam::DVec3;
 
 use crate::geometry::Rgb;
+use crate::integrator::material::facet_view::FacetView;
 use crate::integrator::material::ggx::{MIRROR_ALPHA, sample_visible_normal};
+use crate::integrator::surface::soa::{dvec3, set3};
 use crate::scene::Environment;
-
-/// Solid angle of a lookup over that which its direction stands for. Lookups are filtered a little wider than requested,
-/// between texels and between levels; 0.7 comes closest to the integral over the lobe.
-pub(crate) const FILTER_WIDTH: f64 = 0.7;
 
 /// A lobe at a surface.
 #[derive(Clone, Copy, Debug)]
@@ -49,6 +47,59 @@ impl Lobe {
     pub fn sample_normal(&self, u: [f64; 2]) -> DVec3 {
         let basis = LobeBasis::new(self.n, self.v);
         basis.to_world(sample_visible_normal(basis.v, self.alpha, u))
+    }
+}
+
+/// Lobes that are computed together.
+pub(crate) const LOBE_LANES: usize = 16;
+
+/// A [`Lobe`] in each lane. Lanes behind the last lobe may hold any value.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Lobe16 {
+    n: [[f64; LOBE_LANES]; 3],
+    v: [[f64; LOBE_LANES]; 3],
+    alpha: [f64; LOBE_LANES],
+    f0: [f64; LOBE_LANES],
+}
+
+impl Lobe16 {
+    pub const ZERO: Lobe16 = Lobe16 {
+        n: [[0.0; LOBE_LANES]; 3],
+        v: [[0.0; LOBE_LANES]; 3],
+        alpha: [0.0; LOBE_LANES],
+        f0: [0.0; LOBE_LANES],
+    };
+
+    #[inline(always)]
+    pub fn set(&mut self, i: usize, lobe: &Lobe) {
+        set3(&mut self.n, i, lobe.n.to_array());
+        set3(&mut self.v, i, lobe.v.to_array());
+        self.alpha[i] = lobe.alpha;
+        self.f0[i] = lobe.f0;
+    }
+
+    #[inline(always)]
+    pub fn get(&self, i: usize) -> Lobe {
+        Lobe { n: dvec3(&self.n, i), v: dvec3(&self.v, i), alpha: self.alpha[i], f0: self.f0[i] }
+    }
+
+    /// The microfacets of lobe `i`, seen from its viewer.
+    #[inline(always)]
+    pub fn facet_view(&self, i: usize) -> FacetView {
+        let Lobe { n, v, alpha, .. } = self.get(i);
+        FacetView::new(n.as_vec3(), v.as_vec3(), alpha as f32)
+    }
+
+    /// α of all lobes.
+    #[inline(always)]
+    pub fn alpha(&self) -> [f32; LOBE_LANES] {
+        self.alpha.map(|alpha| alpha as f32)
+    }
+
+    /// The mean reflectance of all lobes at normal incidence.
+    #[inline(always)]
+    pub fn f0(&self) -> [f32; LOBE_LANES] {
+        self.f0.map(|f0| f0 as f32)
     }
 }
 

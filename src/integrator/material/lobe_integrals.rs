@@ -4,70 +4,52 @@
 //!
 //! Lobes are collected and integrated together, so that the loops over a block are vectorised.
 
-use std::f32::consts::PI;
 use std::sync::OnceLock;
 
 use crate::geometry::{Rgb, golden_angle};
 use crate::integrator::material::directional_albedo::single_scattering_albedos;
 use crate::integrator::material::facet_view::FacetView;
-use crate::integrator::material::ggx_lobe::{FILTER_WIDTH, Lobe};
-use crate::integrator::surface::soa::{set3, vec3};
+use crate::integrator::material::ggx_lobe::{LOBE_LANES, Lobe, Lobe16};
+use crate::integrator::surface::soa::set3;
 use crate::scene::Environment;
 use crate::simd::{AutovecKernel, SimdLevel};
 
 /// Directions in the set of a pixel, shared among its samples.
 const LOBE_DIRECTIONS: u32 = 32;
-/// Lobes of a block.
-const LANES: usize = 16;
 
 /// Lobes over which the radiance is averaged.
 #[derive(Default)]
 pub(crate) struct LobeIntegrals {
     /// Full but for the last one.
-    blocks: Vec<LobeBlock>,
+    blocks: Vec<IntegrationBlock>,
     count: usize,
 }
 
-/// Lobes as structure of arrays. Lanes behind the last lobe repeat others.
+/// Lobes that are integrated together. Lanes behind the last lobe repeat another.
 #[derive(Clone)]
-struct LobeBlock {
-    /// Shading normals.
-    n: [[f32; LANES]; 3],
-    /// Unit directions to the viewer.
-    v: [[f32; LANES]; 3],
-    /// GGX α.
-    alpha: [f32; LANES],
-    f0: [f32; LANES],
-    /// Index of the first direction.
-    first: [u32; LANES],
+struct IntegrationBlock {
+    lobes: Lobe16,
+    /// Index of the first direction of each lobe.
+    first: [u32; LOBE_LANES],
 }
 
-impl LobeBlock {
-    const ZERO: LobeBlock = LobeBlock {
-        n: [[0.0; LANES]; 3],
-        v: [[0.0; LANES]; 3],
-        alpha: [0.0; LANES],
-        f0: [0.0; LANES],
-        first: [0; LANES],
-    };
+impl IntegrationBlock {
+    const ZERO: IntegrationBlock = IntegrationBlock { lobes: Lobe16::ZERO, first: [0; LOBE_LANES] };
 }
 
 impl LobeIntegrals {
     /// Adds a lobe, which is wider than a mirror's, with the directions of sample `index` of `samples`.
     pub fn push(&mut self, lobe: &Lobe, index: u32, samples: u32) {
-        let lane = self.count % LANES;
+        let lane = self.count % LOBE_LANES;
         if lane == 0 {
-            self.blocks.push(LobeBlock::ZERO);
+            self.blocks.push(IntegrationBlock::ZERO);
         }
         self.count += 1;
         let Some(block) = self.blocks.last_mut() else { return };
         // The first lobe also fills the lanes behind it, so that all have finite values.
-        let end = if lane == 0 { LANES } else { lane + 1 };
+        let end = if lane == 0 { LOBE_LANES } else { lane + 1 };
         for lane in lane..end {
-            set3(&mut block.n, lane, lobe.n.as_vec3().to_array());
-            set3(&mut block.v, lane, lobe.v.as_vec3().to_array());
-            block.alpha[lane] = lobe.alpha as f32;
-            block.f0[lane] = lobe.f0 as f32;
+            block.lobes.set(lane, lobe);
             block.first[lane] = (index % samples.max(1)) * directions_per_sample(samples);
         }
     }
@@ -79,7 +61,7 @@ impl LobeIntegrals {
         if let Some(radiance) = environment.as_uniform() {
             return vec![radiance; self.count];
         }
-        let mut radiance = Vec::with_capacity(self.blocks.len() * LANES);
+        let mut radiance = Vec::with_capacity(self.blocks.len() * LOBE_LANES);
         let per_sample = directions_per_sample(samples);
         let total = per_sample.saturating_mul(samples.max(1));
         simd.run(IntegralKernel {
@@ -101,7 +83,7 @@ fn directions_per_sample(samples: u32) -> u32 {
 
 /// [`LobeIntegrals::radiance`].
 struct IntegralKernel<'a> {
-    blocks: &'a [LobeBlock],
+    blocks: &'a [IntegrationBlock],
     environment: &'a Environment,
     per_sample: u32,
     /// Directions of a pixel.
@@ -113,16 +95,17 @@ impl AutovecKernel for IntegralKernel<'_> {
     #[inline(always)]
     fn run(self) {
         for block in self.blocks {
-            let views = FacetViews::new(block);
-            let mut sum = [Rgb::ZERO; LANES];
+            let views = FacetViews::new(&block.lobes);
+            let [alpha, f0] = [block.lobes.alpha(), block.lobes.f0()];
+            let mut sum = [Rgb::ZERO; LOBE_LANES];
             for k in 0..self.per_sample {
-                let directions = block.directions(&views, k, self.total);
+                let directions = block.directions(&views, &f0, k, self.total);
                 let radiance = self.environment.radiance_of_lanes(&directions.l, &directions.solid_angle);
                 for (i, sum) in sum.iter_mut().enumerate() {
                     *sum += radiance[i] * directions.weight[i];
                 }
             }
-            let albedos = single_scattering_albedos(&views.cos(), &block.alpha, &block.f0);
+            let albedos = single_scattering_albedos(&views.cos(), &alpha, &f0);
             for (sum, albedo) in sum.iter_mut().zip(albedos) {
                 *sum /= self.per_sample as f32 * albedo;
             }
@@ -132,15 +115,14 @@ impl AutovecKernel for IntegralKernel<'_> {
 }
 
 /// The [`FacetView`] of each lobe of a block, in structure of arrays.
-struct FacetViews([[f32; LANES]; FacetView::LEN]);
+struct FacetViews([[f32; LOBE_LANES]; FacetView::LEN]);
 
 impl FacetViews {
     #[inline(always)]
-    fn new(block: &LobeBlock) -> FacetViews {
-        let mut views = FacetViews([[0.0; LANES]; FacetView::LEN]);
-        for i in 0..LANES {
-            let view = FacetView::new(vec3(&block.n, i), vec3(&block.v, i), block.alpha[i]);
-            for (lanes, x) in views.0.iter_mut().zip(view.to_array()) {
+    fn new(lobes: &Lobe16) -> FacetViews {
+        let mut views = FacetViews([[0.0; LOBE_LANES]; FacetView::LEN]);
+        for i in 0..LOBE_LANES {
+            for (lanes, x) in views.0.iter_mut().zip(lobes.facet_view(i).to_array()) {
                 lanes[i] = x;
             }
         }
@@ -154,8 +136,8 @@ impl FacetViews {
 
     /// Cosines to the viewer.
     #[inline(always)]
-    fn cos(&self) -> [f32; LANES] {
-        let mut cos = [0.0; LANES];
+    fn cos(&self) -> [f32; LOBE_LANES] {
+        let mut cos = [0.0; LOBE_LANES];
         for (i, cos) in cos.iter_mut().enumerate() {
             *cos = self.get(i).cos();
         }
@@ -166,32 +148,32 @@ impl FacetViews {
 /// One direction of each lobe of a block.
 struct LobeDirections {
     /// Unit directions in the world.
-    l: [[f32; LANES]; 3],
-    /// The mean over all directions of the weight times the radiance, over the albedo, is the radiance averaged over the lobe. 0
+    l: [[f32; LOBE_LANES]; 3],
+    /// The mean of weight × radiance over all directions, divided by the albedo, is the radiance averaged over the lobe. 0
     /// below the horizon.
-    weight: [f32; LANES],
+    weight: [f32; LOBE_LANES],
     /// Solid angles in steradians that the directions stand for.
-    solid_angle: [f32; LANES],
+    solid_angle: [f32; LOBE_LANES],
 }
 
-impl LobeBlock {
-    /// Direction number `k` of each lobe, of `total` in the pixel.
+impl IntegrationBlock {
+    /// Direction number `k` of each lobe, of `total` in the pixel. `f0` is the lobes' reflectance at normal incidence.
     #[inline(always)]
-    fn directions(&self, views: &FacetViews, k: u32, total: u32) -> LobeDirections {
+    fn directions(&self, views: &FacetViews, f0: &[f32; LOBE_LANES], k: u32, total: u32) -> LobeDirections {
         // Outside of the vectorised loop, because of its table.
-        let mut around = [[0.0; LANES]; 2];
-        for i in 0..LANES {
+        let mut around = [[0.0; LOBE_LANES]; 2];
+        for i in 0..LOBE_LANES {
             [around[0][i], around[1][i]] = direction_around(self.first[i] + k);
         }
-        let zero = [0.0; LANES];
+        let zero = [0.0; LOBE_LANES];
         let mut out = LobeDirections { l: [zero; 3], weight: zero, solid_angle: zero };
         let total = total as f32;
-        for i in 0..LANES {
+        for i in 0..LOBE_LANES {
             let u = ((self.first[i] + k) as f32 + 0.5) / total;
-            let sample = views.get(i).sample([around[0][i], around[1][i]], u, self.f0[i]);
+            let sample = views.get(i).sample([around[0][i], around[1][i]], u, f0[i]);
             set3(&mut out.l, i, sample.l.to_array());
             out.weight[i] = sample.weight;
-            out.solid_angle[i] = (FILTER_WIDTH as f32 / (total * sample.pdf)).min(2.0 * PI);
+            out.solid_angle[i] = sample.solid_angle(total);
         }
         out
     }

@@ -1,20 +1,17 @@
-//! The radiance of an environment averaged over whole lobes, by one lookup for each: for lobes that are too weak to show the
-//! error.
+//! The radiance of an environment averaged over whole lobes, by one lookup for each. For weak lobes: a lookup ignores the
+//! stretch of lobes at grazing angles.
 //!
-//! A lookup ignores the stretch of lobes at grazing angles. Lookups are collected and computed together, because all take
-//! the same steps: the loops over a block are vectorised.
+//! Lookups are collected and computed together, so that the loops over a block are vectorised.
 
 use glam::Vec3;
 
 use crate::geometry::Rgb;
+pub(crate) use crate::integrator::material::ggx_lobe::LOBE_LANES;
 use crate::integrator::material::ggx_lobe::Lobe;
 use crate::integrator::material::lobe_moments::{LobeMoments, TablePosition};
 use crate::integrator::surface::soa::{set3, vec3};
 use crate::scene::Environment;
 use crate::simd::{AutovecKernel, SimdLevel};
-
-/// Lobes of a block.
-pub(crate) const LOBE_LANES: usize = 16;
 
 /// Lobes whose radiance is looked up.
 #[derive(Default)]
