@@ -157,9 +157,10 @@ fn dielectric(mtl: &MtlMaterial, library: &mut TextureLibrary) -> Dielectric {
 }
 
 /// Returns how `illum` reflects the surroundings. From 3 on, it stands for ray-traced reflection; 5 and 7 add Fresnel's
-/// equations, and so does glass, 4.
+/// equations, and so does glass, 4. Physically based glass refracts whatever `illum` says: Blender writes 2.
 fn reflection(mtl: &MtlMaterial, is_glass: bool) -> Reflection {
     match mtl.illum() {
+        _ if is_glass && mtl.is_physical() => Reflection::Fresnel,
         ..=2 => Reflection::None,
         5 | 7 => Reflection::Fresnel,
         4 if is_glass => Reflection::Fresnel,

@@ -99,6 +99,8 @@ fn illum_3_and_above_reflect() {
         ("illum 4\nTf 1 1 1\n", Reflection::Constant),
         ("illum 4\nd .25\n", Reflection::Fresnel),
         ("illum 3\nPr 0\nPm 1\n", Reflection::Fresnel),
+        // Blender's glass.
+        ("illum 2\nPr 0\nTf 1 1 1\n", Reflection::Fresnel),
     ] {
         let m = of(mtl);
         assert!(m.reflects() && m.reflection == expected, "{mtl}: {m:?}");
