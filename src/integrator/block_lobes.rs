@@ -93,8 +93,6 @@ struct LobeLanes {
     refracting: u32,
     /// Points whose paths may still be reflected.
     continuing: u32,
-    narrow_facets: u32,
-    narrow_coat: u32,
 }
 
 impl LobeLanes {
@@ -104,8 +102,6 @@ impl LobeLanes {
         reflecting: 0,
         refracting: 0,
         continuing: 0,
-        narrow_facets: 0,
-        narrow_coat: 0,
     };
 
     #[inline(always)]
@@ -117,10 +113,8 @@ impl LobeLanes {
         set3(&mut self.throughput, lane, compositor.throughput(batch, i).to_array());
         self.importance[lane] = states.importance(point.path);
         self.reflecting |= 1 << lane;
-        self.refracting |= u32::from(frame.refracts(point.id, k)) << lane;
+        self.refracting |= u32::from(frame.refracts(point.id, &k)) << lane;
         self.continuing |= u32::from(states.may_reflect(point.path)) << lane;
-        self.narrow_facets |= u32::from(k.layers.alpha <= NARROW_ALPHA) << lane;
-        self.narrow_coat |= u32::from(k.layers.coat_alpha <= NARROW_ALPHA) << lane;
     }
 }
 
@@ -153,8 +147,9 @@ impl AutovecKernel for Classify<'_> {
                 let is_lit = (k_r.x != 0.0) | (k_r.y != 0.0) | (k_r.z != 0.0);
                 (is_lit, !is_traced & (importance < STRONG_IMPORTANCE))
             };
-            (facets.lit[i], facets.weak[i]) = lobe(vec3(&block.k_r, i), is_set(lanes.narrow_facets));
-            (coat.lit[i], coat.weak[i]) = lobe(k_r_coat, is_set(lanes.narrow_coat));
+            (facets.lit[i], facets.weak[i]) =
+                lobe(vec3(&block.k_r, i), block.k.layers.alpha[i] <= NARROW_ALPHA);
+            (coat.lit[i], coat.weak[i]) = lobe(k_r_coat, block.k.layers.coat_alpha[i] <= NARROW_ALPHA);
         }
         let points = lanes.reflecting & mask(&is_visible);
         let reflecting = points & !lanes.refracting;
@@ -216,7 +211,7 @@ impl AutovecKernel for AddLookedUpLight<'_> {
                 lobes.set(i, n, block.v(lane).as_vec3(), if used { alpha } else { 1.0 });
                 let k_r = match is_coat {
                     true => Rgb::splat(block.k_r_coat[lane]),
-                    false => vec3(&block.k_r, lane) * block.lobe_occlusion[lane],
+                    false => vec3(&block.k_r, lane) * block.k.layers.occlusion[lane],
                 };
                 set3(&mut weight, i, k_r.to_array());
             }
@@ -249,11 +244,12 @@ mod tests {
             set3(&mut lanes.throughput, i, [1.0; 3]);
             lanes.importance[i] = 1.0;
             set3(&mut block.k_r, i, [0.05, 0.02, 0.01]);
+            (block.k.layers.alpha[i], block.k.layers.coat_alpha[i]) = (1.0, 1.0);
         }
         // Strong microfacets, narrow ones, a narrow coat, glass, no reflections left, a path of little importance, no lobe.
         set3(&mut block.k_r, 0, [0.1, 0.3, 0.1]);
-        lanes.narrow_facets = 1 << 1;
-        (block.k_r_coat[2], lanes.narrow_coat) = (0.05, 1 << 2);
+        block.k.layers.alpha[1] = 0.0;
+        (block.k_r_coat[2], block.k.layers.coat_alpha[2]) = (0.05, 0.0);
         lanes.refracting = 1 << 3;
         lanes.importance[5] = 1e-3;
         set3(&mut block.k_r, 6, [0.0; 3]);
@@ -290,7 +286,7 @@ mod tests {
             set3(&mut block.v, i, v.to_array());
             set3(&mut block.k_r, i, [0.05, 0.04, 0.03]);
             set3(&mut block.radiance, i, [0.25; 3]);
-            block.lobe_occlusion[i] = 0.5;
+            block.k.layers.occlusion[i] = 0.5;
             block.k_r_coat[i] = 0.1;
             (block.lobe_alpha[i], block.coat_alpha[i]) = (0.02 * i as f32, 0.6);
             for (lookups, alpha) in lookups.iter_mut().zip([block.lobe_alpha[i], block.coat_alpha[i]]) {

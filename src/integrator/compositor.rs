@@ -105,7 +105,7 @@ impl CompositedPoint {
             // Most surfaces transmit nothing.
             Rgb::ZERO => Rgb::ZERO,
             // Refracted rays carry this light.
-            _ if frame.refracts(point.id, k) => Rgb::ZERO,
+            _ if frame.refracts(point.id, &k) => Rgb::ZERO,
             k_t => k_t * batch.base_share(i),
         };
         CompositedPoint { radiance: light * k.opacity, transmittance: uncovered + transmitted * k.opacity }

@@ -11,20 +11,23 @@ use glam::DVec3;
 use crate::geometry::{HitId, RayDifferential, Rgb};
 use crate::integrator::compositor::Compositor;
 use crate::integrator::frame::Frame;
+use crate::integrator::material::coefficient_lanes::CoefficientLanes;
 use crate::integrator::material::coefficients::Coefficients;
-use crate::integrator::material::evaluator::MaterialEvaluator;
+use crate::integrator::material::evaluator::{EvalMaterial, EvalSettings};
+use crate::integrator::material::material_inputs::MaterialInputs;
 use crate::integrator::material::specular_antialiasing::SpecularAntialiasing;
 use crate::integrator::path_rays::PathRays;
 use crate::integrator::sample::Sample;
 use crate::integrator::shading_batch::{BatchBuffers, ShadingBatch, ShadingPoint, TrianglePoints};
+use crate::integrator::surface::point_block::PointBlock;
 use crate::integrator::surface::points_soa::PointsSoa;
-use crate::integrator::surface::shading_triangle::{MaterialTraits, ShadingTriangle};
-use crate::integrator::surface::soa::{HIT_LANES, dvec3};
+use crate::integrator::surface::shading_triangle::{MaterialTraits, ShadingTriangle, TriangleSurface};
+use crate::integrator::surface::soa::{HIT_LANES, LANES, set3};
 use crate::integrator::surface::surface_hit::Ray8;
 use crate::integrator::surface::surface_point::SurfacePoint;
-use crate::integrator::surface::texel_batch::TexelBatch;
-use crate::integrator::surface::texture_eval::{PointTexels, TextureEvalContext};
+use crate::integrator::surface::texture_eval::TextureEvalContext;
 use crate::scene::PosedScene;
+use crate::simd::AutovecKernel;
 
 /// Gathers the points that the rays hit, first those on the ground in front of other surfaces. `base_radiance` computes
 /// k_e + k_a I_a from a point's coefficients and shading normal.
@@ -68,13 +71,13 @@ fn compute_surface_points<'s>(
             while let Some(hit) = next.filter(|&hit| count < capacity && footprints.is_current(hit)) {
                 ray8.set(count, rays.ray(hit as usize));
                 let path = rays.path(hit as usize);
-                points.push(ShadingPoint { path, id, is_shadow_catcher: false, coefficients: 0 });
+                points.push(ShadingPoint { path, id, is_shadow_catcher: false });
                 count += 1;
                 next = hits_by_triangle.next(hit);
             }
             triangle.append_hits(frame.simd(), &ray8, count, differential, soa);
         }
-        triangles.push(TrianglePoints { triangle, range: start..points.len() });
+        triangles.push(TrianglePoints { triangle: triangle.surface, range: start..points.len() });
     }
 }
 
@@ -149,88 +152,145 @@ fn evaluate_materials(
     reflections_enabled: bool,
     base_radiance: impl Fn(&Coefficients, DVec3) -> Rgb,
 ) {
-    let ShadingBatch { points, coefficients, soa, triangles, .. } = batch;
-    let under_sky = frame.sky.is_some();
-    let evaluator =
-        MaterialEvaluator::new(frame.posed, coefficients, &frame.overrides, under_sky, reflections_enabled);
-    let mut pass = MaterialPass { frame, evaluator, texels: TexelBatch::default(), base_radiance, points };
-    for TrianglePoints { triangle, range } in triangles.iter() {
-        if triangle.is_uniform {
-            pass.eval_uniform(triangle, range.clone(), soa);
-        } else {
-            pass.eval_textured(triangle, range.clone(), soa);
-        }
+    let ShadingBatch { soa, triangles, has_transmission, .. } = batch;
+    let settings =
+        EvalSettings { overrides: &frame.overrides, under_sky: frame.sky.is_some(), reflections_enabled };
+    let mut pass = MaterialPass {
+        frame,
+        settings,
+        inputs: MaterialInputs::new(),
+        coefficients: CoefficientLanes::ZERO,
+        uniform: None,
+        base_radiance,
+    };
+    let mut remaining = triangles.as_slice();
+    let mut start = remaining.first().map_or(0, |of| of.range.start);
+    while let Some(run) = MaterialRun::take(&mut remaining, start) {
+        start = run.points.end;
+        pass.eval(&run, soa);
+    }
+    let transmits = |of: &TrianglePoints| frame.posed.materials[of.triangle.material as usize].transmits();
+    *has_transmission = triangles.iter().any(transmits);
+}
+
+/// Consecutive points of a block whose triangles have the same material.
+struct MaterialRun<'a, 's> {
+    triangles: &'a [TrianglePoints<'s>],
+    points: Range<usize>,
+}
+
+impl<'a, 's> MaterialRun<'a, 's> {
+    /// Takes the run that begins at point `start` from the triangles that remain.
+    fn take(remaining: &mut &'a [TrianglePoints<'s>], start: usize) -> Option<MaterialRun<'a, 's>> {
+        let block_end = (start / LANES + 1) * LANES;
+        let key = |of: &TrianglePoints| (of.triangle.material, of.triangle.has_color);
+        let all = *remaining;
+        let first = key(all.first()?);
+        let belongs = |of: &&TrianglePoints| of.range.start < block_end && key(of) == first;
+        let count = all.iter().take_while(belongs).count();
+        let triangles = &all[..count];
+        let last_end = triangles.last()?.range.end;
+        // The rest of the last triangle is in the next block.
+        *remaining = &all[if last_end > block_end { count - 1 } else { count }..];
+        Some(MaterialRun { triangles, points: start..last_end.min(block_end) })
+    }
+
+    /// The triangles, each with the lanes of its points in the block.
+    fn triangles(&self) -> impl Iterator<Item = (&'a TriangleSurface<'s>, Range<usize>)> {
+        let Range { start, end } = self.points;
+        let first = start / LANES * LANES;
+        self.triangles.iter().map(move |TrianglePoints { triangle, range }| {
+            (triangle, range.start.max(start) - first..range.end.min(end) - first)
+        })
     }
 }
 
-/// Evaluates the materials of points.
+/// Evaluates the materials of points, run by run.
 struct MaterialPass<'a, F> {
     frame: &'a Frame<'a>,
-    evaluator: MaterialEvaluator<'a>,
-    texels: TexelBatch<'a>,
+    settings: EvalSettings<'a>,
+    inputs: MaterialInputs<'a>,
+    /// The coefficients of the last run.
+    coefficients: CoefficientLanes,
+    /// The material of which `coefficients` are, if they are the same at all points.
+    uniform: Option<u32>,
     base_radiance: F,
-    points: &'a mut [ShadingPoint],
 }
 
 impl<F: Fn(&Coefficients, DVec3) -> Rgb> MaterialPass<'_, F> {
-    /// Points with the same coefficients.
-    fn eval_uniform(&mut self, triangle: &ShadingTriangle, range: Range<usize>, soa: &mut PointsSoa) {
-        let (block, lane) = soa.lane(range.start);
-        let ctx = triangle.texture_context(block.coords(lane));
-        let index = self.evaluator.eval_uniform(triangle.material, &ctx);
-        let k = self.evaluator.get(index);
-        let antialiasing = self.specular_antialiasing(triangle);
-        // Only a sky's light depends on the normal.
-        let base_radiance = (self.base_radiance)(k, DVec3::ZERO);
-        for (block, lanes) in soa.lanes_mut(range.clone()) {
-            block.set_uniform_material(lanes.clone(), k, &antialiasing, base_radiance);
-            // Where the surface reflects, its specular layers decide how much of that light it gets.
-            for lane in lanes.filter(|_| self.frame.sky.is_some() && !k.layers.reflects) {
-                block.set_base_radiance(lane, (self.base_radiance)(k, block.n(lane)));
+    /// Evaluates the material of a run of points.
+    fn eval(&mut self, run: &MaterialRun, soa: &mut PointsSoa) {
+        let frame = self.frame;
+        let (posed, simd) = (frame.posed, frame.simd());
+        let [TrianglePoints { triangle: first, .. }, ..] = run.triangles else { return };
+        let (index, has_color) = (first.material, first.has_color);
+        let material = &posed.materials[index as usize];
+        let (block, start) = soa.lane_mut(run.points.start);
+        let lanes = start..start + run.points.len();
+        let is_uniform = !(has_color || material.is_textured());
+        if !is_uniform || material.normal.is_some() {
+            self.inputs.texels.set_material(posed, index);
+            for (triangle, lanes) in run.triangles() {
+                self.inputs.set_triangle(posed, triangle, block, lanes);
             }
+            self.inputs.texels.sample(simd, posed, block, &lanes);
         }
-        self.points[range].iter_mut().for_each(|point| point.coefficients = index);
-    }
-
-    /// Points whose coefficients or normals depend on textures or vertex colours.
-    fn eval_textured(&mut self, triangle: &ShadingTriangle, range: Range<usize>, soa: &mut PointsSoa) {
-        let posed = self.frame.posed;
-        let antialiasing = self.specular_antialiasing(triangle);
-        let has_normal_map = posed.materials[triangle.material as usize].normal.is_some();
-        let mut i = range.start;
-        for (block, lanes) in soa.lanes_mut(range) {
-            let (simd, mesh) = (self.frame.simd(), triangle.triangle);
-            self.texels.sample(simd, posed, triangle.material, mesh, block, lanes.clone());
-            let mut alpha2_increase = block.curvature_alpha2_increase();
-            for lane in lanes.clone() {
-                let texels = PointTexels { batch: &self.texels, lane };
-                let ctx = triangle.texture_context(block.coords(lane));
-                let ctx = TextureEvalContext { texels: Some(texels), ..ctx };
-                let mut n = dvec3(&block.n_v, lane);
-                if has_normal_map {
+        if !is_uniform || self.uniform != Some(index) {
+            let out = &mut self.coefficients;
+            let (inputs, settings) = (&self.inputs, self.settings);
+            simd.run(EvalMaterial { material, inputs, has_color, settings, out });
+            self.uniform = is_uniform.then_some(index);
+        }
+        let mut alpha2_increase = block.curvature_alpha2_increase();
+        if let Some(map) = &material.normal {
+            for (triangle, lanes) in run.triangles() {
+                for lane in lanes {
+                    let normal_texel = self.inputs.texels.normal_texel(&map.texture, lane);
+                    let ctx = triangle.texture_context(block.coords(lane));
+                    let ctx = TextureEvalContext { normal_texel, ..ctx };
                     let surface = SurfacePoint { ctx, ..triangle.surface_from_hit(&block.hit(lane)) };
-                    (n, alpha2_increase[lane]) = surface.filtered_normal(posed);
+                    let (n, increase) = surface.filtered_normal(posed);
+                    set3(&mut block.n, lane, n.to_array());
+                    alpha2_increase[lane] = increase;
                 }
-                let index = self.evaluator.eval(triangle.material, &ctx);
-                let k = self.evaluator.get(index);
-                if k.layers.reflects {
-                    // The specular layers set the radiance.
-                    block.set_material(lane, n, k, Rgb::ZERO);
-                    block.set_reflecting(lane, alpha2_increase[lane]);
-                } else {
-                    block.set_material(lane, n, k, (self.base_radiance)(k, n));
-                }
-                self.points[i].coefficients = index;
-                i += 1;
-            }
-            if block.has_specular {
-                block.apply_specular_antialiasing(lanes, &antialiasing, &alpha2_increase);
             }
         }
+        simd.run(SetCoefficients {
+            block: &mut *block,
+            lanes: lanes.clone(),
+            k: &self.coefficients,
+            alpha2_increase: &alpha2_increase,
+            has_normal_map: material.normal.is_some(),
+            antialiasing: SpecularAntialiasing::new(material, &frame.overrides),
+        });
+        // Where the surface reflects, its specular layers set the radiance.
+        for lane in lanes {
+            if block.reflects(lane) {
+                continue;
+            }
+            let base_radiance = (self.base_radiance)(&block.k.get(lane), block.n(lane));
+            block.set_base_radiance(lane, base_radiance);
+        }
     }
+}
 
-    fn specular_antialiasing(&self, triangle: &ShadingTriangle) -> SpecularAntialiasing {
-        let material = &self.frame.posed.materials[triangle.material as usize];
-        SpecularAntialiasing::new(material, &self.frame.overrides)
+/// Stores the coefficients of points, and widens their highlights.
+struct SetCoefficients<'a> {
+    block: &'a mut PointBlock,
+    lanes: Range<usize>,
+    k: &'a CoefficientLanes,
+    alpha2_increase: &'a [f32; LANES],
+    has_normal_map: bool,
+    antialiasing: SpecularAntialiasing,
+}
+
+impl AutovecKernel for SetCoefficients<'_> {
+    #[inline(always)]
+    fn run(self) {
+        let SetCoefficients { block, lanes, k, alpha2_increase, has_normal_map, antialiasing } = self;
+        block.set_coefficients(&lanes, k, alpha2_increase, has_normal_map);
+        if block.has_specular {
+            block.apply_specular_antialiasing(lanes.start, &antialiasing);
+        }
     }
 }

@@ -99,9 +99,7 @@ impl Frame<'_> {
         let (block, lane) = batch.soa.append(1);
         block.store_hit(lane, ray.d, &hit);
         block.set_material(lane, n, &k, base_radiance(&k, n));
-        let coefficients = batch.coefficients.len() as u32;
-        batch.coefficients.push(k);
-        batch.points.push(ShadingPoint { path, id: HitId::NONE, is_shadow_catcher, coefficients });
+        batch.points.push(ShadingPoint { path, id: HitId::NONE, is_shadow_catcher });
     }
 
     /// True if the ground is between `from` and `from + to_light`, or between `from` and infinity in that direction.

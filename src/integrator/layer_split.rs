@@ -3,7 +3,6 @@
 use std::hint::black_box;
 
 use crate::integrator::frame::Frame;
-use crate::integrator::layer_lanes::LayerLanes;
 use crate::integrator::material::directional_albedo::{COAT_IOR, FacetAlbedos, FacetLobe};
 use crate::integrator::shading_batch::ShadingBatch;
 use crate::integrator::surface::highlights::FacetLobeLanes;
@@ -14,17 +13,11 @@ use crate::simd::AutovecKernel;
 /// Sets k_r, α and highlights of the lobes of all reflecting points, and scales k_e + k_a I_a, k_d and k_s in place to
 /// the share that the layers above leave to them. To be called once per batch, after v is known.
 pub(crate) fn apply_specular_layers(frame: &Frame, batch: &mut ShadingBatch) {
-    let ShadingBatch { points, coefficients, soa, .. } = batch;
-    let mut layers = LayerLanes::ZERO;
-    for (index, (block, count)) in soa.blocks_mut().enumerate() {
+    for (block, count) in batch.soa.blocks_mut() {
         let reflecting = block.reflecting_lanes(count);
-        if reflecting == 0 {
-            continue;
+        if reflecting != 0 {
+            frame.simd().run(SplitLight { frame, block, reflecting });
         }
-        let points = &points[index * LANES..];
-        let lanes = (0..count).filter(|lane| reflecting >> lane & 1 != 0);
-        layers.load(lanes.map(|lane| (lane, points[lane].coefficients)), coefficients);
-        frame.simd().run(SplitLight { frame, block, reflecting, layers: &layers });
     }
 }
 
@@ -34,13 +27,13 @@ struct SplitLight<'a> {
     block: &'a mut PointBlock,
     /// The points that reflect, as a bit mask.
     reflecting: u32,
-    layers: &'a LayerLanes,
 }
 
 impl AutovecKernel for SplitLight<'_> {
     #[inline(always)]
     fn run(self) {
-        let SplitLight { frame, block, reflecting, layers } = self;
+        let SplitLight { frame, block, reflecting } = self;
+        let layers = &block.k.layers;
         let mut reflects = [false; LANES];
         let mut increase = [0.0; LANES];
         let [mut cos, mut alpha, mut coat_alpha] = [[0.0; LANES]; 3];
@@ -53,7 +46,12 @@ impl AutovecKernel for SplitLight<'_> {
         }
         let facets = FacetAlbedos::new(&cos, &alpha, &layers.ior);
         let mut coats = [FacetLobe::NONE; LANES];
-        if layers.has_coat {
+        let mut is_coated = [false; LANES];
+        for i in 0..LANES {
+            is_coated[i] = layers.coat[i] > 0.0;
+        }
+        let has_coat = mask(&is_coated) & reflecting != 0;
+        if has_coat {
             let coat = FacetAlbedos::new(&cos, &coat_alpha, &[COAT_IOR; LANES]);
             for i in 0..LANES {
                 coats[i] = coat.get(i).coat();
@@ -85,14 +83,14 @@ impl AutovecKernel for SplitLight<'_> {
             let of_lane = layers.get(i);
             let lobes = of_lane.combine(&facets.get(i), coats[i]);
             let below_coat = 1.0 - lobes.coat.albedo.x;
-            let (all_d, all_s) = (vec3(&block.k_d, i), vec3(&block.k_s, i));
+            let (all_d, all_s) = (vec3(&block.k.k_d, i), vec3(&block.k.k_s, i));
             // The Ks of MTL's glass is for highlights alone.
             let covered = all_d * if of_lane.has_highlights { lobes.base_share } else { below_coat };
             let is_covered = reflects[i] & of_lane.covers_base;
             set3(&mut k_d, i, if is_covered { covered } else { all_d }.to_array());
             set3(&mut k_s, i, if reflects[i] { all_s * below_coat } else { all_s }.to_array());
-            let from_base = vec3(&layers.k_a, i) * lobes.base_share * vec3(&ambient, i);
-            let radiance = vec3(&layers.k_e, i) * below_coat + from_base;
+            let from_base = vec3(&block.k.k_a, i) * lobes.base_share * vec3(&ambient, i);
+            let radiance = vec3(&block.k.k_e, i) * below_coat + from_base;
             let radiance = if reflects[i] { radiance } else { vec3(&block.radiance, i) };
             set3(&mut base_radiance, i, radiance.to_array());
             set3(&mut k_r, i, lobes.facets.albedo.to_array());
@@ -103,20 +101,18 @@ impl AutovecKernel for SplitLight<'_> {
             coat_lobes.set(i, &lobes.coat);
         }
         block.highlights.set_facets(mask(&has_highlights), &facet_lobes, &layers.alpha, &increase);
-        if layers.has_coat {
+        if has_coat {
             block.highlights.set_coats(&coat_lobes, &layers.coat_alpha, &increase);
         }
+        (block.k.k_d, block.k.k_s) = (k_d, k_s);
         for c in 0..3 {
             copy(&mut block.k_r[c], &k_r[c]);
-            copy(&mut block.k_d[c], &k_d[c]);
-            copy(&mut block.k_s[c], &k_s[c]);
             copy(&mut block.radiance[c], &base_radiance[c]);
             copy(&mut block.unshadowed[c], &base_radiance[c]);
         }
         copy(&mut block.k_r_coat, &k_r_coat);
         copy(&mut block.base_share, &base_share);
         copy(&mut block.lobe_alpha, &alpha);
-        copy(&mut block.lobe_occlusion, &layers.occlusion);
         copy(&mut block.coat_alpha, &coat_alpha);
     }
 }

@@ -18,7 +18,6 @@ mod frame;
 mod gather;
 mod ground_plane;
 mod highlight_limits;
-mod layer_lanes;
 mod layer_split;
 mod lobe_light;
 mod lobe_samples;

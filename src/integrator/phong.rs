@@ -253,13 +253,13 @@ fn blinn_phong(block: &mut PointBlock, light: &IncidentLight, has_specular: bool
     let mut lobe = [0.0; LANES];
     if has_specular {
         for (i, lobe) in lobe.iter_mut().enumerate() {
-            *lobe = specular_lobe(block.n(i), light.l(i), block.v(i), block.shininess[i]) as f32;
+            *lobe = specular_lobe(block.n(i), light.l(i), block.v(i), block.k.shininess[i]) as f32;
         }
     }
     for c in 0..3 {
         for (i, lobe) in lobe.iter().enumerate() {
-            let diffuse = block.k_d[c][i] * light.n_dot_l[i];
-            let specular = block.k_s[c][i] * lobe;
+            let diffuse = block.k.k_d[c][i] * light.n_dot_l[i];
+            let specular = block.k.k_s[c][i] * lobe;
             let reflected = light.irradiance[c][i] * (diffuse + specular);
             // The irradiance is 0 where n·l ≤ 0. There the other factors may be NaN.
             block.current_light[c][i] = if light.irradiance[c][i] == 0.0 { 0.0 } else { reflected };

@@ -96,7 +96,7 @@ impl<'a> ReflectionRays<'a> {
     /// needed. `throughput` is the share of the point's light that arrives at the origin of the path's ray.
     pub fn spawn(&mut self, batch: &ShadingBatch, i: usize, throughput: Rgb, spawned: &mut Spawned) {
         let (block, lane) = batch.soa.lane(i);
-        let layers = &batch.coefficients(i).layers;
+        let layers = block.k.layers.get(lane);
         let lobe = |alpha: f32, f0: f32| Lobe {
             n: block.n(lane),
             v: block.v(lane),

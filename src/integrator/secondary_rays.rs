@@ -42,7 +42,7 @@ struct PathVertex<'a, 's> {
     stream: SampleStream<'a>,
     /// Index of the point in the batch.
     i: usize,
-    k: &'a Coefficients,
+    k: Coefficients,
     state: PathState,
     /// Share of the point's light that arrives at the origin of the path's ray.
     throughput: Rgb,
@@ -80,7 +80,7 @@ pub(crate) fn spawn_rays(
             let i = first + spawning.trailing_zeros() as usize;
             spawning &= spawning - 1;
             let throughput = compositor.throughput(batch, i);
-            if !frame.refracts(batch.points[i].id, batch.coefficients(i)) {
+            if !frame.refracts(batch.points[i].id, &batch.coefficients(i)) {
                 reflections.spawn(batch, i, throughput, &mut spawned);
                 continue;
             }

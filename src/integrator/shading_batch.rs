@@ -8,7 +8,7 @@ use crate::geometry::{HitId, Rgb, offset_ray_origin};
 use crate::integrator::material::coefficients::Coefficients;
 use crate::integrator::surface::hits_by_triangle::HitsByTriangle;
 use crate::integrator::surface::points_soa::PointsSoa;
-use crate::integrator::surface::shading_triangle::ShadingTriangle;
+use crate::integrator::surface::shading_triangle::TriangleSurface;
 use crate::integrator::surface::shadow_terminator::offset_to_smooth_surface;
 use crate::integrator::surface::soa::{dvec3, vec3};
 
@@ -17,7 +17,6 @@ use crate::integrator::surface::soa::{dvec3, vec3};
 pub(crate) struct BatchBuffers {
     soa: PointsSoa,
     points: Vec<ShadingPoint>,
-    coefficients: Vec<Coefficients>,
     hits_by_triangle: HitsByTriangle,
 }
 
@@ -30,48 +29,45 @@ pub(crate) struct ShadingPoint {
     pub id: HitId,
     /// True on a ground of which only shadows are seen.
     pub is_shadow_catcher: bool,
-    /// Index of its coefficients; 0 until its material is evaluated.
-    pub coefficients: u32,
 }
 
 /// A triangle and its points, which follow each other.
 pub(crate) struct TrianglePoints<'s> {
-    pub triangle: ShadingTriangle<'s>,
+    pub triangle: TriangleSurface<'s>,
     pub range: Range<usize>,
 }
 
 /// The shading points of a batch, and the triangles that they are on.
 pub(crate) struct ShadingBatch<'s> {
     pub points: Vec<ShadingPoint>,
-    /// Coefficients, shared by points with the same material. Specular antialiasing changes only those in `soa`.
-    pub coefficients: Vec<Coefficients>,
     /// As many points as in `points`.
     pub soa: PointsSoa,
     pub triangles: Vec<TrianglePoints<'s>>,
     pub hits_by_triangle: HitsByTriangle,
+    /// True if any material transmits light.
+    pub has_transmission: bool,
 }
 
 impl ShadingBatch<'_> {
     /// An empty batch, in the memory of `buffers`.
     pub fn new(buffers: &mut BatchBuffers) -> Self {
-        let BatchBuffers { mut soa, mut points, mut coefficients, hits_by_triangle } =
-            std::mem::take(buffers);
+        let BatchBuffers { mut soa, mut points, hits_by_triangle } = std::mem::take(buffers);
         soa.clear();
         points.clear();
-        coefficients.clear();
-        ShadingBatch { points, coefficients, soa, triangles: Vec::new(), hits_by_triangle }
+        ShadingBatch { points, soa, triangles: Vec::new(), hits_by_triangle, has_transmission: false }
     }
 
     /// Gives the memory back.
     pub fn recycle(self, buffers: &mut BatchBuffers) {
-        let ShadingBatch { points, coefficients, soa, triangles: _, hits_by_triangle } = self;
-        *buffers = BatchBuffers { soa, points, coefficients, hits_by_triangle };
+        let ShadingBatch { points, soa, hits_by_triangle, .. } = self;
+        *buffers = BatchBuffers { soa, points, hits_by_triangle };
     }
 
     /// Coefficients of point `i`.
     #[inline(always)]
-    pub fn coefficients(&self, i: usize) -> &Coefficients {
-        &self.coefficients[self.points[i].coefficients as usize]
+    pub fn coefficients(&self, i: usize) -> Coefficients {
+        let (block, lane) = self.soa.lane(i);
+        block.k.get(lane)
     }
 
     /// k_e and k_a of point `i`, as far as its specular layers let light through.

@@ -9,7 +9,6 @@ use crate::geometry::Rgb;
 use crate::integrator::compositor::Compositor;
 use crate::integrator::frame::Frame;
 use crate::integrator::highlight_limits::max_share;
-use crate::integrator::material::coefficients::Coefficients;
 use crate::integrator::material::fresnel::fresnel_dielectric;
 use crate::integrator::material::highlight_lobe::transmitted_lobe;
 use crate::integrator::sample::SampleStream;
@@ -45,8 +44,7 @@ pub(crate) fn add_transmitted_highlights(
     stream: SampleStream,
     shadow: &mut ShadowBuffers,
 ) {
-    let is_glass = |k: &Coefficients| k.transmission_weight > 0.0 && k.layers.has_highlights;
-    if frame.lights.is_empty() || !batch.coefficients.iter().any(is_glass) {
+    if frame.lights.is_empty() || !batch.has_transmission {
         return;
     }
     let mut points: Vec<RoughGlass> =
@@ -90,7 +88,7 @@ impl RoughGlass {
     fn new(frame: &Frame, compositor: &Compositor, batch: &ShadingBatch, i: usize) -> Option<RoughGlass> {
         let point = &batch.points[i];
         let k = batch.coefficients(i);
-        if !k.layers.has_highlights || !frame.refracts(point.id, k) {
+        if !k.layers.has_highlights || !frame.refracts(point.id, &k) {
             return None;
         }
         let state = compositor.rays.states.get(point.path)?;

@@ -31,6 +31,7 @@ pub struct Coefficients {
 
 impl Coefficients {
     /// A matte surface of that colour: k_a = k_d = colour.
+    #[inline(always)]
     pub fn matte(color: Rgb, opacity: f32) -> Coefficients {
         Coefficients {
             k_a: color,
@@ -70,6 +71,7 @@ pub struct MaterialOverrides {
 impl MaterialOverrides {
     /// Replaces colours. The shininess stays the material's own, because
     /// [`SpecularAntialiasing`](super::specular_antialiasing::SpecularAntialiasing) scales k_s by it and replaces it then.
+    #[inline(always)]
     pub(crate) fn apply_to_colors(&self, k: &mut Coefficients) {
         if let Some(k_d) = self.k_d {
             k.k_d = k_d;

@@ -1,6 +1,6 @@
 //! Opacity, transmission and base colour of a material at a point.
 
-use glam::{Vec4, Vec4Swizzles};
+use glam::Vec4Swizzles;
 
 use crate::geometry::Rgb;
 use crate::integrator::surface::texture_eval::TextureEvalContext;
@@ -10,24 +10,14 @@ use crate::scene::{AlphaMode, Material, PosedScene, Reflectance};
 /// distant fence as all there or all gone.
 pub(crate) fn opacity(posed: &PosedScene, material: &Material, ctx: &TextureEvalContext) -> f32 {
     let unclamped = |ctx: &TextureEvalContext| {
-        let texture = if material.alpha_from_base { material.base_color.texture.as_ref() } else { None };
-        opacity_from_texel(posed, material, ctx, ctx.alpha(posed, texture))
+        let texture = material.base_color.texture.as_ref().filter(|_| material.alpha_from_base);
+        material.alpha.eval(posed, ctx) * ctx.color().w * ctx.alpha(posed, texture)
     };
     match material.alpha_mode {
         AlphaMode::Opaque => 1.0,
         AlphaMode::Mask(cutoff) => f32::from(unclamped(&ctx.without_footprint()) >= cutoff),
         AlphaMode::Blend => unclamped(ctx).clamp(0.0, 1.0),
     }
-}
-
-/// Opacity before the alpha mode is applied, given the alpha of the base colour's texture.
-pub(crate) fn opacity_from_texel(
-    posed: &PosedScene,
-    material: &Material,
-    ctx: &TextureEvalContext,
-    texel_alpha: f32,
-) -> f32 {
-    material.alpha.eval(posed, ctx) * ctx.color().w * texel_alpha
 }
 
 /// Share of light that passes straight through a surface, by colour: what its opacity leaves, and tinted what it transmits.
@@ -62,15 +52,6 @@ pub(crate) fn transmission_weight(posed: &PosedScene, material: &Material, ctx: 
 
 /// Base × texture × vertex colour, linear RGB.
 pub(crate) fn base_color(posed: &PosedScene, material: &Material, ctx: &TextureEvalContext) -> Rgb {
-    base_color_from_texel(material, ctx, base_color_texel(posed, material, ctx))
-}
-
-/// The base colour's texture, linear RGBA.
-pub(crate) fn base_color_texel(posed: &PosedScene, material: &Material, ctx: &TextureEvalContext) -> Vec4 {
-    ctx.texture(posed, material.base_color.texture.as_ref(), material.base_color_semantics())
-}
-
-/// The base colour, given its texture.
-pub(crate) fn base_color_from_texel(material: &Material, ctx: &TextureEvalContext, texel: Vec4) -> Rgb {
+    let texel = ctx.texture(posed, material.base_color.texture.as_ref(), material.base_color_semantics());
     material.base_color.factor * texel.xyz() * ctx.color().xyz()
 }

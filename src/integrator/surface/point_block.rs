@@ -5,6 +5,7 @@ use std::ops::Range;
 use glam::{DVec3, Vec3};
 
 use crate::geometry::Rgb;
+use crate::integrator::material::coefficient_lanes::CoefficientLanes;
 use crate::integrator::material::coefficients::Coefficients;
 use crate::integrator::material::specular_antialiasing::SpecularAntialiasing;
 use crate::integrator::surface::highlights::Highlights;
@@ -12,7 +13,7 @@ use crate::integrator::surface::ray_differentials::{
     BarycentricDifferentials, TriangleCoords, alpha2_increase,
 };
 use crate::integrator::surface::soa::{
-    HIT_LANES, LANES, LaneArray, LaneArray3, ZERO3_F32, ZERO3_F64, dvec3, set3, vec3,
+    HIT_LANES, LANES, LaneArray, LaneArray3, ZERO3_F32, ZERO3_F64, dvec3, mask, set3, vec3,
 };
 use crate::integrator::surface::surface_hit::{Ray8, SurfaceHit, SurfaceHit8};
 
@@ -41,11 +42,8 @@ pub(crate) struct PointBlock {
     pub v: LaneArray3<f64>,
     /// True if k_s of any point is not 0.
     pub has_specular: bool,
-    pub k_d: LaneArray3<f32>,
-    /// k_s after specular antialiasing.
-    pub k_s: LaneArray3<f32>,
-    /// The lecture's p after specular antialiasing.
-    pub shininess: LaneArray<f32>,
+    /// Coefficients: k_s and p after specular antialiasing, and k_d and k_s as far as specular layers let light through.
+    pub k: CoefficientLanes,
     /// The points that reflect their surroundings, as a bit mask. The following are set for these points only.
     pub reflecting: u32,
     /// Increase of α² by the normals that the sample covers: twice their variance.
@@ -54,8 +52,6 @@ pub(crate) struct PointBlock {
     pub k_r: LaneArray3<f32>,
     /// α of the microfacets' lobe, widened by the normals that the sample covers.
     pub lobe_alpha: LaneArray<f32>,
-    /// Share of the environment that reaches the microfacets where no ray is traced.
-    pub lobe_occlusion: LaneArray<f32>,
     /// k_r of the clear coat.
     pub k_r_coat: LaneArray<f32>,
     /// α of the coat's lobe, widened in the same way.
@@ -88,14 +84,11 @@ impl PointBlock {
         n: ZERO3_F64,
         v: ZERO3_F64,
         has_specular: false,
-        k_d: ZERO3_F32,
-        k_s: ZERO3_F32,
-        shininess: [0.0; LANES + HIT_LANES],
+        k: CoefficientLanes::ZERO,
         reflecting: 0,
         alpha2_increase: [0.0; LANES + HIT_LANES],
         k_r: ZERO3_F32,
         lobe_alpha: [0.0; LANES + HIT_LANES],
-        lobe_occlusion: [0.0; LANES + HIT_LANES],
         k_r_coat: [0.0; LANES + HIT_LANES],
         coat_alpha: [0.0; LANES + HIT_LANES],
         base_share: [0.0; LANES + HIT_LANES],
@@ -141,8 +134,8 @@ impl PointBlock {
 
     /// Returns the increase of α² of each point's highlight by the curvature of the smooth surface.
     #[inline(always)]
-    pub fn curvature_alpha2_increase(&self) -> LaneArray<f32> {
-        let mut increase = [0.0; LANES + HIT_LANES];
+    pub fn curvature_alpha2_increase(&self) -> [f32; LANES] {
+        let mut increase = [0.0; LANES];
         for (increase, dn) in
             increase.iter_mut().zip(&self.differentials[BarycentricDifferentials::DN_SQUARED])
         {
@@ -192,50 +185,46 @@ impl PointBlock {
     #[inline(always)]
     pub fn set_material(&mut self, i: usize, n: DVec3, k: &Coefficients, base_radiance: Rgb) {
         set3(&mut self.n, i, if k.opacity == 0.0 { NO_NORMAL } else { n }.to_array());
-        set3(&mut self.k_d, i, k.k_d.to_array());
-        set3(&mut self.k_s, i, k.k_s.to_array());
-        self.shininess[i] = k.shininess;
+        self.k.set(i, k);
         self.has_specular |= k.k_s != Rgb::ZERO;
         self.set_base_radiance(i, base_radiance);
     }
 
-    /// [`PointBlock::set_material`] for all points of a range that share coefficients and have no normal map. It
-    /// overwrites up to [`HIT_LANES`] − 1 lanes behind them.
+    /// Sets the coefficients of the points in the given lanes, with the increase of α² by the normals that each covers. Sets
+    /// their shading normals to the vertex normals, unless a normal map has set them. The lanes behind may hold any value
+    /// then.
     #[inline(always)]
-    pub fn set_uniform_material(
+    pub fn set_coefficients(
         &mut self,
-        range: Range<usize>,
-        k: &Coefficients,
-        antialiasing: &SpecularAntialiasing,
-        base_radiance: Rgb,
+        lanes: &Range<usize>,
+        k: &CoefficientLanes,
+        alpha2_increase: &[f32; LANES],
+        has_normal_map: bool,
     ) {
-        for at in range.clone().step_by(HIT_LANES) {
-            self.set_uniform_material_group(at, k, base_radiance);
+        self.k.copy_from(lanes.start, k);
+        let (mut specular, mut reflecting) = ([false; LANES], [false; LANES]);
+        for i in 0..LANES {
+            let [r, g, b] = k.k_s.each_ref().map(|c| c[i] != 0.0);
+            specular[i] = r | g | b;
+            reflecting[i] = k.layers.reflects[i];
         }
-        if k.layers.reflects {
-            let alpha2_increase = self.curvature_alpha2_increase();
-            range.clone().for_each(|i| self.set_reflecting(i, alpha2_increase[i]));
+        let in_range = (u32::MAX >> (LANES - lanes.len())) << lanes.start;
+        self.has_specular |= mask(&specular) & in_range != 0;
+        self.reflecting |= mask(&reflecting) & in_range;
+        let first = lanes.start;
+        for i in 0..LANES {
+            let before = self.alpha2_increase[i];
+            self.alpha2_increase[i] = if i < first { before } else { alpha2_increase[i] };
         }
-        if !antialiasing.is_identity() && k.k_s != Rgb::ZERO {
-            let alpha2_increase = self.curvature_alpha2_increase();
-            self.apply_specular_antialiasing(range, antialiasing, &alpha2_increase);
+        for axis in 0..3 {
+            for i in 0..LANES {
+                let before = self.n[axis][i];
+                let n = if has_normal_map { before } else { self.n_v[axis][i] };
+                // `NO_NORMAL` where the surface is not visible.
+                let n = if k.opacity[i] != 0.0 { n } else { 0.0 };
+                self.n[axis][i] = if i < first { before } else { n };
+            }
         }
-    }
-
-    #[inline(always)]
-    fn set_uniform_material_group(&mut self, at: usize, k: &Coefficients, base_radiance: Rgb) {
-        // Lets the compiler drop the bounds checks.
-        let at = at % LANES;
-        // `NO_NORMAL` where it is false.
-        let visible = k.opacity != 0.0;
-        let n_v = &self.n_v;
-        fill3(&mut self.n, at, |axis, i| if visible { n_v[axis][i] } else { 0.0 });
-        fill3(&mut self.k_d, at, |axis, _| k.k_d[axis]);
-        fill3(&mut self.radiance, at, |axis, _| base_radiance[axis]);
-        fill3(&mut self.unshadowed, at, |axis, _| base_radiance[axis]);
-        fill3(&mut self.k_s, at, |axis, _| k.k_s[axis]);
-        fill(&mut self.shininess, at, |_| k.shininess);
-        self.has_specular |= k.k_s != Rgb::ZERO;
     }
 
     /// True if point `i` reflects its surroundings.
@@ -250,38 +239,22 @@ impl PointBlock {
         self.reflecting & (u32::MAX >> (LANES - count))
     }
 
-    /// Marks point `i` as one that reflects its surroundings.
+    /// Widens the highlights of the points from `first` on by the increase of α² of each.
     #[inline(always)]
-    pub fn set_reflecting(&mut self, i: usize, alpha2_increase: f32) {
-        self.reflecting |= 1 << i;
-        self.alpha2_increase[i] = alpha2_increase;
-    }
-
-    /// Widens the highlights of a range of points by the increase of α² of each. It overwrites up to [`HIT_LANES`] − 1
-    /// lanes behind them.
-    #[inline(always)]
-    pub fn apply_specular_antialiasing(
-        &mut self,
-        range: Range<usize>,
-        antialiasing: &SpecularAntialiasing,
-        alpha2_increase: &LaneArray<f32>,
-    ) {
+    pub fn apply_specular_antialiasing(&mut self, first: usize, antialiasing: &SpecularAntialiasing) {
         if antialiasing.is_identity() {
             return;
         }
-        for at in range.step_by(HIT_LANES) {
-            // Lets the compiler drop the bounds checks.
-            let at = at % LANES;
-            let mut scale = [0.0; HIT_LANES];
-            for (i, scale) in scale.iter_mut().enumerate() {
-                let lobe = antialiasing.widen(self.shininess[at + i], alpha2_increase[at + i]);
-                self.shininess[at + i] = lobe.shininess;
-                *scale = lobe.k_s_scale;
-            }
-            for k_s in &mut self.k_s {
-                for (k_s, scale) in k_s[at..at + HIT_LANES].iter_mut().zip(scale) {
-                    *k_s *= scale;
-                }
+        let mut scale = [1.0; LANES];
+        for i in 0..LANES {
+            let before = self.k.shininess[i];
+            let lobe = antialiasing.widen(before, self.alpha2_increase[i]);
+            self.k.shininess[i] = if i < first { before } else { lobe.shininess };
+            scale[i] = if i < first { 1.0 } else { lobe.k_s_scale };
+        }
+        for k_s in &mut self.k.k_s {
+            for i in 0..LANES {
+                k_s[i] *= scale[i];
             }
         }
     }
@@ -331,21 +304,6 @@ fn store<T: Copy, const N: usize>(to: &mut [LaneArray<T>; N], at: usize, from: &
         for i in 0..HIT_LANES {
             to[k][at + i] = from[k][i];
         }
-    }
-}
-
-/// Sets [`HIT_LANES`] lanes from `at` on.
-#[inline(always)]
-fn fill<T: Copy>(to: &mut LaneArray<T>, at: usize, value: impl Fn(usize) -> T) {
-    for (i, to) in to[at..at + HIT_LANES].iter_mut().enumerate() {
-        *to = value(at + i);
-    }
-}
-
-#[inline(always)]
-fn fill3<T: Copy>(to: &mut LaneArray3<T>, at: usize, value: impl Fn(usize, usize) -> T) {
-    for (axis, to) in to.iter_mut().enumerate() {
-        fill(to, at, |i| value(axis, i));
     }
 }
 

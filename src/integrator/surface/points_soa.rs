@@ -1,7 +1,5 @@
 //! All shading points of a batch, in blocks of [`LANES`].
 
-use std::ops::Range;
-
 use crate::integrator::surface::point_block::PointBlock;
 use crate::integrator::surface::soa::LANES;
 use crate::simd::{AutovecKernel, SimdLevel};
@@ -35,17 +33,6 @@ impl PointsSoa {
     #[inline(always)]
     pub fn lane_mut(&mut self, i: usize) -> (&mut PointBlock, usize) {
         (&mut self.blocks[i / LANES], i % LANES)
-    }
-
-    /// The blocks of a range of points, each with the range's lanes in it.
-    #[inline(always)]
-    pub fn lanes_mut(
-        &mut self,
-        Range { start, end }: Range<usize>,
-    ) -> impl Iterator<Item = (&mut PointBlock, Range<usize>)> {
-        let first = start / LANES;
-        let blocks = self.blocks[first..].iter_mut().zip((first * LANES..end).step_by(LANES));
-        blocks.map(move |(block, from)| (block, start.max(from) - from..LANES.min(end - from)))
     }
 
     /// Free lanes in the block of the next point.

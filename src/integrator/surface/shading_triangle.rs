@@ -19,23 +19,31 @@ use crate::integrator::surface::triangle_plane::TrianglePlane;
 use crate::scene::{Material, PosedScene};
 use crate::simd::{AutovecKernel, SimdLevel};
 
-/// A triangle in the world, relative to the scene's centre.
+/// What textures and normal maps need to know of a triangle, besides the hit.
 #[derive(Clone, Copy, Debug)]
-pub(crate) struct ShadingTriangle<'s> {
+pub(crate) struct TriangleSurface<'s> {
     pub id: HitId,
     pub triangle: MeshTriangle<'s>,
-    plane: TrianglePlane,
+    /// Unit normal of the front face; `None` for a degenerate triangle.
+    front_normal: Option<DVec3>,
     /// Error bound of points on it.
     p_error: Vec3,
-    /// Vertex normals, as they are interpolated; 0 in a mesh without normals.
-    vertex_normals: [DVec3; 3],
-    terminator: TerminatorOffset,
     /// The instance's own colour.
     tint: Option<Vec3>,
     /// Index of the material.
     pub material: u32,
-    /// True if all points have equal coefficients: no texture, no vertex colour.
-    pub is_uniform: bool,
+    /// True if its points have colours of their own: of its vertices, or of its instance.
+    pub has_color: bool,
+}
+
+/// A triangle in the world, relative to the scene's centre.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct ShadingTriangle<'s> {
+    pub surface: TriangleSurface<'s>,
+    plane: TrianglePlane,
+    /// Vertex normals, as they are interpolated; 0 in a mesh without normals.
+    vertex_normals: [DVec3; 3],
+    terminator: TerminatorOffset,
     /// False if the footprint of a sample makes no difference.
     needs_differentials: bool,
 }
@@ -43,7 +51,6 @@ pub(crate) struct ShadingTriangle<'s> {
 /// Traits that the points of all triangles with a material share.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct MaterialTraits {
-    has_textures: bool,
     /// True if the footprint of a sample makes a difference.
     needs_differentials: bool,
 }
@@ -51,8 +58,9 @@ pub(crate) struct MaterialTraits {
 impl MaterialTraits {
     pub fn new(material: &Material) -> MaterialTraits {
         let has_textures = material.normal.is_some() || material.is_textured();
-        let needs_differentials = widens_highlights(material) || has_textures || material.reflects();
-        MaterialTraits { has_textures, needs_differentials }
+        MaterialTraits {
+            needs_differentials: widens_highlights(material) || has_textures || material.reflects(),
+        }
     }
 }
 
@@ -77,20 +85,22 @@ impl<'s> ShadingTriangle<'s> {
         };
         let vertex_normals = if normals.is_empty() { [DVec3::ZERO; 3] } else { corners.map(normal) };
         let plane = TrianglePlane::new(world, transform.flips_winding);
-        let MaterialTraits { has_textures, needs_differentials } = *traits;
+        let MaterialTraits { needs_differentials } = *traits;
         let tint = posed.scene.instances[id.instance as usize].color;
-        let has_color = tint.is_some() || !mesh.colors.is_empty();
         let are_normalized = !mesh.interpolate_normals_locally;
         ShadingTriangle {
-            id,
-            triangle: MeshTriangle { mesh, corners },
+            surface: TriangleSurface {
+                id,
+                triangle: MeshTriangle { mesh, corners },
+                front_normal: plane.front_normal,
+                p_error: point_error(world, local, &transform.affine),
+                tint,
+                material: mesh.material,
+                has_color: tint.is_some() || !mesh.colors.is_empty(),
+            },
             plane,
-            p_error: point_error(world, local, &transform.affine),
             vertex_normals,
             terminator: TerminatorOffset::new(&plane.vertices, &vertex_normals, are_normalized),
-            tint,
-            material: mesh.material,
-            is_uniform: !(has_color || has_textures),
             needs_differentials,
         }
     }
@@ -98,7 +108,7 @@ impl<'s> ShadingTriangle<'s> {
     /// The surface point of `ray`, which is known to hit the triangle.
     pub fn surface_point(&self, ray: Ray, differential: Option<&RayDifferential>) -> SurfacePoint<'s> {
         let differential = differential.filter(|_| self.needs_differentials);
-        self.surface_from_hit(&self.hit(self.plane.front_normal_for(ray), ray, differential))
+        self.surface.surface_from_hit(&self.hit(self.plane.front_normal_for(ray), ray, differential))
     }
 
     /// Appends the surface points of the first `count` of `rays`, which are known to hit the triangle.
@@ -114,6 +124,7 @@ impl<'s> ShadingTriangle<'s> {
         let (block, lane) = points.append(count);
         match self.plane.front_normal {
             Some(front_normal) if count > 1 => {
+                // Not a reference: the loops over it would not be vectorised.
                 let triangle = *self;
                 simd.run(ComputeHits { triangle, front_normal, rays, differential, block, lane });
             }
@@ -161,9 +172,11 @@ impl<'s> ShadingTriangle<'s> {
     #[inline(always)]
     fn ray_origin(&self, p: Vec3, n_g: DVec3) -> Vec3 {
         let n_g = n_g.as_vec3();
-        offset_ray_origin(p, self.p_error, n_g, n_g)
+        offset_ray_origin(p, self.surface.p_error, n_g, n_g)
     }
+}
 
+impl<'s> TriangleSurface<'s> {
     /// The surface point of a hit.
     pub fn surface_from_hit(&self, hit: &SurfaceHit) -> SurfacePoint<'s> {
         SurfacePoint {
@@ -180,13 +193,13 @@ impl<'s> ShadingTriangle<'s> {
 
     /// True if `n_g`, the geometric normal on a ray's side, is that of the front. A degenerate triangle faces every ray.
     pub fn is_front(&self, n_g: DVec3) -> bool {
-        self.plane.front_normal.is_none_or(|n| n.dot(n_g) > 0.0)
+        self.front_normal.is_none_or(|n| n.dot(n_g) > 0.0)
     }
 
     /// The context to evaluate textures at a point.
     #[inline(always)]
     pub fn texture_context(&self, coords: TriangleCoords) -> TextureEvalContext<'s> {
-        TextureEvalContext { triangle: self.triangle, coords, tint: self.tint, texels: None }
+        TextureEvalContext { triangle: self.triangle, coords, tint: self.tint, normal_texel: None }
     }
 }
 

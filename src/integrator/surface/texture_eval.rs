@@ -1,15 +1,12 @@
 //! Texture evaluation at a point of a mesh: texture coordinates, vertex colours, textures and material inputs.
 
-use glam::{Vec2, Vec3, Vec4, Vec4Swizzles};
+use glam::{Vec2, Vec3, Vec4};
 
-use crate::geometry::{HitId, Ray, Rgb};
+use crate::geometry::{HitId, Ray};
 use crate::integrator::surface::mesh_triangle::{MeshTriangle, TextureCoords, interpolate_uv};
 use crate::integrator::surface::ray_differentials::{BarycentricDifferentials, TriangleCoords};
-use crate::integrator::surface::texel_batch::TexelBatch;
 use crate::integrator::surface::triangle_plane::barycentrics;
-use crate::scene::{
-    ColorInput, PosedScene, ScalarInput, TexelSemantics, Texture, TextureChannel, TextureRef,
-};
+use crate::scene::{PosedScene, ScalarInput, TexelSemantics, Texture, TextureChannel, TextureRef};
 
 /// A point of a mesh at which textures are evaluated.
 #[derive(Clone, Copy, Debug)]
@@ -18,22 +15,8 @@ pub(crate) struct TextureEvalContext<'s> {
     pub coords: TriangleCoords,
     /// The instance's own colour.
     pub tint: Option<Vec3>,
-    /// Filtered texels that were sampled in advance.
-    pub texels: Option<PointTexels<'s>>,
-}
-
-/// The texels of one point of a block.
-#[derive(Clone, Copy, Debug)]
-pub(crate) struct PointTexels<'s> {
-    pub batch: &'s TexelBatch<'s>,
-    pub lane: usize,
-}
-
-impl PointTexels<'_> {
-    #[inline(always)]
-    fn get(&self, texture: &TextureRef, semantics: TexelSemantics) -> Option<Vec4> {
-        self.batch.get(texture, semantics, self.lane)
-    }
+    /// The texel of the normal map, if it was sampled in advance.
+    pub normal_texel: Option<Vec4>,
 }
 
 impl<'s> TextureEvalContext<'s> {
@@ -45,14 +28,14 @@ impl<'s> TextureEvalContext<'s> {
             triangle: MeshTriangle { mesh, corners: mesh.triangles[id.triangle as usize] },
             coords: TriangleCoords { b, differentials: BarycentricDifferentials::POINT },
             tint: posed.scene.instances[id.instance as usize].color,
-            texels: None,
+            normal_texel: None,
         }
     }
 
     /// The same point without a footprint: textures are evaluated at their finest level.
     pub fn without_footprint(&self) -> TextureEvalContext<'s> {
         let coords = TriangleCoords { differentials: BarycentricDifferentials::POINT, ..self.coords };
-        TextureEvalContext { coords, texels: None, ..*self }
+        TextureEvalContext { coords, normal_texel: None, ..*self }
     }
 
     /// Interpolates an attribute of the mesh's vertices.
@@ -96,9 +79,6 @@ impl<'s> TextureEvalContext<'s> {
     }
 
     fn filtered_texture(&self, posed: &PosedScene, texture: &TextureRef, semantics: TexelSemantics) -> Vec4 {
-        if let Some(texel) = self.texels.and_then(|texels| texels.get(texture, semantics)) {
-            return texel;
-        }
         let TextureCoords { uv, footprint } = self.texture_coords(texture);
         let images = &posed.scene.images;
         posed.scene.textures[texture.texture as usize].sample_filtered(images, uv, &footprint, semantics)
@@ -107,7 +87,7 @@ impl<'s> TextureEvalContext<'s> {
     /// The mean vector of a normal map over the footprint, in tangent space, and the variance of its slopes.
     pub fn normal_map(&self, posed: &PosedScene, texture: &TextureRef) -> (Vec3, f32) {
         // Batched texels have no footprint, so no variance.
-        if let Some(texel) = self.texels.and_then(|texels| texels.get(texture, TexelSemantics::Data)) {
+        if let Some(texel) = self.normal_texel {
             return (Texture::decode_normal(texel), 0.0);
         }
         let TextureCoords { uv, footprint } = self.texture_coords(texture);
@@ -126,24 +106,19 @@ impl<'s> TextureEvalContext<'s> {
     }
 }
 
-impl ColorInput {
-    /// Factor × texture, linear RGB.
-    pub(crate) fn eval(&self, posed: &PosedScene, ctx: &TextureEvalContext) -> Rgb {
-        self.factor * ctx.texture(posed, self.texture.as_ref(), TexelSemantics::Color).xyz()
-    }
-}
-
 impl ScalarInput {
     /// Factor × texture.
     pub(crate) fn eval(&self, posed: &PosedScene, ctx: &TextureEvalContext) -> f32 {
-        self.factor * self.eval_texture(posed, ctx)
+        let Some((texture, channel)) = &self.texture else { return self.factor };
+        self.factor * channel.of(ctx.texture(posed, Some(texture), TexelSemantics::Data))
     }
+}
 
-    /// The texture's channel without the factor; 1 without a texture.
-    pub(crate) fn eval_texture(&self, posed: &PosedScene, ctx: &TextureEvalContext) -> f32 {
-        let Some((texture, channel)) = &self.texture else { return 1.0 };
-        let texel = ctx.texture(posed, Some(texture), TexelSemantics::Data);
-        match channel {
+impl TextureChannel {
+    /// The channel of a texel.
+    #[inline(always)]
+    pub(crate) fn of(self, texel: Vec4) -> f32 {
+        match self {
             TextureChannel::R => texel.x,
             TextureChannel::G => texel.y,
             TextureChannel::B => texel.z,

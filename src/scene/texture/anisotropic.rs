@@ -57,6 +57,7 @@ impl Footprint {
     }
 
     /// Returns the probes in an image of this size; `None` if the footprint is within a texel.
+    #[inline(always)]
     fn probes(&self, width: u32, height: u32) -> Option<Probes> {
         if self.is_small(width, height) {
             return None;
@@ -91,35 +92,40 @@ impl Footprint {
 
 impl Probes {
     /// Returns the mean of `sample` over the probes around `uv`.
+    #[inline(always)]
     fn mean(&self, uv: Vec2, sample: impl Fn(Vec2) -> Vec4) -> Vec4 {
         let first = 0.5 - 0.5 * self.count as f32;
         let sum: Vec4 = (0..self.count).map(|i| sample(uv + self.step * (first + i as f32))).sum();
         sum / self.count as f32
     }
 
-    /// Interpolates between the means over two mip levels (trilinear filtering). `sample_image` samples the
-    /// image, `sample_level` a mip level.
+    /// Interpolates between the means over two mip levels (trilinear filtering). `sample` samples a mip level, given its
+    /// number and its texels; level 0 is `image`.
+    #[inline(always)]
     fn trilinear(
         &self,
         uv: Vec2,
+        image: TexelView,
         levels: &[MipLevel],
-        sample_image: impl Fn(Vec2) -> Vec4,
-        sample_level: impl Fn(TexelView, Vec2) -> Vec4,
+        sample: impl Fn(usize, TexelView, Vec2) -> Vec4,
     ) -> Vec4 {
         let last = levels.len() as f32;
         let level = self.level.min(last);
         let (low, weight) = (level as usize, level.fract());
-        let mean = |i: usize| match i.checked_sub(1) {
-            None => self.mean(uv, &sample_image),
-            Some(i) => self.mean(uv, |uv| sample_level(levels[i].view(), uv)),
-        };
-        let value = mean(low);
-        if weight > 0.0 { value + (mean(low + 1) - value) * weight } else { value }
+        let mut means = [Vec4::ZERO; 2];
+        let count = if weight > 0.0 { 2 } else { 1 };
+        for (i, mean) in (low..).zip(&mut means[..count]) {
+            let view = i.checked_sub(1).map_or(image, |i| levels[i].view());
+            *mean = self.mean(uv, |uv| sample(i, view, uv));
+        }
+        let [value, next] = means;
+        if weight > 0.0 { value + (next - value) * weight } else { value }
     }
 }
 
 impl Texture {
     /// Returns the texture's mean over `footprint` around `uv`.
+    #[inline(always)]
     pub fn sample_filtered(
         &self,
         images: &[Image],
@@ -139,15 +145,15 @@ impl Texture {
             _ if encoded_bilinear => DownsampleFilter::EncodedBilinear { alpha_weighted },
             _ => DownsampleFilter::Light { alpha_weighted },
         };
-        let weight = |v: Vec4| if alpha_weighted { weight_by_alpha(v) } else { v };
-        let sample_image = |uv| weight(self.sample_view(view, uv, semantics));
-        let sample_level = |level: TexelView, uv| {
-            weight(match semantics {
-                TexelSemantics::Data => self.bilinear(level, uv, TexelView::stored),
-                _ => self.bilinear(level, uv, TexelView::decoded),
-            })
+        let sample = |level: usize, view: TexelView, uv: Vec2| {
+            let value = match level {
+                0 => self.sample_view(view, uv, semantics),
+                // Levels hold linear light, encoded.
+                _ => self.bilinear(view, uv, semantics != TexelSemantics::Data),
+            };
+            if alpha_weighted { weight_by_alpha(value) } else { value }
         };
-        let v = probes.trilinear(uv, image.mips.levels(view, filter), sample_image, sample_level);
+        let v = probes.trilinear(uv, view, image.mips.levels(view, filter), sample);
         if alpha_weighted { unweight_by_alpha(v) } else { v }
     }
 
@@ -162,18 +168,22 @@ impl Texture {
     pub fn sample_normal_map(&self, images: &[Image], uv: Vec2, footprint: &Footprint) -> (Vec3, f32) {
         let image = &images[self.image as usize];
         let view = image.view();
-        let sample = |uv| Texture::decode_normal(self.sample_view(view, uv, TexelSemantics::Data));
         let Some(probes) = footprint.probes(image.width, image.height) else {
-            return (sample(uv), 0.0);
+            return (Texture::decode_normal(self.sample_view(view, uv, TexelSemantics::Data)), 0.0);
         };
-        let sample_image = |uv| sample(uv).normalize_or_zero().extend(0.0);
-        let sample_level = |level: TexelView, uv| {
-            let v = self.bilinear(level, uv, TexelView::stored);
-            let n = Texture::decode_normal(v).normalize_or_zero();
-            (n * (1.0 - v.w * v.w)).extend(0.0)
+        let sample = |level: usize, view: TexelView, uv: Vec2| match level {
+            0 => {
+                let v = self.sample_view(view, uv, TexelSemantics::Data);
+                Texture::decode_normal(v).normalize_or_zero().extend(0.0)
+            }
+            _ => {
+                let v = self.bilinear(view, uv, false);
+                let n = Texture::decode_normal(v).normalize_or_zero();
+                (n * (1.0 - v.w * v.w)).extend(0.0)
+            }
         };
         let levels = image.mips.levels(view, DownsampleFilter::Normals);
-        let mean = probes.trilinear(uv, levels, sample_image, sample_level).truncate();
+        let mean = probes.trilinear(uv, view, levels, sample).truncate();
         let length = mean.length().clamp(0.01, 1.0);
         (mean.normalize_or(Vec3::Z), (1.0 - length) / length)
     }

@@ -3,6 +3,8 @@
 //! The arithmetic before and after the texel reads is vectorised over the batch. Results are bit-identical
 //! to [`Texture::sample_filtered`].
 
+use std::ops::Range;
+
 use glam::{Vec2, Vec4};
 
 use crate::scene::texture::anisotropic::Footprint;
@@ -86,7 +88,7 @@ impl<const N: usize> TexelPairs<N> {
 }
 
 impl Texture {
-    /// Samples the texture at the first `out.len()` of `coords` like [`Texture::sample_filtered`].
+    /// Samples the texture at `points` of `coords` like [`Texture::sample_filtered`].
     ///
     /// Footprints larger than a texel need filtering, which is not vectorised. They are sampled only if
     /// `filter_minified` is set, and give `None` otherwise.
@@ -97,7 +99,8 @@ impl Texture {
         coords: &SampleCoords<N>,
         semantics: TexelSemantics,
         filter_minified: bool,
-        out: &mut [Option<Vec4>],
+        points: Range<usize>,
+        out: &mut [Option<Vec4>; N],
     ) {
         let image = &images[self.image as usize];
         let view = image.view();
@@ -109,11 +112,14 @@ impl Texture {
         let x = TexelPairs::new(self.wrap[0], &coords.uv[0], view.width);
         let y = TexelPairs::new(self.wrap[1], &coords.uv[1], view.height);
         let colors = semantics != TexelSemantics::Data;
-        for (i, out) in out.iter_mut().enumerate().take(N) {
+        for i in points {
             if !(is_small[i] && interpolated) {
-                let sampled = filter_minified || is_small[i];
-                let sample = || self.sample_filtered(images, coords.uv(i), &coords.footprint(i), semantics);
-                *out = sampled.then(sample);
+                // No closure, which would not be compiled with the instructions of the kernel.
+                out[i] = if filter_minified || is_small[i] {
+                    Some(self.sample_filtered(images, coords.uv(i), &coords.footprint(i), semantics))
+                } else {
+                    None
+                };
                 continue;
             }
             let (xa, xb, fx) = x.at(i, self.wrap[0], view.width);
@@ -123,7 +129,7 @@ impl Texture {
             let decode_first = colors && !self.decode_last;
             let texels = if decode_first { view.decoded_many(indices) } else { view.stored_many(indices) };
             let value = bilerp(texels, [fx, fy]);
-            *out = Some(if colors && self.decode_last { decode_colors(value) } else { value });
+            out[i] = Some(if colors && self.decode_last { decode_colors(value) } else { value });
         }
     }
 }
@@ -167,10 +173,18 @@ mod tests {
                                 let mut coords = SampleCoords::<N>::ORIGIN;
                                 (0..N).for_each(|i| coords.set(i, point(first + i).0, point(first + i).1));
                                 let mut batch = [None; N];
-                                let out = &mut batch[..N - first % 3];
+                                let points = first / N % 2..N - first % 3;
                                 let filter_minified = first % 16 == 0;
-                                texture.sample_batch(&images, &coords, semantics, filter_minified, out);
-                                for (i, sampled) in out.iter().enumerate() {
+                                texture.sample_batch(
+                                    &images,
+                                    &coords,
+                                    semantics,
+                                    filter_minified,
+                                    points.clone(),
+                                    &mut batch,
+                                );
+                                for i in points {
+                                    let sampled = batch[i];
                                     let (uv, footprint) = point(first + i);
                                     let single = texture.sample_filtered(&images, uv, &footprint, semantics);
                                     let single =

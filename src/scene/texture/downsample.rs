@@ -39,11 +39,13 @@ impl DownsampleFilter {
 const MIN_ALPHA_WEIGHT: f32 = 1e-4;
 
 /// Weights a colour by its alpha.
+#[inline]
 pub(super) fn weight_by_alpha(v: Vec4) -> Vec4 {
     (v.truncate() * (v.w + MIN_ALPHA_WEIGHT)).extend(v.w)
 }
 
 /// Divides a mean of weighted colours by its mean weight.
+#[inline]
 pub(super) fn unweight_by_alpha(v: Vec4) -> Vec4 {
     (v.truncate() / (v.w + MIN_ALPHA_WEIGHT)).extend(v.w)
 }

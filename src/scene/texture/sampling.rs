@@ -52,17 +52,15 @@ impl Texture {
     }
 
     /// Samples the image at full resolution.
+    #[inline(always)]
     pub(super) fn sample_view(&self, image: TexelView, uv: Vec2, semantics: TexelSemantics) -> Vec4 {
         let colors = semantics != TexelSemantics::Data;
         if self.filter == TextureFilter::Nearest {
             let i = self.nearest(image, uv);
             return if colors { image.decoded(i) } else { image.stored(i) };
         }
-        match (colors, self.decode_last) {
-            (false, _) => self.bilinear(image, uv, TexelView::stored),
-            (true, false) => self.bilinear(image, uv, TexelView::decoded),
-            (true, true) => decode_colors(self.bilinear(image, uv, TexelView::stored)),
-        }
+        let value = self.bilinear(image, uv, colors && !self.decode_last);
+        if colors && self.decode_last { decode_colors(value) } else { value }
     }
 
     /// Samples only the alpha of [`Texture::sample`], which is faster.
@@ -70,7 +68,10 @@ impl Texture {
         let image = images[self.image as usize].view();
         match self.filter {
             TextureFilter::Nearest => image.alpha(self.nearest(image, uv)),
-            TextureFilter::Linear => self.bilinear(image, uv, TexelView::alpha),
+            TextureFilter::Linear => {
+                let quad = self.texel_quad(image, uv);
+                bilerp(quad.indices.map(|i| image.alpha(i)), quad.weights)
+            }
         }
     }
 
@@ -86,22 +87,32 @@ impl Texture {
         texel(wv, uv.y, image.height) * image.width as usize + texel(wu, uv.x, image.width)
     }
 
-    /// Interpolates between the four texels around `uv`.
-    pub(super) fn bilinear<'a, T: Add<Output = T> + Mul<f32, Output = T>>(
-        &self,
-        view: TexelView<'a>,
-        uv: Vec2,
-        texel: impl Fn(&TexelView<'a>, usize) -> T,
-    ) -> T {
+    /// Interpolates between the four texels around `uv`, with colours decoded from sRGB if `decode` is set.
+    #[inline(always)]
+    pub(super) fn bilinear(&self, view: TexelView, uv: Vec2, decode: bool) -> Vec4 {
+        let TexelQuad { indices, weights } = self.texel_quad(view, uv);
+        bilerp(if decode { view.decoded_many(indices) } else { view.stored_many(indices) }, weights)
+    }
+
+    /// The four texels around `uv`.
+    #[inline(always)]
+    fn texel_quad(&self, view: TexelView, uv: Vec2) -> TexelQuad {
         let (w, h) = (i64::from(view.width), i64::from(view.height));
         let [wu, wv] = self.wrap;
         let (x, y) = (wu.fold(uv.x) * w as f64 - 0.5, wv.fold(uv.y) * h as f64 - 0.5);
         let (x0, y0) = (floor(x), floor(y));
-        let (fx, fy) = ((x - x0 as f64) as f32, (y - y0 as f64) as f32);
         let (xa, xb) = (wu.texel(x0, w), wu.texel(x0 + 1, w));
         let (ya, yb) = (wv.texel(y0, h) * w as usize, wv.texel(y0 + 1, h) * w as usize);
-        bilerp([ya + xa, ya + xb, yb + xa, yb + xb].map(|i| texel(&view, i)), [fx, fy])
+        let weights = [(x - x0 as f64) as f32, (y - y0 as f64) as f32];
+        TexelQuad { indices: [ya + xa, ya + xb, yb + xa, yb + xb], weights }
     }
+}
+
+/// Four texels of two rows, upper row first.
+struct TexelQuad {
+    indices: [usize; 4],
+    /// Weights of the right and of the lower texels.
+    weights: [f32; 2],
 }
 
 /// Interpolates bilinearly between four texels, upper row first, by the weights of the right and the

@@ -48,12 +48,14 @@ pub fn linear_to_srgb8(v: f32) -> u8 {
 }
 
 /// Returns the linear light of each byte.
+#[inline]
 pub(super) fn decode_table_8() -> &'static [f32; 256] {
     static TABLE: OnceLock<[f32; 256]> = OnceLock::new();
     TABLE.get_or_init(|| std::array::from_fn(|i| srgb_to_linear(i as f32 / 255.0)))
 }
 
 /// Returns the linear light of each 16-bit value.
+#[inline]
 pub(super) fn decode_table_16() -> &'static [f32] {
     static TABLE: OnceLock<Vec<f32>> = OnceLock::new();
     TABLE.get_or_init(|| (0..=u16::MAX).map(|i| srgb_to_linear(f32::from(i) / 65535.0)).collect())

@@ -66,39 +66,28 @@ impl TexelView<'_> {
     /// fills all three colours; a missing alpha is 1.
     #[inline]
     pub fn stored(&self, i: usize) -> Vec4 {
-        let n = self.channels as usize;
-        match &self.texels {
-            Texels::U8(t) => expand(&t[n * i..][..n], 255.0, f32::from, f32::from) / 255.0,
-            Texels::U16(t) => expand(&t[n * i..][..n], 65535.0, f32::from, f32::from) / 65535.0,
-        }
+        let [texel] = self.stored_many([i]);
+        texel
     }
 
     /// Returns texel `i` with colours decoded from sRGB. Alpha is always linear.
+    #[inline]
     pub fn decoded(&self, i: usize) -> Vec4 {
-        let n = self.channels as usize;
-        match &self.texels {
-            Texels::U8(t) => {
-                let table = srgb::decode_table_8();
-                expand(&t[n * i..][..n], 1.0, |c| table[usize::from(c)], |a| f32::from(a) / 255.0)
-            }
-            Texels::U16(t) => {
-                let table = srgb::decode_table_16();
-                expand(&t[n * i..][..n], 1.0, |c| table[usize::from(c)], |a| f32::from(a) / 65535.0)
-            }
-        }
+        let [texel] = self.decoded_many([i]);
+        texel
     }
 
     /// Returns several texels as [`TexelView::stored`] does. Dispatches once on the layout.
     #[inline(always)]
     pub fn stored_many<const N: usize>(&self, indices: [usize; N]) -> [Vec4; N] {
-        match &self.texels {
-            Texels::U8(t) => {
-                self.convert_many(t, indices, 255.0, f32::from, f32::from).map(|texel| texel / 255.0)
-            }
-            Texels::U16(t) => {
-                self.convert_many(t, indices, 65535.0, f32::from, f32::from).map(|texel| texel / 65535.0)
-            }
+        let (mut texels, max) = match &self.texels {
+            Texels::U8(t) => (self.convert_many(t, indices, 255.0, f32::from, f32::from), 255.0),
+            Texels::U16(t) => (self.convert_many(t, indices, 65535.0, f32::from, f32::from), 65535.0),
+        };
+        for texel in &mut texels {
+            *texel /= max;
         }
+        texels
     }
 
     /// Returns several texels as [`TexelView::decoded`] does. Dispatches once on the layout.
@@ -126,21 +115,27 @@ impl TexelView<'_> {
         color: impl Fn(T) -> f32,
         alpha: impl Fn(T) -> f32,
     ) -> [Vec4; N] {
+        // Closures of `array::map` are not always inlined.
+        let mut out = [Vec4::ZERO; N];
+        let converted = out.iter_mut().zip(indices);
         match self.channels {
-            Channels::L => indices.map(|i| Vec3::splat(color(texels[i])).extend(opaque)),
-            Channels::La => indices.map(|i| {
-                let [l, a] = channels(texels, i);
-                Vec3::splat(color(l)).extend(alpha(a))
+            Channels::L => {
+                converted.for_each(|(out, i)| *out = Vec3::splat(color(texels[i])).extend(opaque));
+            }
+            Channels::La => converted.for_each(|(out, i)| {
+                let &[l, a] = channels(texels, i);
+                *out = Vec3::splat(color(l)).extend(alpha(a));
             }),
-            Channels::Rgb => indices.map(|i| {
-                let [r, g, b] = channels(texels, i);
-                Vec4::new(color(r), color(g), color(b), opaque)
+            Channels::Rgb => converted.for_each(|(out, i)| {
+                let &[r, g, b] = channels(texels, i);
+                *out = Vec4::new(color(r), color(g), color(b), opaque);
             }),
-            Channels::Rgba => indices.map(|i| {
-                let [r, g, b, a] = channels(texels, i);
-                Vec4::new(color(r), color(g), color(b), alpha(a))
+            Channels::Rgba => converted.for_each(|(out, i)| {
+                let &[r, g, b, a] = channels(texels, i);
+                *out = Vec4::new(color(r), color(g), color(b), alpha(a));
             }),
         }
+        out
     }
 
     /// Returns the alpha of texel `i`.
@@ -157,19 +152,7 @@ impl TexelView<'_> {
 
 /// Returns the channels of texel `i`.
 #[inline(always)]
-fn channels<T: Copy, const CHANNELS: usize>(texels: &[T], i: usize) -> [T; CHANNELS] {
-    let texel = &texels[CHANNELS * i..][..CHANNELS];
-    std::array::from_fn(|channel| texel[channel])
-}
-
-/// Expands a texel to four channels. `opaque` stands in for a missing alpha.
-#[inline]
-fn expand<T: Copy>(texel: &[T], opaque: f32, color: impl Fn(T) -> f32, alpha: impl Fn(T) -> f32) -> Vec4 {
-    match *texel {
-        [l] => Vec3::splat(color(l)).extend(opaque),
-        [l, a] => Vec3::splat(color(l)).extend(alpha(a)),
-        [r, g, b] => Vec4::new(color(r), color(g), color(b), opaque),
-        [r, g, b, a, ..] => Vec4::new(color(r), color(g), color(b), alpha(a)),
-        [] => Vec4::ZERO,
-    }
+fn channels<T: Copy, const CHANNELS: usize>(texels: &[T], i: usize) -> &[T; CHANNELS] {
+    let (texels, _) = texels.as_chunks();
+    &texels[i]
 }

@@ -67,6 +67,7 @@ impl Wrap {
 
     /// Maps a coordinate close to 0…1 without changing the texels that it selects. Large coordinates keep
     /// their fraction, and non-finite ones become 0.
+    #[inline(always)]
     pub(super) fn fold(self, x: f32) -> f64 {
         /// From 2²⁵ on, every f32 is an even integer.
         const EVEN_INTEGERS: f64 = (1u64 << 25) as f64;
@@ -84,6 +85,7 @@ impl Wrap {
 }
 
 /// Returns ⌊x⌋ for |x| well within i64. Baseline x86-64 has no instruction for it, but one that truncates.
+#[inline(always)]
 pub(super) fn floor(x: f64) -> i64 {
     let i = x as i64;
     i - i64::from(i as f64 > x)
