@@ -15,6 +15,7 @@ use obvhs::{Boundable, BvhBuildParams, ploc::PlocSearchDistance};
 use rayon::prelude::*;
 
 use crate::accel::build::bvh2_to_bvh8::WideConverter;
+use crate::accel::build::leaf_groups::LeafGroups;
 use crate::accel::build::leaf_packing::LeafCapacity;
 use crate::accel::build::morton_clusters::{MortonClusters, MortonKey};
 use crate::accel::build::subtree::{Child, Subtree};
@@ -65,15 +66,20 @@ struct BuildParams {
 const CLUSTER_SIZE: usize = 4096;
 
 impl BuildParams {
-    /// The parameters of a preset; `None` for no tree.
-    fn new(preset: Preset) -> Option<BuildParams> {
+    /// The parameters of a preset for leaves of this capacity; `None` for no tree.
+    fn new(preset: Preset, capacity: LeafCapacity) -> Option<BuildParams> {
         let params = |obvhs: BvhBuildParams, max_cluster_size: usize| {
             Some(BuildParams { obvhs, max_cluster_size, branches: 16 })
         };
         match preset {
             Preset::BruteForce => None,
             Preset::Fast => params(BvhBuildParams::fastest_build(), CLUSTER_SIZE),
-            Preset::Medium => params(full_search_params(PlocSearchDistance::Low, 0.02), CLUSTER_SIZE),
+            Preset::Medium => {
+                // Over leaf groups, reinsertion gains nothing.
+                let reinsertion_batch_ratio = if capacity.entries_per_block > 1 { 0.0 } else { 0.02 };
+                let obvhs = full_search_params(PlocSearchDistance::Low, reinsertion_batch_ratio);
+                params(obvhs, CLUSTER_SIZE)
+            }
             Preset::Slow => params(BvhBuildParams::slow_build(), usize::MAX),
         }
     }
@@ -106,7 +112,7 @@ pub(crate) fn build<T: Boundable + Sync, C: Cluster>(
     preset: Preset,
     cancel: &CancelToken,
 ) -> Result<(Bvh8, Vec<ClusterLeaves<C::Leaves>>), Cancelled> {
-    build_with(boxes, make_cluster, capacity, BuildParams::new(preset), cancel)
+    build_with(boxes, make_cluster, capacity, BuildParams::new(preset, capacity), cancel)
 }
 
 fn build_with<T: Boundable + Sync, C: Cluster>(
@@ -152,8 +158,10 @@ impl ClusterTree {
         let boxes = cluster.boxes();
         let roots: Vec<Child> = match params {
             Some(params) => {
-                let bvh2 = build_binary(boxes, params.obvhs);
-                let converter = WideConverter::new(&bvh2, boxes, |i| cluster.entry_count(i), capacity);
+                let entry_count = |i| cluster.entry_count(i);
+                let groups = LeafGroups::new(boxes, entry_count, capacity.entries_per_block);
+                let bvh2 = build_binary(&groups.boxes, params.obvhs);
+                let converter = WideConverter::new(&bvh2, &groups, boxes, entry_count, capacity);
                 let branches = converter.branches(params.branches);
                 branches.into_iter().map(|i| converter.convert(i, &mut subtree)).collect()
             }
@@ -188,7 +196,9 @@ fn build_top(branches: &[(usize, Branch)], top: &mut Subtree) -> Branch {
     let boxes: Vec<ObvhsAabb> = branches.iter().map(|(_, branch)| branch.root.bounds().into()).collect();
     let bvh2 = build_binary(&boxes, full_search_params(PlocSearchDistance::Medium, 1.0));
     // With more entries than a leaf's capacity, branches are never put into one leaf.
-    let root = WideConverter::new(&bvh2, &boxes, |_| 2, LeafCapacity::ONE).convert(0, top);
+    let entry_count = |_| 2;
+    let groups = LeafGroups::new(&boxes, entry_count, 1);
+    let root = WideConverter::new(&bvh2, &groups, &boxes, entry_count, LeafCapacity::ONE).convert(0, top);
     let leaf_costs: Vec<OcclusionCost> =
         top.leaves().map(|leaf| branches[leaf[0] as usize].1.occlusion_cost).collect();
     let node_costs = top.sort_children_and_compute_costs(&leaf_costs);

@@ -10,10 +10,12 @@
 use obvhs::aabb::Aabb as ObvhsAabb;
 use obvhs::bvh2::Bvh2;
 
+use crate::accel::build::leaf_groups::LeafGroups;
 use crate::accel::build::leaf_packing::{EntryBox, Leaf, LeafCapacity, LeafShape, SiblingLeaves};
 use crate::accel::build::subtree::{Child, Subtree};
 use crate::accel::bvh::aabb::Aabb;
 use crate::accel::bvh::bvh8::WIDTH;
+use crate::simd::{AutovecKernel, SimdLevel};
 
 /// A leaf of several blocks is accepted up to this multiple of a node's cost, because it takes less memory.
 const LARGE_LEAF_FACTOR: f32 = 1.3;
@@ -56,9 +58,10 @@ struct BinaryNode {
 /// `costs[i]`: the cost of the cheapest forest of at most i + 1 roots.
 type Costs = [f32; WIDTH - 1];
 
-/// Converts a binary BVH over boxes.
+/// Converts a binary BVH over groups of boxes.
 pub(crate) struct WideConverter<'a, E> {
     bvh2: &'a Bvh2,
+    groups: &'a LeafGroups,
     boxes: &'a [ObvhsAabb],
     /// Number of entries in a box.
     entry_count: E,
@@ -68,29 +71,30 @@ pub(crate) struct WideConverter<'a, E> {
 }
 
 impl<'a, E: Fn(u32) -> u32> WideConverter<'a, E> {
-    /// Decides about all nodes of a tree whose box i holds `entry_count(i)` entries.
+    /// Decides about all nodes of a tree over `groups` of boxes, of which box i holds `entry_count(i)` entries.
     pub fn new(
         bvh2: &'a Bvh2,
+        groups: &'a LeafGroups,
         boxes: &'a [ObvhsAabb],
         entry_count: E,
         capacity: LeafCapacity,
     ) -> WideConverter<'a, E> {
-        let mut converter = WideConverter { bvh2, boxes, entry_count, capacity, nodes: preorder(bvh2) };
+        let mut converter =
+            WideConverter { bvh2, groups, boxes, entry_count, capacity, nodes: preorder(bvh2) };
         let mut costs = vec![Costs::default(); converter.nodes.len()];
-        for i in (0..converter.nodes.len()).rev() {
-            costs[i] = converter.choose(i, &costs);
-        }
+        SimdLevel::detect().run(ChooseForests { converter: &mut converter, costs: &mut costs });
         converter
     }
 
     /// Decides about node `i`, whose children's costs are known, and returns its own.
+    #[inline(always)]
     fn choose(&mut self, i: usize, costs: &[Costs]) -> Costs {
         let BinaryNode { node, second, .. } = self.nodes[i];
         let binary = &self.bvh2.nodes[node as usize];
         let first = i + 1;
         let second = second as usize;
         let entries = match second {
-            0 => (self.entry_count)(self.bvh2.primitive_indices[binary.first_index as usize]),
+            0 => self.groups.entry_count(self.group(binary.first_index)),
             _ => self.nodes[first].entries.saturating_add(self.nodes[second].entries),
         };
         self.nodes[i].entries = entries;
@@ -99,21 +103,13 @@ impl<'a, E: Fn(u32) -> u32> WideConverter<'a, E> {
             self.nodes[i].is_leaf = true;
             return [leaf_cost; WIDTH - 1];
         }
-        let Forests { mut best, mut choices } = Forests::new(&costs[first], &costs[second]);
-        let node_cost = best[WIDTH - 1] + binary.aabb().half_area();
+        let forests = Forests::new(&costs[first], &costs[second]);
+        let node_cost = forests.best[WIDTH - 1] + binary.aabb().half_area();
         let is_leaf = entries <= self.capacity.entries_per_leaf && leaf_cost <= LARGE_LEAF_FACTOR * node_cost;
         let single_root_cost = if is_leaf { leaf_cost } else { node_cost };
-        let mut own = Costs::default();
-        for roots in 1..WIDTH {
-            if single_root_cost <= best[roots - 1] {
-                best[roots - 1] = single_root_cost;
-                choices[roots - 1] = Choice::ONE;
-            }
-            own[roots - 1] = best[roots - 1];
-        }
-        self.nodes[i].choices = choices;
         self.nodes[i].is_leaf = is_leaf;
-        own
+        self.nodes[i].choices = forests.choices(single_root_cost);
+        std::array::from_fn(|roots| forests.best[roots].min(single_root_cost))
     }
 
     /// Returns about `count` nodes that cover the whole tree, by replacing the node with the largest box by its
@@ -155,20 +151,20 @@ impl<'a, E: Fn(u32) -> u32> WideConverter<'a, E> {
     /// Adds one wide node with its leaves; its inner children are added to `work`.
     fn convert_node(&self, i: usize, out: &mut Subtree, work: &mut RemainingWork) {
         work.forests.extend(self.split(i, self.nodes[i].choices[WIDTH - 1]));
-        let mut siblings = SiblingLeaves::NONE;
+        work.siblings.clear();
         while let Some(ForestToSplit { node, max_roots }) = work.forests.pop() {
             let choice = self.nodes[node].choices[max_roots - 1];
             if choice.roots() > 1 {
                 work.forests.extend(self.split(node, choice));
             } else if self.nodes[node].is_leaf {
-                siblings.push(self.leaf(node));
+                work.siblings.push(self.leaf(node));
             } else {
                 let reference = Some(out.add_unresolved(self.bounds(node)));
                 work.nodes.push(NodeToConvert { node, reference });
             }
         }
-        siblings.repack(self.capacity, |i| self.entry_box(i));
-        for leaf in siblings.leaves() {
+        work.siblings.repack(self.capacity, |i| self.entry_box(i));
+        for leaf in work.siblings.leaves() {
             let child = out.add_leaf(leaf.boxes(), leaf.shape.bounds.into());
             out.add_child(child);
         }
@@ -180,16 +176,22 @@ impl<'a, E: Fn(u32) -> u32> WideConverter<'a, E> {
         EntryBox { bounds: self.boxes[i as usize], entries: (self.entry_count)(i) }
     }
 
+    /// The group at a position of the binary tree's indices.
+    #[inline(always)]
+    fn group(&self, position: u32) -> u32 {
+        self.bvh2.primitive_indices[position as usize]
+    }
+
     /// Returns a leaf of all boxes below node `i`.
     fn leaf(&self, i: usize) -> Leaf {
-        let mut leaf = Leaf::EMPTY;
+        let bounds = *self.bvh2.nodes[self.nodes[i].node as usize].aabb();
+        let mut leaf = Leaf::new(LeafShape::new(bounds, self.nodes[i].entries));
         // A node's subtree follows it: it ends where no child is open.
         let mut open = 1;
         for own in &self.nodes[i..] {
             if own.second == 0 {
-                let first = self.bvh2.nodes[own.node as usize].first_index;
-                let i = self.bvh2.primitive_indices[first as usize];
-                leaf.push(i, &self.entry_box(i));
+                let group = self.group(self.bvh2.nodes[own.node as usize].first_index);
+                leaf.extend(self.groups.members(group));
                 open -= 1;
             } else {
                 open += 1;
@@ -215,6 +217,21 @@ impl<'a, E: Fn(u32) -> u32> WideConverter<'a, E> {
     }
 }
 
+/// The decisions about all nodes, children before parents. They are the same at every SIMD level.
+struct ChooseForests<'a, 'b, E> {
+    converter: &'a mut WideConverter<'b, E>,
+    costs: &'a mut [Costs],
+}
+
+impl<E: Fn(u32) -> u32> AutovecKernel for ChooseForests<'_, '_, E> {
+    #[inline(always)]
+    fn run(self) {
+        for i in (0..self.costs.len()).rev() {
+            self.costs[i] = self.converter.choose(i, self.costs);
+        }
+    }
+}
+
 /// The remaining work of a conversion.
 #[derive(Default)]
 struct RemainingWork {
@@ -222,6 +239,8 @@ struct RemainingWork {
     nodes: Vec<NodeToConvert>,
     /// Forests whose roots become children of the current wide node.
     forests: Vec<ForestToSplit>,
+    /// Leaves of the current wide node.
+    siblings: SiblingLeaves,
 }
 
 struct NodeToConvert {
@@ -235,29 +254,45 @@ struct ForestToSplit {
     max_roots: usize,
 }
 
-/// The cheapest forests of two or more roots below a node: `best[i]` and `choices[i]` are for at most i + 1 roots.
+/// The cheapest forests of two or more roots below a node: `best[i]` is the cost of that of at most i + 1 roots, of which
+/// at most `in_first[i]` are in the first child.
 struct Forests {
     best: [f32; WIDTH],
-    choices: [Choice; WIDTH],
+    in_first: [u32; WIDTH],
 }
 
 impl Forests {
-    /// Combines the forests of two children. Where costs are infinite, the forest is the two children.
+    /// Combines the forests of two children. Where costs are infinite, the first child has one root.
+    #[inline(always)]
     fn new(first: &Costs, second: &Costs) -> Forests {
-        let mut best = [f32::INFINITY; WIDTH];
-        let mut choices = [Choice::new(2, 1); WIDTH];
-        for roots in 2..=WIDTH {
-            best[roots - 1] = best[roots - 2];
-            choices[roots - 1] = choices[roots - 2];
-            for in_first in 1..roots {
-                let sum = first[in_first - 1] + second[roots - in_first - 1];
-                if sum < best[roots - 1] {
-                    best[roots - 1] = sum;
-                    choices[roots - 1] = Choice::new(roots, in_first);
-                }
+        let mut forests = Forests { best: [f32::INFINITY; WIDTH], in_first: [1; WIDTH] };
+        let mut costs = [f32::INFINITY; 2 * WIDTH - 1];
+        costs[WIDTH..].copy_from_slice(second);
+        for in_first in 1..WIDTH {
+            // Of `roots` roots, `in_first` are in the first child and the others in the second.
+            let cost = first[in_first - 1];
+            let rest = &costs[WIDTH - in_first..][..WIDTH];
+            for roots in 0..WIDTH {
+                let sum = cost + rest[roots];
+                let is_less = sum < forests.best[roots];
+                forests.best[roots] = if is_less { sum } else { forests.best[roots] };
+                forests.in_first[roots] = if is_less { in_first as u32 } else { forests.in_first[roots] };
             }
         }
-        Forests { best, choices }
+        forests
+    }
+
+    /// The choices at a node that costs `single_root_cost` as the only root.
+    #[inline(always)]
+    fn choices(&self, single_root_cost: f32) -> [Choice; WIDTH] {
+        std::array::from_fn(|i| {
+            // The last choice makes the children of a wide node.
+            if i + 1 < WIDTH && single_root_cost <= self.best[i] {
+                Choice::ONE
+            } else {
+                Choice::new(i + 1, self.in_first[i] as usize)
+            }
+        })
     }
 }
 

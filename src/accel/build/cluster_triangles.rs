@@ -20,6 +20,16 @@ use crate::accel::bvh::triangle4::{COINCIDENT, TRIANGLE_LANES, Triangle4};
 /// Two triangles share a box where its area is at most this fraction of the sum of theirs.
 const PAIR_AREA_RATIO: f32 = 0.95;
 
+/// Cells of up to this many triangles are searched for equal boxes by comparing all pairs.
+const SMALL_CELL: usize = 8;
+
+/// Returns true if two triangles of a small cell have equal bounds.
+fn has_equal_bounds(cell: &[u32], bounds: impl Fn(&u32) -> [[u32; 3]; 2]) -> bool {
+    let mut all = [[[0; 3]; 2]; SMALL_CELL];
+    all.iter_mut().zip(cell).for_each(|(to, i)| *to = bounds(i));
+    (1..cell.len()).any(|i| all[..i].contains(&all[i]))
+}
+
 /// The area of a triangle that counts as an occluder.
 fn occluding_area(triangle: &BuildTriangle) -> f64 {
     triangle.triangle.area() * occluding_fraction(triangle.flags.class)
@@ -86,6 +96,10 @@ impl ClusterTriangles {
     fn add_cell(&mut self, all: &[BuildTriangle], mut cell: Vec<u32>) {
         let triangle = |&i: &u32| &all[i as usize].triangle;
         let bounds = |i: &u32| triangle(i).bounds().to_bits();
+        if cell.len() <= SMALL_CELL && !has_equal_bounds(&cell, bounds) {
+            cell.iter().for_each(|&i| self.add_one(all, i));
+            return;
+        }
         cell.sort_unstable_by_key(|i| (bounds(i), triangle(i).to_bits(), *i));
         for equal in cell.chunk_by(|a, b| bounds(a) == bounds(b)) {
             if let [only] = equal {

@@ -64,6 +64,7 @@ pub(crate) struct LeafShape {
 impl LeafShape {
     const EMPTY: LeafShape = LeafShape { bounds: ObvhsAabb::INVALID, entries: 0, cost: 0.0 };
 
+    #[inline(always)]
     pub fn new(bounds: ObvhsAabb, entries: u32) -> LeafShape {
         let blocks = entries.div_ceil(TRIANGLE_LANES as u32);
         let cost = bounds.half_area() * (BLOCK_COST * blocks as f32 + ENTRY_COST * entries as f32);
@@ -86,7 +87,18 @@ pub(crate) struct Leaf {
 }
 
 impl Leaf {
-    pub const EMPTY: Leaf = Leaf { shape: LeafShape::EMPTY, boxes: [0; MAX_BOXES], count: 0 };
+    const EMPTY: Leaf = Leaf::new(LeafShape::EMPTY);
+
+    /// Makes a leaf that has its shape, but no boxes yet.
+    pub const fn new(shape: LeafShape) -> Leaf {
+        Leaf { shape, boxes: [0; MAX_BOXES], count: 0 }
+    }
+
+    /// Adds boxes that the shape has already.
+    pub fn extend(&mut self, boxes: &[u32]) {
+        self.boxes[self.count..][..boxes.len()].copy_from_slice(boxes);
+        self.count += boxes.len();
+    }
 
     /// Adds box `i`.
     pub fn push(&mut self, i: u32, entry_box: &EntryBox) {
@@ -123,8 +135,17 @@ struct Target {
     shape: LeafShape,
 }
 
+impl Default for SiblingLeaves {
+    fn default() -> Self {
+        SiblingLeaves { leaves: [Leaf::EMPTY; WIDTH], count: 0 }
+    }
+}
+
 impl SiblingLeaves {
-    pub const NONE: SiblingLeaves = SiblingLeaves { leaves: [Leaf::EMPTY; WIDTH], count: 0 };
+    /// Removes all leaves.
+    pub fn clear(&mut self) {
+        self.count = 0;
+    }
 
     /// Adds a leaf.
     pub fn push(&mut self, leaf: Leaf) {

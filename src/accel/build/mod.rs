@@ -7,6 +7,7 @@ mod cluster_triangles;
 mod duplicate_filter;
 pub(crate) mod input_triangles;
 pub(crate) mod instancing_plan;
+mod leaf_groups;
 mod leaf_packing;
 pub(crate) mod mesh_flags;
 mod morton_clusters;

@@ -1,5 +1,7 @@
 //! The triangles of a posed scene as input of BVH builds: of world BVHs and of instanced meshes.
 
+use glam::Vec3;
+
 use crate::accel::build::blas_builder::build_blas;
 use crate::accel::build::input_triangles::{InputTriangle, count_rejected};
 use crate::accel::build::instancing_plan::{FlattenedInstance, InstancingPlan, World};
@@ -9,7 +11,7 @@ use crate::accel::bvh::triangle_ids::TriangleIdMap;
 use crate::accel::report::BuildReport;
 use crate::accel::settings::{FlattenBudget, Preset};
 use crate::cancellation::{CancelToken, Cancelled};
-use crate::geometry::HitId;
+use crate::geometry::Transform;
 use crate::scene::PosedScene;
 
 impl BuildReport {
@@ -70,11 +72,36 @@ pub(crate) fn world_triangles<'a>(
     world: &'a World,
     ids: &'a TriangleIdMap,
 ) -> impl Fn(usize) -> InputTriangle + 'a {
-    |i| {
+    let instances: Vec<WorldInstance> = world
+        .iter()
+        .map(|FlattenedInstance { instance, flags, .. }| WorldInstance {
+            transform: &posed.instances[*instance as usize].transform,
+            positions: posed.positions(*instance),
+            triangles: &posed.mesh(*instance).triangles,
+            flags,
+        })
+        .collect();
+    move |i| {
         let (position, triangle) = ids.locate(i as u32);
-        let FlattenedInstance { instance, flags, .. } = &world[position];
-        let vertices = posed.world_triangle(HitId { instance: *instance, triangle });
-        InputTriangle { vertices, flags: flags.get(triangle) }
+        instances[position].triangle(triangle)
+    }
+}
+
+/// A mesh in world space. Looked up once, not for each triangle.
+struct WorldInstance<'a> {
+    transform: &'a Transform,
+    positions: &'a [Vec3],
+    triangles: &'a [[u32; 3]],
+    flags: &'a MeshFlags,
+}
+
+impl WorldInstance<'_> {
+    /// Returns a triangle as [`PosedScene::world_triangle`] does.
+    #[inline(always)]
+    fn triangle(&self, triangle: u32) -> InputTriangle {
+        let vertex = |v: u32| self.transform.point(self.positions[v as usize]);
+        let [a, b, c] = self.triangles[triangle as usize];
+        InputTriangle { vertices: [vertex(a), vertex(b), vertex(c)], flags: self.flags.get(triangle) }
     }
 }
 

@@ -1,6 +1,6 @@
 //! Canonical triangles: vertices in an order that depends on their positions only, degenerate ones rejected.
 
-use glam::{DVec3, Vec3};
+use glam::{BVec3, DVec3, Vec3};
 
 use crate::accel::bvh::aabb::Aabb;
 use crate::geometry::EPSILON;
@@ -35,8 +35,10 @@ impl CanonicalTriangle {
     /// Returns true with it where sorting flips the winding. Subnormal coordinates become 0: each test of the triangle
     /// would be slow.
     pub fn new(vertices: [Vec3; 3]) -> Result<(CanonicalTriangle, bool), Degeneracy> {
-        let mut vertices = vertices.map(flush_subnormal);
+        // Not `map`, which is not always inlined.
         let [a, b, c] = vertices;
+        let [a, b, c] = [flush_subnormal(a), flush_subnormal(b), flush_subnormal(c)];
+        let mut vertices = [a, b, c];
         let largest = a.abs().max(b.abs()).max(c.abs());
         // `max` may drop NaN. Times 0, NaN stays and infinity becomes NaN.
         let finite = (a + b + c) * 0.0 == Vec3::ZERO;
@@ -48,12 +50,13 @@ impl CanonicalTriangle {
         }
         let mut flipped = false;
         for (i, j) in [(0, 1), (1, 2), (0, 1)] {
-            let a = vertices[j];
-            let b = vertices[i];
-            if a.x < b.x || a.x == b.x && (a.y < b.y || a.y == b.y && a.z < b.z) {
-                vertices.swap(i, j);
-                flipped = !flipped;
-            }
+            let a = vertices[i];
+            let b = vertices[j];
+            // Without branches: the order of vertices cannot be predicted.
+            let swaps = (b.x < a.x) | (b.x == a.x) & ((b.y < a.y) | (b.y == a.y) & (b.z < a.z));
+            vertices[i] = Vec3::select(BVec3::splat(swaps), b, a);
+            vertices[j] = Vec3::select(BVec3::splat(swaps), a, b);
+            flipped ^= swaps;
         }
         let edge = |i: usize| (vertices[i].as_dvec3() - vertices[0].as_dvec3()).length_squared();
         let max_edge = (edge(1).max(edge(2)).sqrt() * (1.0 + 4.0 * f64::from(EPSILON))) as f32;

@@ -69,7 +69,7 @@ impl Memory {
                 let _ = map.advise(memmap2::Advice::HugePage);
                 Memory::Mapped(map)
             }
-            _ => Memory::Heap(vec![CacheLine([0; 64]); bytes.div_ceil(size_of::<CacheLine>())]),
+            _ => Memory::Heap(bytemuck::zeroed_vec(bytes.div_ceil(size_of::<CacheLine>()))),
         }
     }
 }

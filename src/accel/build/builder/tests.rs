@@ -104,10 +104,10 @@ fn parents_come_first_and_every_box_is_in_one_leaf_inside_all_its_parents() {
     let boxes = random_boxes(20_000);
     for preset in [Preset::Fast, Preset::Medium, Preset::Slow] {
         for count in [1, 2, 5, 300, CLUSTER_SIZE, CLUSTER_SIZE + 1, boxes.len()] {
-            check(&boxes[..count], &built(&boxes[..count], BuildParams::new(preset)));
+            check(&boxes[..count], &built(&boxes[..count], BuildParams::new(preset, CAPACITY)));
         }
     }
-    let (empty, leaves) = built(&[], BuildParams::new(Preset::Medium));
+    let (empty, leaves) = built(&[], BuildParams::new(Preset::Medium, CAPACITY));
     assert!(empty.root.is_none() && leaves.is_empty());
 }
 
@@ -115,7 +115,7 @@ fn parents_come_first_and_every_box_is_in_one_leaf_inside_all_its_parents() {
 fn children_are_sorted_by_occlusion_priority() {
     let boxes = random_boxes(20_000);
     for preset in [Preset::Medium, Preset::Slow] {
-        let (bvh, leaves) = built(&boxes, BuildParams::new(preset));
+        let (bvh, leaves) = built(&boxes, BuildParams::new(preset, CAPACITY));
         let mut node_costs = vec![OcclusionCost::default(); bvh.nodes.len()];
         for (i, node) in bvh.nodes.iter().enumerate().rev() {
             let cost = |slot: usize| match node.child[slot] {
@@ -137,7 +137,7 @@ fn a_tree_does_not_depend_on_the_number_of_threads() {
     let boxes = random_boxes(20_000);
     let built_by = |threads: usize| {
         let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
-        let (bvh, leaves) = pool.install(|| built(&boxes, BuildParams::new(Preset::Medium)));
+        let (bvh, leaves) = pool.install(|| built(&boxes, BuildParams::new(Preset::Medium, CAPACITY)));
         (bytemuck::cast_slice::<Bvh8Node, u8>(&bvh.nodes).to_vec(), bvh.root, leaves)
     };
     assert!(built_by(1) == built_by(3));
@@ -154,7 +154,7 @@ fn clusters_cost_rays_little() {
             *wall = ObvhsAabb { min: Vec3A::new(0.0, y, 0.0), max: Vec3A::new(100.0, y, 100.0) };
         }
         let cost = |max_cluster_size: usize| {
-            let params = BuildParams::new(Preset::Medium);
+            let params = BuildParams::new(Preset::Medium, CAPACITY);
             let params = params.map(|params| BuildParams { max_cluster_size, ..params });
             let (bvh, leaves) = built(&boxes, params);
             sah_cost(&bvh, |leaf| leaves[leaf as usize].len() as f64)
@@ -173,6 +173,6 @@ fn boxes_whose_costs_overflow_make_a_tree() {
     };
     let boxes: Vec<ObvhsAabb> = (0..300).map(huge).collect();
     for preset in [Preset::Fast, Preset::Medium, Preset::Slow] {
-        check(&boxes, &built(&boxes, BuildParams::new(preset)));
+        check(&boxes, &built(&boxes, BuildParams::new(preset, CAPACITY)));
     }
 }

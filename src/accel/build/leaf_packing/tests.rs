@@ -14,7 +14,7 @@ fn row(count: u32, gap: f32) -> Vec<ObvhsAabb> {
 /// Fills leaves with `counts` boxes one after the other, repacks them, and returns their boxes.
 fn repacked(boxes: &[ObvhsAabb], counts: &[usize], entries: impl Fn(u32) -> u32) -> Vec<Vec<u32>> {
     let entry_box = |i: u32| EntryBox { bounds: boxes[i as usize], entries: entries(i) };
-    let mut siblings = SiblingLeaves::NONE;
+    let mut siblings = SiblingLeaves::default();
     let mut next = 0..boxes.len() as u32;
     for &count in counts {
         let mut leaf = Leaf::EMPTY;
