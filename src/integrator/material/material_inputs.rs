@@ -11,7 +11,7 @@ use crate::integrator::surface::soa::LANES;
 use crate::integrator::surface::texel_batch::TexelBatch;
 use crate::scene::{AlphaMode, ColorInput, PosedScene, ScalarInput, TexelSemantics, TextureChannel};
 
-/// What the points of a block look up for one material.
+/// The values that the points of a block look up for one material.
 pub(crate) struct MaterialInputs<'a> {
     pub texels: TexelBatch<'a>,
     /// Vertex colour × colour of the instance, linear RGBA, if any triangle has one.

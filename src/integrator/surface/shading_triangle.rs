@@ -19,7 +19,7 @@ use crate::integrator::surface::triangle_plane::TrianglePlane;
 use crate::scene::{Material, PosedScene};
 use crate::simd::{AutovecKernel, SimdLevel};
 
-/// What textures and normal maps need to know of a triangle, besides the hit.
+/// The data of a triangle that textures and normal maps need, besides the hit.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct TriangleSurface<'s> {
     pub id: HitId,

@@ -84,7 +84,7 @@ fn eight_hits_at_once_equal_single_hits() {
                     for i in next..next + count {
                         let (block, lane) = points.lane(i);
                         // Compared as text, because NaN differs from itself.
-                        let batched = format!("{:?}", triangle.surface_from_hit(&block.hit(lane)));
+                        let batched = format!("{:?}", triangle.surface.surface_from_hit(&block.hit(lane)));
                         let single = format!("{:?}", triangle.surface_point(ray(i), differential.as_ref()));
                         assert_eq!(batched, single, "{simd:?} {smooth} {id} {count}");
                     }
