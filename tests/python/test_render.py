@@ -116,11 +116,16 @@ def test_an_error_in_the_callback_ends_the_render(lecture: blinn.Scene) -> None:
 
 
 def test_ctrl_c_interrupts(lecture: blinn.Scene) -> None:
+    # A process in the background of a shell ignores the signal.
+    before = signal.signal(signal.SIGINT, signal.default_int_handler)
     timer = threading.Timer(0.3, lambda: os.kill(os.getpid(), signal.SIGINT))
     timer.start()
     start = time.monotonic()
-    with pytest.raises(KeyboardInterrupt):
-        lecture.render(size=(4096, 4096), samples=4096)
+    try:
+        with pytest.raises(KeyboardInterrupt):
+            lecture.render(size=(4096, 4096), samples=4096)
+    finally:
+        signal.signal(signal.SIGINT, before)
     assert time.monotonic() - start < 20
 
 
