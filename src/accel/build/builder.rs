@@ -197,7 +197,7 @@ fn build_top(branches: &[(usize, Branch)], top: &mut Subtree) -> Branch {
     let bvh2 = build_binary(&boxes, full_search_params(PlocSearchDistance::Medium, 1.0));
     // With more entries than a leaf's capacity, branches are never put into one leaf.
     let entry_count = |_| 2;
-    let groups = LeafGroups::new(&boxes, entry_count, 1);
+    let groups = LeafGroups::single_boxes(&boxes, entry_count);
     let root = WideConverter::new(&bvh2, &groups, &boxes, entry_count, LeafCapacity::ONE).convert(0, top);
     let leaf_costs: Vec<OcclusionCost> =
         top.leaves().map(|leaf| branches[leaf[0] as usize].1.occlusion_cost).collect();

@@ -269,7 +269,7 @@ impl Forests {
         let mut costs = [f32::INFINITY; 2 * WIDTH - 1];
         costs[WIDTH..].copy_from_slice(second);
         for in_first in 1..WIDTH {
-            // Of `roots` roots, `in_first` are in the first child and the others in the second.
+            // `in_first` roots are in the first child, the rest of `roots` in the second.
             let cost = first[in_first - 1];
             let rest = &costs[WIDTH - in_first..][..WIDTH];
             for roots in 0..WIDTH {

@@ -29,19 +29,31 @@ pub(crate) struct LeafGroups {
 impl LeafGroups {
     /// Groups boxes in the order of a space-filling curve. Groups of several boxes have at most `max_entries`.
     pub fn new(boxes: &[ObvhsAabb], entry_count: impl Fn(u32) -> u32, max_entries: u32) -> LeafGroups {
+        if max_entries <= 1 {
+            return LeafGroups::single_boxes(boxes, entry_count);
+        }
         let mut forming = FormingGroups::new(boxes, entry_count);
-        if max_entries > 1 {
-            let simd = SimdLevel::detect();
-            let mut search = NeighbourSearch::default();
-            for _ in 0..ROUNDS {
-                if forming.entries.len() < 2 {
-                    break;
-                }
-                search.find(&forming.planes, simd);
-                forming.merge_mutual_neighbours(&search.nearest, max_entries);
+        let simd = SimdLevel::detect();
+        let mut search = NeighbourSearch::default();
+        for _ in 0..ROUNDS {
+            if forming.entries.len() < 2 {
+                break;
             }
+            search.find(&forming.planes, simd);
+            forming.merge_mutual_neighbours(&search.nearest, max_entries);
         }
         forming.finish()
+    }
+
+    /// Makes a group of each box.
+    pub fn single_boxes(boxes: &[ObvhsAabb], entry_count: impl Fn(u32) -> u32) -> LeafGroups {
+        let count = boxes.len() as u32;
+        LeafGroups {
+            boxes: boxes.to_vec(),
+            entries: (0..count).map(entry_count).collect(),
+            members: (0..count).collect(),
+            ends: (1..=count).collect(),
+        }
     }
 
     /// Number of leaf entries in a group.
