@@ -11,19 +11,16 @@ use crate::integrator::surface::soa::{dvec3, set3, vec3};
 use crate::scene::Environment;
 use crate::simd::AutovecKernel;
 
-/// Lobes that are sampled together.
-pub(crate) const SAMPLE_LANES: usize = LOBE_LANES;
-
 /// Lobes and the triangles that they are on.
 #[derive(Clone, Copy)]
 pub(crate) struct SampledLobes {
     lobes: Lobe16,
     /// Geometric normals.
-    n_g: [[f64; SAMPLE_LANES]; 3],
+    n_g: [[f64; LOBE_LANES]; 3],
 }
 
 impl SampledLobes {
-    pub const ZERO: SampledLobes = SampledLobes { lobes: Lobe16::ZERO, n_g: [[0.0; SAMPLE_LANES]; 3] };
+    pub const ZERO: SampledLobes = SampledLobes { lobes: Lobe16::ZERO, n_g: [[0.0; LOBE_LANES]; 3] };
 
     /// Sets lobe `i`, on a triangle with geometric normal `n_g`.
     #[inline(always)]
@@ -43,24 +40,24 @@ impl SampledLobes {
 #[derive(Clone)]
 pub(crate) struct LobeSamples {
     /// Unit directions on the side of the geometric normal.
-    direction: [[f64; SAMPLE_LANES]; 3],
+    direction: [[f64; LOBE_LANES]; 3],
     /// The mean of weight × radiance over all samples is the radiance averaged over the lobe. 0 below the horizon.
-    pub weight: [f32; SAMPLE_LANES],
+    pub weight: [f32; LOBE_LANES],
     /// Solid angles in steradians that the samples stand for.
-    pub solid_angle: [f32; SAMPLE_LANES],
+    pub solid_angle: [f32; LOBE_LANES],
     /// The light of the environment, looked up over a share of the solid angle ([`LOOKUP_SHARE`]). 0 without an environment.
-    pub sharp_light: [Rgb; SAMPLE_LANES],
+    pub sharp_light: [Rgb; LOBE_LANES],
     /// The light looked up over all of the solid angle; 0 unless it was requested.
-    pub filtered_light: [Rgb; SAMPLE_LANES],
+    pub filtered_light: [Rgb; LOBE_LANES],
 }
 
 impl LobeSamples {
     pub const ZERO: LobeSamples = LobeSamples {
-        direction: [[0.0; SAMPLE_LANES]; 3],
-        weight: [0.0; SAMPLE_LANES],
-        solid_angle: [0.0; SAMPLE_LANES],
-        sharp_light: [Rgb::ZERO; SAMPLE_LANES],
-        filtered_light: [Rgb::ZERO; SAMPLE_LANES],
+        direction: [[0.0; LOBE_LANES]; 3],
+        weight: [0.0; LOBE_LANES],
+        solid_angle: [0.0; LOBE_LANES],
+        sharp_light: [Rgb::ZERO; LOBE_LANES],
+        filtered_light: [Rgb::ZERO; LOBE_LANES],
     };
 
     /// The direction of sample `i`.
@@ -74,7 +71,7 @@ impl LobeSamples {
 pub(crate) struct SampleLobes<'a> {
     pub lobes: &'a SampledLobes,
     /// The points of the unit square that directions are made from.
-    pub u: &'a [[f32; SAMPLE_LANES]; 2],
+    pub u: &'a [[f32; LOBE_LANES]; 2],
     /// Samples of a lobe in all.
     pub count: u32,
     pub environment: Option<&'a Environment>,
@@ -89,14 +86,14 @@ impl AutovecKernel for SampleLobes<'_> {
         let SampleLobes { lobes, u, count, environment, has_filtered_light, samples } = self;
         // Copies cannot alias what the loops write.
         let (lobes, u, count) = (*lobes, *u, count.max(1) as f32);
-        let mut around = [[0.0; SAMPLE_LANES]; 2];
-        for i in 0..SAMPLE_LANES {
+        let mut around = [[0.0; LOBE_LANES]; 2];
+        for i in 0..LOBE_LANES {
             [around[0][i], around[1][i]] = cos_sin_of_turns(f64::from(u[0][i])).map(|x| x as f32);
         }
         let [alpha, f0] = [lobes.lobes.alpha(), lobes.lobes.f0()];
-        let [mut cos, mut weight, mut solid_angle] = [[0.0; SAMPLE_LANES]; 3];
-        let mut reflected = [[0.0; SAMPLE_LANES]; 3];
-        for i in 0..SAMPLE_LANES {
+        let [mut cos, mut weight, mut solid_angle] = [[0.0; LOBE_LANES]; 3];
+        let mut reflected = [[0.0; LOBE_LANES]; 3];
+        for i in 0..LOBE_LANES {
             let view = lobes.lobes.facet_view(i);
             let sample = view.sample([around[0][i], around[1][i]], u[1][i], f0[i]);
             cos[i] = view.cos();
@@ -105,8 +102,8 @@ impl AutovecKernel for SampleLobes<'_> {
             solid_angle[i] = sample.solid_angle(count);
         }
         let expected = single_scattering_albedos(&cos, &alpha, &f0);
-        let mut directions = [[0.0; SAMPLE_LANES]; 3];
-        for i in 0..SAMPLE_LANES {
+        let mut directions = [[0.0; LOBE_LANES]; 3];
+        for i in 0..LOBE_LANES {
             let lobe = lobes.get(i);
             let basis = LobeBasis::new(lobe.n, lobe.v);
             // The images in mirrors are exact.
@@ -117,9 +114,9 @@ impl AutovecKernel for SampleLobes<'_> {
             weight[i] = if is_mirror { 1.0 } else { weight[i] / expected[i] };
             solid_angle[i] = if is_mirror { lobe.mirror_solid_angle() as f32 } else { solid_angle[i] };
         }
-        let mut l = [[0.0; SAMPLE_LANES]; 3];
-        let mut lookup_angle = [0.0; SAMPLE_LANES];
-        for i in 0..SAMPLE_LANES {
+        let mut l = [[0.0; LOBE_LANES]; 3];
+        let mut lookup_angle = [0.0; LOBE_LANES];
+        for i in 0..LOBE_LANES {
             set3(&mut l, i, dvec3(&directions, i).as_vec3().to_array());
             lookup_angle[i] = solid_angle[i] * LOOKUP_SHARE as f32;
         }
@@ -158,14 +155,14 @@ mod tests {
     fn sample(simd: SimdLevel, environment: &Environment, u: [f32; 2]) -> LobeSamples {
         let mut lobes = SampledLobes::ZERO;
         // The last triangles lean away from their normals.
-        (0..SAMPLE_LANES).for_each(|i| {
+        (0..LOBE_LANES).for_each(|i| {
             let tilt = if i < 12 { 0.0 } else { 1.2 };
             lobes.set(i, &lobe(i), DVec3::new(tilt, 1.0, 0.1 * tilt).normalize());
         });
         let mut samples = LobeSamples::ZERO;
         simd.run(SampleLobes {
             lobes: &lobes,
-            u: &[[u[0]; SAMPLE_LANES], [u[1]; SAMPLE_LANES]],
+            u: &[[u[0]; LOBE_LANES], [u[1]; LOBE_LANES]],
             count: 4,
             environment: Some(environment),
             has_filtered_light: true,
@@ -190,7 +187,7 @@ mod tests {
     fn rays_leave_on_the_side_of_the_triangle() {
         for u in [[0.1, 0.2], [0.5, 0.9], [0.8, 0.99]] {
             let samples = sample(SimdLevel::Portable, &Environment::uniform(Rgb::ONE), u);
-            for i in 0..SAMPLE_LANES {
+            for i in 0..LOBE_LANES {
                 let d = samples.direction(i);
                 assert!((d.length() - 1.0).abs() < 1e-6, "{i}: {d}");
                 let tilt = if i < 12 { 0.0 } else { 1.2 };
@@ -206,7 +203,7 @@ mod tests {
     /// The mean weight is 1: a white environment gives white.
     #[test]
     fn weights_have_a_mean_of_1() {
-        let mut mean = [0.0; SAMPLE_LANES];
+        let mut mean = [0.0; LOBE_LANES];
         let n = 64;
         for k in 0..n * n {
             let u = [k % n, k / n].map(|k| (k as f32 + 0.5) / n as f32);

@@ -7,10 +7,10 @@ use crate::integrator::block_lobes::{STRONG_IMPORTANCE, survival};
 use crate::integrator::environment_occlusion::LOOKUP_SHARE;
 use crate::integrator::frame::Frame;
 use crate::integrator::lobe_light::{LightReceiver, LobeLight, LobeRequest};
-use crate::integrator::lobe_samples::{LobeSamples, SAMPLE_LANES, SampleLobes, SampledLobes};
+use crate::integrator::lobe_samples::{LobeSamples, SampleLobes, SampledLobes};
 use crate::integrator::material::directional_albedo::COAT_F0;
 use crate::integrator::material::ggx::NARROW_ALPHA;
-use crate::integrator::material::ggx_lobe::Lobe;
+use crate::integrator::material::ggx_lobe::{LOBE_LANES, Lobe};
 use crate::integrator::paths::{Escape, PathState, PathStates, SecondaryRay, Wave};
 use crate::integrator::sample::{SampleDimension, SampleStream};
 use crate::integrator::shading_batch::ShadingBatch;
@@ -38,7 +38,7 @@ pub(crate) struct ReflectionRays<'a> {
 struct WaitingLobes {
     dimension: SampleDimension,
     lobes: SampledLobes,
-    rays: [WaitingRay; SAMPLE_LANES],
+    rays: [WaitingRay; LOBE_LANES],
     count: usize,
 }
 
@@ -61,12 +61,7 @@ impl WaitingRay {
 
 impl WaitingLobes {
     fn new(dimension: SampleDimension) -> WaitingLobes {
-        WaitingLobes {
-            dimension,
-            lobes: SampledLobes::ZERO,
-            rays: [WaitingRay::NONE; SAMPLE_LANES],
-            count: 0,
-        }
+        WaitingLobes { dimension, lobes: SampledLobes::ZERO, rays: [WaitingRay::NONE; LOBE_LANES], count: 0 }
     }
 }
 
@@ -175,12 +170,12 @@ impl<'a> ReflectionRays<'a> {
 
 impl WaitingLobes {
     fn is_full(&self) -> bool {
-        self.count == SAMPLE_LANES
+        self.count == LOBE_LANES
     }
 
     fn push(&mut self, lobe: &Lobe, n_g: DVec3, ray: WaitingRay) {
         // The remainder lets the compiler drop the bounds checks.
-        let lane = self.count % SAMPLE_LANES;
+        let lane = self.count % LOBE_LANES;
         self.lobes.set(lane, lobe, n_g);
         self.rays[lane] = ray;
         self.count += 1;
@@ -215,7 +210,7 @@ impl RayMaker<'_, '_> {
 
     /// Samples a direction of each lobe.
     fn sample(&self, lobes: &SampledLobes, rays: &[WaitingRay], dimension: SampleDimension) -> LobeSamples {
-        let mut positions = [None; SAMPLE_LANES];
+        let mut positions = [None; LOBE_LANES];
         for (position, ray) in positions.iter_mut().zip(rays) {
             *position = self.stream.sequence_position(self.path(ray), 1);
         }

@@ -44,7 +44,7 @@ pub(crate) struct ShadingBatch<'s> {
     pub soa: PointsSoa,
     pub triangles: Vec<TrianglePoints<'s>>,
     pub hits_by_triangle: HitsByTriangle,
-    /// True if any material transmits light.
+    /// True if a material of `triangles` transmits light.
     pub has_transmission: bool,
 }
 

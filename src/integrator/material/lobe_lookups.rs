@@ -6,8 +6,7 @@
 use glam::Vec3;
 
 use crate::geometry::Rgb;
-pub(crate) use crate::integrator::material::ggx_lobe::LOBE_LANES;
-use crate::integrator::material::ggx_lobe::Lobe;
+use crate::integrator::material::ggx_lobe::{LOBE_LANES, Lobe};
 use crate::integrator::material::lobe_moments::{LobeMoments, TablePosition};
 use crate::integrator::surface::soa::{set3, vec3};
 use crate::scene::Environment;

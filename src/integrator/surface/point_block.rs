@@ -298,7 +298,7 @@ impl PointBlock {
 
 #[inline(always)]
 fn store<T: Copy, const N: usize>(to: &mut [LaneArray<T>; N], at: usize, from: &[[T; HIT_LANES]; N]) {
-    // Lets the compiler drop the bounds checks.
+    // The remainder lets the compiler drop the bounds checks.
     let at = at % LANES;
     for k in 0..N {
         for i in 0..HIT_LANES {

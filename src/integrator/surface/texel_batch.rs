@@ -161,7 +161,7 @@ impl AutovecKernel for SampleTexture<'_> {
         let transform = texture_ref.transform;
         let first_group = lanes.start / SAMPLE_LANES * SAMPLE_LANES;
         for first in (first_group..lanes.end).step_by(SAMPLE_LANES) {
-            // Lets the compiler drop the bounds checks.
+            // The remainder lets the compiler drop the bounds checks.
             let first = first % LANES;
             let mut coords = SampleCoords::<SAMPLE_LANES>::ORIGIN;
             for i in 0..SAMPLE_LANES {
