@@ -2,8 +2,13 @@
 
 use std::sync::Arc;
 
+use rayon::prelude::*;
+
 use super::kernel::Kernel;
+use super::pyramid::texel_directions;
 use super::{BlurredMap, Environment, EnvironmentMap, Pyramid};
+use crate::geometry::Rgb;
+use crate::simd::SimdLevel;
 
 /// Texels on a side of the finest mip level of a blurred environment.
 const SIDES: std::ops::RangeInclusive<f64> = 32.0..=512.0;
@@ -36,7 +41,11 @@ impl EnvironmentMap {
         let side = (SIDE_TIMES_WIDTH / width).clamp(*SIDES.start(), *SIDES.end());
         let side = 1 << (side as u32).ilog2();
         let kernel = Kernel::von_mises_fisher(1.0 / (width * width));
-        let pyramid = Pyramid::new(side, 1, |d| kernel.mean(self, d));
+        let directions = texel_directions(side);
+        let simd = SimdLevel::detect();
+        let rows = directions.par_chunks(side).map(|row| kernel.means(simd, self, row));
+        let texels: Vec<Rgb> = rows.flatten_iter().collect();
+        let pyramid = Pyramid::from_texels(&texels, side);
         Arc::new(EnvironmentMap::new(None, pyramid))
     }
 }

@@ -6,6 +6,7 @@ use glam::{DVec3, Vec3};
 
 use super::EnvironmentMap;
 use crate::geometry::{Rgb, golden_angle};
+use crate::simd::{AutovecKernel, SimdLevel};
 
 /// Directions of a blur.
 const BLUR_DIRECTIONS: u32 = 128;
@@ -15,6 +16,9 @@ const BLUR_FILTER_WIDTH: f64 = 2.0;
 const LOBE_DIRECTIONS: u32 = 64;
 /// Lookups are filtered a little wider than asked, between texels and between levels.
 const LOBE_FILTER_WIDTH: f64 = 0.7;
+
+/// Averages that are computed side by side.
+const LANES: usize = 16;
 
 /// A direction around +Z.
 struct Lookup {
@@ -68,17 +72,71 @@ impl Kernel {
         Kernel(lookups)
     }
 
-    /// Returns the average of a map around the unit direction `d`.
-    pub fn mean(&self, map: &EnvironmentMap, d: Vec3) -> Rgb {
-        let z = d.as_dvec3().normalize();
-        // The axes turn with the direction, so that neighbouring texels average neighbouring directions.
-        let x = DVec3::Y.cross(z).try_normalize().unwrap_or(DVec3::X);
-        let y = z.cross(x);
-        let radiance = |lookup: &Lookup| {
-            let l = x * lookup.l.x + y * lookup.l.y + z * lookup.l.z;
-            map.radiance(l.as_vec3(), lookup.solid_angle) * lookup.weight
-        };
-        self.0.iter().map(radiance).sum()
+    /// Returns the averages of a map around unit directions, the same at every SIMD level.
+    pub fn means(&self, simd: SimdLevel, map: &EnvironmentMap, directions: &[Vec3]) -> Vec<Rgb> {
+        let mut means = vec![Rgb::ZERO; directions.len()];
+        simd.run(MeansKernel { lookups: &self.0, map, directions, means: &mut means });
+        means
+    }
+}
+
+/// [`Kernel::means`].
+struct MeansKernel<'a> {
+    lookups: &'a [Lookup],
+    map: &'a EnvironmentMap,
+    directions: &'a [Vec3],
+    means: &'a mut [Rgb],
+}
+
+impl AutovecKernel for MeansKernel<'_> {
+    #[inline(always)]
+    fn run(self) {
+        for (directions, means) in self.directions.chunks(LANES).zip(self.means.chunks_mut(LANES)) {
+            let axes = AxesLanes::new(directions);
+            for lookup in self.lookups {
+                let radiance = self.map.radiance_of_lanes(&axes.to_world(lookup.l), lookup.solid_angle);
+                for (mean, radiance) in means.iter_mut().zip(radiance) {
+                    *mean += radiance * lookup.weight;
+                }
+            }
+        }
+    }
+}
+
+/// Axes of the directions around which averages are taken, in structure of arrays. Lanes without a direction are 0.
+struct AxesLanes {
+    x: [[f64; LANES]; 3],
+    y: [[f64; LANES]; 3],
+    z: [[f64; LANES]; 3],
+}
+
+impl AxesLanes {
+    #[inline(always)]
+    fn new(directions: &[Vec3]) -> AxesLanes {
+        let [x, y, z] = [[[0.0; LANES]; 3]; 3];
+        let mut axes = AxesLanes { x, y, z };
+        for (i, d) in directions.iter().enumerate().take(LANES) {
+            let z = d.as_dvec3().normalize();
+            // The axes turn with the direction, so that neighbouring texels average neighbouring directions.
+            let x = DVec3::Y.cross(z).try_normalize().unwrap_or(DVec3::X);
+            let y = z.cross(x);
+            for c in 0..3 {
+                (axes.x[c][i], axes.y[c][i], axes.z[c][i]) = (x[c], y[c], z[c]);
+            }
+        }
+        axes
+    }
+
+    /// The direction `l` of each lane's axes.
+    #[inline(always)]
+    fn to_world(&self, l: DVec3) -> [[f32; LANES]; 3] {
+        let mut d = [[0.0; LANES]; 3];
+        for c in 0..3 {
+            for i in 0..LANES {
+                d[c][i] = (self.x[c][i] * l.x + self.y[c][i] * l.y + self.z[c][i] * l.z) as f32;
+            }
+        }
+        d
     }
 }
 

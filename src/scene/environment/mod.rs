@@ -251,6 +251,25 @@ impl EnvironmentMap {
         }
     }
 
+    /// [`EnvironmentMap::radiance`] of many directions, in structure of arrays.
+    #[inline(always)]
+    fn radiance_of_lanes<const N: usize>(&self, d: &[[f32; N]; 3], solid_angle: f32) -> [Rgb; N] {
+        let level = self.level(solid_angle);
+        let mut p = [[0.0; N]; 2];
+        for i in 0..N {
+            [p[0][i], p[1][i]] = to_square(Vec3::new(d[0][i], d[1][i], d[2][i])).to_array();
+        }
+        if self.panorama.is_none() || level >= 0.0 {
+            return self.pyramid.radiance_at_level(&p, level);
+        }
+        let mut radiance = [Rgb::ZERO; N];
+        for i in 0..N {
+            let d = Vec3::new(d[0][i], d[1][i], d[2][i]);
+            radiance[i] = self.look_up(&MipLookup { d, p: Vec2::new(p[0][i], p[1][i]), level });
+        }
+        radiance
+    }
+
     /// The mip level whose texels have a solid angle; negative for levels that are finer than the pyramid.
     #[inline(always)]
     fn level(&self, solid_angle: f32) -> f32 {

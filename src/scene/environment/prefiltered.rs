@@ -7,9 +7,10 @@ use glam::Vec3;
 
 use super::kernel::Kernel;
 use super::octahedral::to_square;
-use super::pyramid::{Level, TexelPosition, TexelPositions};
+use super::pyramid::{Level, TexelPosition, TexelPositions, texel_directions};
 use super::{Environment, EnvironmentMap, PREFILTERED_MAPS, log2};
 use crate::geometry::Rgb;
+use crate::simd::SimdLevel;
 
 /// Texels on a side of the maps for α = 1, 1/2, 1/4, 1/8 and 1/16: two or more over the width of the lobe.
 const SIDES: [usize; PREFILTERED_MAPS] = [8, 16, 16, 32, 64];
@@ -74,7 +75,8 @@ impl EnvironmentMap {
         // Not in parallel: threads would wait for each other inside of other work.
         self.prefiltered[i].get_or_init(|| {
             let kernel = Kernel::ggx(1.0 / f64::from(1 << i));
-            Level::from_function(SIDES[i], |d| kernel.mean(self, d))
+            let means = kernel.means(SimdLevel::detect(), self, &texel_directions(SIDES[i]));
+            Level::from_texels(&means, SIDES[i])
         })
     }
 }

@@ -27,7 +27,7 @@ impl Pyramid {
     /// each the mean of `samples`² directions.
     pub fn new(side: usize, samples: usize, radiance: impl Fn(Vec3) -> Rgb + Sync) -> Pyramid {
         let step = 1.0 / (side * samples) as f64;
-        let mut texels = vec![Vec4::ZERO; side * side];
+        let mut texels = vec![Rgb::ZERO; side * side];
         texels.par_chunks_exact_mut(side).enumerate().for_each(|(j, row)| {
             for (i, texel) in row.iter_mut().enumerate() {
                 let mut sum = Rgb::ZERO;
@@ -36,9 +36,15 @@ impl Pyramid {
                     let y = (j * samples + k / samples) as f64 + 0.5;
                     sum += radiance(to_direction(x * step, y * step).as_vec3());
                 }
-                *texel = (sum / (samples * samples) as f32).extend(0.0);
+                *texel = sum / (samples * samples) as f32;
             }
         });
+        Pyramid::from_texels(&texels, side)
+    }
+
+    /// Makes the levels from the texels of the finest, which has `side` texels on a side, a power of two.
+    pub fn from_texels(texels: &[Rgb], side: usize) -> Pyramid {
+        let mut texels: Vec<Vec4> = texels.iter().map(|texel| texel.extend(0.0)).collect();
         let mut levels = Vec::new();
         let mut side = side;
         while side > 1 {
@@ -111,6 +117,26 @@ impl Pyramid {
         radiance
     }
 
+    /// [`Pyramid::radiance`] of many points in one level, in structure of arrays.
+    #[inline(always)]
+    pub fn radiance_at_level<const N: usize>(&self, p: &[[f32; N]; 2], level: f32) -> [Rgb; N] {
+        let level = level.clamp(0.0, (self.levels.len() - 1) as f32);
+        let fine = level as usize;
+        let t = level - fine as f32;
+        let mut radiance = self.levels[fine].radiance_of_lanes(p);
+        if t != 0.0 {
+            let coarse = self.levels[fine + 1].radiance_of_lanes(p);
+            for (radiance, coarse) in radiance.iter_mut().zip(coarse) {
+                *radiance = radiance.lerp(coarse, t);
+            }
+        }
+        let mut out = [Rgb::ZERO; N];
+        for (out, radiance) in out.iter_mut().zip(radiance) {
+            *out = radiance.truncate();
+        }
+        out
+    }
+
     /// Calls `f` with the direction, the radiance and the solid angle of each texel of the finest level that has at most
     /// `max_side` texels on a side.
     pub fn for_each_texel(&self, max_side: usize, mut f: impl FnMut(glam::DVec3, Rgb, f64)) {
@@ -124,6 +150,14 @@ impl Pyramid {
             }
         }
     }
+}
+
+/// The directions of the centres of the texels of a level.
+pub(super) fn texel_directions(side: usize) -> Vec<Vec3> {
+    let step = 1.0 / side as f64;
+    let direction =
+        |k: usize| to_direction(((k % side) as f64 + 0.5) * step, ((k / side) as f64 + 0.5) * step);
+    (0..side * side).map(|k| direction(k).as_vec3()).collect()
 }
 
 /// Halves a square of texels: means of four. `side` is even.
@@ -141,13 +175,9 @@ fn downsample(texels: &[Vec4], side: usize) -> Vec<Vec4> {
 }
 
 impl Level {
-    /// Makes a level from a function of the direction, at the centre of each texel.
-    pub fn from_function(side: usize, radiance: impl Fn(Vec3) -> Rgb) -> Level {
-        let step = 1.0 / side as f64;
-        let direction =
-            |k: usize| to_direction(((k % side) as f64 + 0.5) * step, ((k / side) as f64 + 0.5) * step);
-        let texels: Vec<Vec4> =
-            (0..side * side).map(|k| radiance(direction(k).as_vec3()).extend(0.0)).collect();
+    /// Makes a level from its texels.
+    pub fn from_texels(texels: &[Rgb], side: usize) -> Level {
+        let texels: Vec<Vec4> = texels.iter().map(|texel| texel.extend(0.0)).collect();
         Level::with_border(&texels, side)
     }
 
@@ -168,6 +198,20 @@ impl Level {
     #[inline(always)]
     pub fn radiance(&self, x: f32, y: f32) -> Vec4 {
         self.at(TexelPosition::new(Vec2::new(x, y), self.side as u32))
+    }
+
+    /// [`Level::radiance`] at many points, in structure of arrays.
+    #[inline(always)]
+    fn radiance_of_lanes<const N: usize>(&self, p: &[[f32; N]; 2]) -> [Vec4; N] {
+        let mut positions = TexelPositions::<N>::ZERO;
+        for i in 0..N {
+            positions.set(i, TexelPosition::new(Vec2::new(p[0][i], p[1][i]), self.side as u32));
+        }
+        let mut radiance = [Vec4::ZERO; N];
+        for (i, radiance) in radiance.iter_mut().enumerate() {
+            *radiance = self.at(positions.get(i));
+        }
+        radiance
     }
 
     /// The radiance at a position in a level with as many texels on a side.

@@ -1,7 +1,9 @@
 use glam::{DMat3, Vec3};
 
+use super::kernel::Kernel;
 use super::{Environment, Panorama};
 use crate::geometry::Rgb;
+use crate::simd::SimdLevel;
 
 /// A panorama with a smooth red gradient from below to above, and blue towards +Z.
 fn gradient() -> Panorama {
@@ -166,4 +168,18 @@ fn a_blur_is_computed_once() {
     let map = |blur: f32| environment.clone().scaled(Rgb::splat(2.0)).blurred(blur).map.unwrap();
     assert!(std::sync::Arc::ptr_eq(&map(0.8), &map(0.8)));
     assert!(map(0.8) != map(0.5));
+}
+
+#[test]
+fn averages_are_the_same_at_every_simd_level() {
+    for environment in [Environment::studio(), Environment::from_panorama(gradient())] {
+        let map = environment.map.as_ref().unwrap();
+        for kernel in [Kernel::ggx(0.25), Kernel::von_mises_fisher(20.0)] {
+            let directions: Vec<Vec3> = directions().collect();
+            let portable = kernel.means(SimdLevel::Portable, map, &directions);
+            for simd in SimdLevel::ALL {
+                assert_eq!(kernel.means(simd, map, &directions), portable, "{simd:?}");
+            }
+        }
+    }
 }
