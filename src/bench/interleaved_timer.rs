@@ -10,8 +10,6 @@ use crate::bench::stats::median;
 
 /// Fewest samples per measurement.
 const MIN_SAMPLES: usize = 3;
-/// Sampling continues until the samples lasted this many seconds.
-const MIN_TOTAL_SECONDS: f64 = 0.2;
 /// Most samples per measurement.
 const MAX_SAMPLES: usize = 50;
 /// Work is repeated within a sample until the sample lasts about this many seconds.
@@ -30,6 +28,8 @@ pub struct InterleavedTimer {
     energy: Option<EnergyMeter>,
     pool: rayon::ThreadPool,
     threads: usize,
+    /// Sampling continues until the samples lasted this many seconds.
+    min_seconds: f64,
 }
 
 /// The measurement of a workload in one round.
@@ -88,15 +88,18 @@ impl Interval {
 }
 
 impl InterleavedTimer {
+    /// Makes a timer that samples for at least `min_seconds`.
+    ///
     /// # Errors
     /// The threads cannot be created.
     pub fn new(
         calibration: Option<Calibration>,
         threads: usize,
+        min_seconds: f64,
     ) -> Result<InterleavedTimer, rayon::ThreadPoolBuildError> {
         let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build()?;
         let energy = calibration.and_then(|_| EnergyMeter::open());
-        Ok(InterleavedTimer { calibration, energy, pool, threads })
+        Ok(InterleavedTimer { calibration, energy, pool, threads, min_seconds })
     }
 
     /// Runs `work` on the pool without measuring it.
@@ -127,7 +130,7 @@ impl InterleavedTimer {
         let mut samples = Samples::default();
         let mut calibration_runs = MIN_CALIBRATION_RUNS;
         let mut before = self.calibrate(calibration, calibration_runs);
-        while samples.needs_more() {
+        while samples.needs_more(self.min_seconds) {
             // Freeing the previous result is not timed.
             drop(result);
             let (interval, new) = self.time(|| {
@@ -206,9 +209,9 @@ impl Default for Samples {
 }
 
 impl Samples {
-    fn needs_more(&self) -> bool {
+    fn needs_more(&self, min_seconds: f64) -> bool {
         self.seconds.len() < MIN_SAMPLES
-            || (self.total.wall < MIN_TOTAL_SECONDS && self.seconds.len() < MAX_SAMPLES)
+            || (self.total.wall < min_seconds && self.seconds.len() < MAX_SAMPLES)
     }
 
     /// Adds a sample of `repeats` runs, between two calibrations in seconds.

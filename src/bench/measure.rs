@@ -57,7 +57,7 @@ fn measure_scene(
 ) -> Result<(), MeasureError> {
     let calibration = (!settings.memory).then_some(Calibration);
     for (i, &threads) in settings.threads.iter().enumerate() {
-        let timer = InterleavedTimer::new(calibration, threads)
+        let timer = InterleavedTimer::new(calibration, threads, settings.min_seconds)
             .map_err(|cause| MeasureError::Threads { threads, cause })?;
         let is_first = round == 0 && i == 0;
         let mut scene_round =

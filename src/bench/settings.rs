@@ -16,6 +16,8 @@ pub struct BenchSettings {
     pub sizes: Vec<(u32, u32)>,
     /// Rounds over all scenes.
     pub rounds: u32,
+    /// Seconds for which a stage is repeated in each round, at least.
+    pub min_seconds: f64,
     /// Numbers of threads.
     pub threads: Vec<usize>,
     /// The SIMD level of ray traversal.

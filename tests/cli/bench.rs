@@ -8,7 +8,7 @@ use serde_json::{Value, json};
 use crate::common::program::{blinn, files, folder, model, names, refused, runs};
 
 /// The smallest useful run.
-const MINIMAL: &str = "--size 32x18 --rounds 2 --threads 1 -q";
+const MINIMAL: &str = "--size 32x18 --rounds 2 --min-time 0.001 --threads 1 -q";
 
 fn read_json(file: &Path) -> Value {
     serde_json::from_slice(&fs::read(file).unwrap()).unwrap()
@@ -124,7 +124,9 @@ fn hashes_agree_across_simd_levels_and_differ_between_scenes() {
     let (_guard, folder) = folder();
     let scene = folder.join("scene.glb");
     let bench = |level: &str, file: &str, compare: &str| {
-        let line = format!("bench scene.glb --size 40x24 --rounds 1 --threads 2 -q --json {file} {compare}");
+        let line = format!(
+            "bench scene.glb --size 40x24 --rounds 1 --min-time 0.001 --threads 2 -q --json {file} {compare}"
+        );
         std::process::Command::new(env!("CARGO_BIN_EXE_blinn"))
             .args(line.split_whitespace())
             .current_dir(&folder)
@@ -183,7 +185,7 @@ fn the_suite_measures_every_kind_and_removes_its_files() {
     fs::create_dir(&temporary).unwrap();
     let output = std::process::Command::new(env!("CARGO_BIN_EXE_blinn"))
         .args(["bench", "--suite", "100", "--json", "a.json"])
-        .args(["--size", "16x9", "--rounds", "1", "--threads", "1"])
+        .args(["--size", "16x9", "--rounds", "1", "--min-time", "0.001", "--threads", "1"])
         .current_dir(&folder)
         .env("TMPDIR", &temporary)
         .output()
@@ -418,6 +420,7 @@ fn invalid_results_files_are_errors_before_measuring() {
     refused(&folder, "bench --suite 70q", "70q");
     refused(&folder, "bench --suite=0", "not a number of triangles");
     refused(&folder, "bench a.glb --rounds 0", "0");
+    refused(&folder, "bench a.glb --min-time 0", "0");
     refused(&folder, "bench a.glb --threads 1,0", "0");
     refused(&folder, "bench a.glb --from cut.json", "cannot be used with");
 }

@@ -29,7 +29,7 @@ fn public_scenes_are_measured_where_they_exist() {
         camera = [{ name = 'front', orbit = [0, 0] },\n\
         { name = 'near', eye = [0.5, 0.5, 2], look_at = [0.5, 0.5, 0], yfov = 40 }]\n";
     fs::write(scenes.join("manifest.toml"), manifest).unwrap();
-    let line = "bench --scenes scenes --size 8x8 --rounds 1 --threads 1 --json a.json --report a.html";
+    let line = "bench --scenes scenes --size 8x8 --rounds 1 --min-time 0.001 --threads 1 --json a.json --report a.html";
     let output = blinn(&folder, line);
     let messages = String::from_utf8(output.stderr).unwrap();
     assert_eq!(output.status.code(), Some(0), "{messages}");

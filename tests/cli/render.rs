@@ -249,8 +249,21 @@ fn every_command_reads_scene_lists() {
     let output = blinn_args(dir.path(), &["info", "@list", "--json"]);
     let facts: serde_json::Value = serde_json::from_slice(&output.stdout).unwrap();
     assert_eq!(facts.as_array().map(Vec::len), Some(2));
-    let bench =
-        ["bench", "@list", "--size", "8x8", "--rounds", "1", "--threads", "1", "--json", "b.json", "-q"];
+    let bench = [
+        "bench",
+        "@list",
+        "--size",
+        "8x8",
+        "--rounds",
+        "1",
+        "--min-time",
+        "0.001",
+        "--threads",
+        "1",
+        "--json",
+        "b.json",
+        "-q",
+    ];
     let output = blinn_args(dir.path(), &bench);
     assert_eq!(output.status.code(), Some(0), "{}", String::from_utf8_lossy(&output.stderr));
     let table = String::from_utf8(output.stdout).unwrap();

@@ -251,7 +251,7 @@ fn a_dash_is_standard_output() {
     let job = out(&format!("job slurm -o - render {scene} --frames 1-2 -o out/#.png"));
     assert!(job.starts_with("#!"), "{job}");
     fs::write(at.join("a.obj"), "v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n").unwrap();
-    let measured = "bench a.obj --size 16x9 --rounds 1 --threads 1";
+    let measured = "bench a.obj --size 16x9 --rounds 1 --min-time 0.001 --threads 1";
     let figures = out(&format!("{measured} --json -"));
     assert!(serde_json::from_str::<serde_json::Value>(&figures).is_ok(), "{figures}");
     assert_eq!(names(&at), ["a.obj", "a.png"]);

@@ -56,6 +56,9 @@ pub struct BenchArgs {
     #[arg(long, default_value_t = 5, value_parser = clap::value_parser!(u32).range(1..=1000),
           help_heading = "Measuring")]
     pub rounds: u32,
+    /// Repeat each stage for at least this many seconds in each round
+    #[arg(long, value_name = "SECONDS", default_value_t = 0.2, value_parser = values::positive, help_heading = "Measuring")]
+    pub min_time: f64,
     /// Thread counts to measure [default: 1, 2, 4 and so on up to the processors available to this process]
     #[arg(long, value_name = "LIST", value_delimiter = ',', help_heading = "Measuring",
           value_parser = clap::value_parser!(u16).range(1..=1024))]

@@ -121,6 +121,7 @@ fn settings(args: &BenchArgs) -> Result<BenchSettings, UsageError> {
         render: RenderSettings { samples: args.samples, ..RenderSettings::default() },
         sizes,
         rounds: args.rounds,
+        min_seconds: args.min_time,
         threads: unique,
         simd: simd_level(std::env::var_os("BLINN_SIMD"))?,
         heat_maps: args.report.is_some(),
