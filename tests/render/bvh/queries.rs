@@ -157,43 +157,42 @@ fn packets_answer_as_single_rays_do() {
         if flatten == FlattenBudget::ZERO && posed.instances.len() == 1 {
             continue;
         }
-        let settings = |simd| AccelSettings { preset: Preset::Medium, simd, flatten };
-        let single = Accel::build(&posed, &settings(SimdLevel::Portable)).0;
-        for simd in scenes::simd_levels() {
-            let accel = Accel::build(&posed, &settings(simd)).0;
-            let mut rng = Rng::new(3);
-            for n in 0..60 {
-                // Full packets, parts of packets, and incomplete groups.
-                let count = [64, 300, 23, 256][n % 4];
-                let (shared, rays) = coherent_rays(&posed, &mut rng, n % 3 == 2, count);
+        let build = |simd| Accel::build(&posed, &AccelSettings { preset: Preset::Medium, simd, flatten }).0;
+        let single = build(SimdLevel::Portable);
+        let accels = scenes::simd_levels().map(|simd| (simd, build(simd))).collect::<Vec<_>>();
+        let mut rng = Rng::new(3);
+        for n in 0..60 {
+            // Full packets, parts of packets, and incomplete groups.
+            let count = [64, 300, 23, 256][n % 4];
+            let (shared, rays) = coherent_rays(&posed, &mut rng, n % 3 == 2, count);
+            let cull = n % 2 == 0;
+            let one_by_one = bits(&layers(&single, &rays, cull, Coherence::None));
+            let shadows_one_by_one: Vec<_> =
+                rays.iter().flat_map(|&ray| shadows(&single, shared, &[ray])).collect();
+            for (simd, accel) in &accels {
                 let context = format!("{name} {flatten:?} {simd:?} {n} {shared:?}");
-                let cull = n % 2 == 0;
-                let together = bits(&layers(&accel, &rays, cull, shared));
-                assert_eq!(together, bits(&layers(&single, &rays, cull, Coherence::None)), "{context}");
-                // Towards the light where the rays share one.
-                let segments = |rays: &[(Vec3, Vec3)]| {
-                    let mut segments = ShadowRayBatch { coherence: shared, ..ShadowRayBatch::default() };
-                    for &(o, d) in rays {
-                        let source = HitId { instance: 0, triangle: 3 };
-                        match shared {
-                            Coherence::Origin(light) => segments.push(light + d * 0.9, light, source),
-                            _ => segments.push(o, o, source),
-                        }
-                    }
-                    segments
-                };
-                let shadow = |accel: &Accel, rays: &[(Vec3, Vec3)]| {
-                    let (mut blocked, mut light) = (Vec::new(), Vec::new());
-                    accel.occluded(&segments(rays), &Holes, &mut blocked);
-                    accel.transmittance(&segments(rays), &Holes, &mut light);
-                    let light = light.iter().map(|l| l.to_array().map(f32::to_bits)).collect::<Vec<_>>();
-                    blocked.into_iter().zip(light).collect::<Vec<_>>()
-                };
-                let one_by_one: Vec<_> = rays.iter().flat_map(|&ray| shadow(&single, &[ray])).collect();
-                assert_eq!(shadow(&accel, &rays), one_by_one, "{context}");
+                assert_eq!(bits(&layers(accel, &rays, cull, shared)), one_by_one, "{context}");
+                assert_eq!(shadows(accel, shared, &rays), shadows_one_by_one, "{context}");
             }
         }
     }
+}
+
+/// Occlusion, and the bits of transmittance, along rays: towards the light where they share one.
+fn shadows(accel: &Accel, shared: Coherence, rays: &[(Vec3, Vec3)]) -> Vec<(bool, [u32; 3])> {
+    let source = HitId { instance: 0, triangle: 3 };
+    let mut segments = ShadowRayBatch { coherence: shared, ..ShadowRayBatch::default() };
+    for &(o, d) in rays {
+        match shared {
+            Coherence::Origin(light) => segments.push(light + d * 0.9, light, source),
+            _ => segments.push(o, o, source),
+        }
+    }
+    let (mut blocked, mut light) = (Vec::new(), Vec::new());
+    accel.occluded(&segments, &Holes, &mut blocked);
+    accel.transmittance(&segments, &Holes, &mut light);
+    let light = light.iter().map(|l| l.to_array().map(f32::to_bits));
+    blocked.into_iter().zip(light).collect()
 }
 
 /// Rays of a packet from afar that are spread over the whole scene, so that hardly two of them hit the same block: from
