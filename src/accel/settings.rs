@@ -28,6 +28,14 @@ pub enum Preset {
     Slow,
 }
 
+impl Preset {
+    /// Returns the preset with which building a BVH over `triangles` and tracing `samples` camera samples, with the shadow
+    /// rays of their hits, take the least time together.
+    pub fn for_samples(samples: u64, triangles: u64) -> Preset {
+        if samples < triangles { Preset::Fast } else { Preset::Medium }
+    }
+}
+
 /// How many triangles of meshes that could have a BLAS of their own are copied into a world BVH instead, each
 /// counted as often as it is instanced. The smallest meshes come first.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -51,4 +59,16 @@ impl FlattenBudget {
         FlattenBudget { static_triangles: 1 << 20, dynamic_triangles: 1 << 18 };
     /// Gives every mesh that can have one a BLAS of its own.
     pub const ZERO: FlattenBudget = FlattenBudget { static_triangles: 0, dynamic_triangles: 0 };
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn thumbnails_of_large_models_are_built_fast() {
+        assert_eq!(Preset::for_samples(64 * 64, 70_000), Preset::Fast);
+        assert_eq!(Preset::for_samples(640 * 360, 70_000), Preset::Medium);
+        assert_eq!(Preset::for_samples(0, 0), Preset::Medium);
+    }
 }

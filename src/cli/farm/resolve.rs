@@ -140,7 +140,7 @@ impl<'a> JobPlan<'a> {
         let plan = self.plan;
         let scene = load_scene(plan, &self.file, log, &CancelToken::default())?;
         let (session, start) =
-            RenderSession::new(plan, &scene, log, &ClipBoundsCache::default(), &CancelToken::default())?;
+            RenderSession::new(plan, &scene, 1, log, &ClipBoundsCache::default(), &CancelToken::default())?;
         if let Some(JobAnimation { output, file }) = &self.output.animation {
             output.format.check_size(session.size()).map_err(|text| anyhow!("-o {file}: {text}"))?;
         }

@@ -78,7 +78,7 @@ fn deformed_vertices(scene: &Scene) -> u64 {
 
 /// Upper bound of the triangles in all BVHs. A mesh that is drawn several times shares a BVH unless it is deformed or
 /// its instances are flattened into a world-space BVH.
-fn bvh_triangles(scene: &Scene, flatten: FlattenBudget) -> u64 {
+pub fn bvh_triangles(scene: &Scene, flatten: FlattenBudget) -> u64 {
     let all_drawn = scene.instanced_triangle_count();
     if deformed_vertices(scene) > 0 {
         return all_drawn;

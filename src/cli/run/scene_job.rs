@@ -185,7 +185,7 @@ impl SceneJob<'_> {
         memory_estimate::check(self.plan, scene, frames.len())?;
         reporter.begin_frames(path, frames.len());
         let (session, start) =
-            RenderSession::new(self.plan, scene, self.log, &self.clip_bounds, &self.cancel)?;
+            RenderSession::new(self.plan, scene, frames.len(), self.log, &self.clip_bounds, &self.cancel)?;
         let mut animation = match (self.plan.outputs.kind, self.target(&frames[0])) {
             (OutputKind::Animation(output), Target::File(file)) => {
                 let replace = self.plan.outputs.replace;

@@ -10,9 +10,11 @@ use glam::{DAffine3, DMat3, DVec3, Vec3};
 use super::depth_range::check_depth_range;
 use super::empty_images::{EmptyReason, empty_reason};
 use super::framing::{Framing, log_clip_bounds};
+use super::memory_estimate::bvh_triangles;
 use super::metering::{ResolvedExposure, resolve_exposure};
 use super::posed_frame::{PosedFrame, SceneSetup};
 use super::progress::SceneLog;
+use crate::accel::{AccelSettings, Preset};
 use crate::batch::WorldUp;
 use crate::cancellation::CancelToken;
 use crate::cli::plan::{CameraList, FrameNeighbours, ImageCamera, PlannedFrame, RenderOptions, RenderPlan};
@@ -43,10 +45,11 @@ pub struct RenderSession<'a> {
 }
 
 impl<'a> RenderSession<'a> {
-    /// Resolves camera, lights and exposure. Also returns the scene at the start of its clip.
+    /// Resolves camera, lights and exposure for a number of frames. Also returns the scene at the start of its clip.
     pub fn new(
         plan: &'a RenderPlan,
         scene: &'a Scene,
+        frames: usize,
         log: &'a SceneLog<'a>,
         clip_bounds: &ClipBoundsCache,
         cancel: &CancelToken,
@@ -57,7 +60,10 @@ impl<'a> RenderSession<'a> {
             .with_clip_bounds_cache(clip_bounds);
         log.stage("pose", start, "");
         let mut first = PosedFrame { time: 0.0, posed, accel: None };
-        let session = RenderSession::from_start(plan, scene, log, &mut first, cancel)?;
+        let samples = plan.options.samples_of_frames(scene, frames);
+        let preset = Preset::for_samples(samples, bvh_triangles(scene, plan.build.flatten));
+        let build = AccelSettings { preset, ..plan.build };
+        let session = RenderSession::resolve(plan, build, scene, log, &mut first, cancel)?;
         Ok((session, first))
     }
 
@@ -65,6 +71,17 @@ impl<'a> RenderSession<'a> {
     /// structure of `first` if the exposure is metered.
     pub fn from_start(
         plan: &'a RenderPlan,
+        scene: &'a Scene,
+        log: &'a SceneLog<'a>,
+        first: &mut PosedFrame<'_>,
+        cancel: &CancelToken,
+    ) -> Result<RenderSession<'a>> {
+        RenderSession::resolve(plan, plan.build, scene, log, first, cancel)
+    }
+
+    fn resolve(
+        plan: &'a RenderPlan,
+        build: AccelSettings,
         scene: &'a Scene,
         log: &'a SceneLog<'a>,
         first: &mut PosedFrame<'_>,
@@ -102,7 +119,6 @@ impl<'a> RenderSession<'a> {
             log.warn("--random-hdri has no effect: no environment lights the scene")?;
         }
         let cancel = cancel.clone();
-        let build = plan.build;
         let mut setup =
             SceneSetup { options, log, build, cancel, clip_duration, framing, lighting, background };
         let exposure = resolve_exposure(&setup, first, &lit)?;

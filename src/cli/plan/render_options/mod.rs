@@ -133,6 +133,14 @@ impl RenderOptions {
         self.settings.crop.map(|crop| (crop.width, crop.height)).or(self.size)
     }
 
+    /// Number of camera samples of `frames` images. Each ray of ambient occlusion counts as a sample.
+    pub fn samples_of_frames(&self, scene: &Scene, frames: usize) -> u64 {
+        let (width, height) = self.known_size().unwrap_or_else(|| self.size_for(scene));
+        let pixels = u64::from(width) * u64::from(height);
+        let per_pixel = u64::from(self.settings.samples) + self.ao.map_or(0, |ao| u64::from(ao.samples));
+        pixels.saturating_mul(per_pixel).saturating_mul(frames as u64)
+    }
+
     /// Width and height of the image: --size, else the aspect ratio of the file's camera, else 16:9, or square for
     /// --max-size.
     pub fn size_for(&self, scene: &Scene) -> (u32, u32) {
