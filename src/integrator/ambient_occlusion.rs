@@ -112,7 +112,7 @@ struct AmbientEstimator<'a, 's> {
 
 /// Rays that wait to be traced.
 #[derive(Default)]
-struct WaitingRays {
+struct PendingRays {
     /// Index of the point of each ray.
     points: Vec<u32>,
     /// The environment's light from its direction; empty without an environment.
@@ -123,7 +123,7 @@ impl AmbientEstimator<'_, '_> {
     /// Traces rays whose density is the cosine to the shading normal. Returns the estimate at each point.
     fn trace(&self, buffers: &mut ShadowBuffers) -> Vec<AmbientEstimate> {
         let mut sums = vec![AmbientEstimate::default(); self.counts.len()];
-        let mut waiting = WaitingRays::default();
+        let mut pending = PendingRays::default();
         buffers.traced_rays.clear();
         buffers.traced_rays.coherence = Coherence::None;
         for first in (0..self.counts.len()).step_by(LANES) {
@@ -131,12 +131,12 @@ impl AmbientEstimator<'_, '_> {
             let positions = self.sequence_positions(first, counts);
             for part in 0..counts.iter().copied().max().unwrap_or(0) {
                 if buffers.traced_rays.len() + counts.len() > TRACED_RAYS {
-                    self.trace_waiting(&mut waiting, buffers, &mut sums);
+                    self.trace_pending(&mut pending, buffers, &mut sums);
                 }
-                self.push_rays(first, part, &positions, &mut waiting, &mut buffers.traced_rays);
+                self.push_rays(first, part, &positions, &mut pending, &mut buffers.traced_rays);
             }
         }
-        self.trace_waiting(&mut waiting, buffers, &mut sums);
+        self.trace_pending(&mut pending, buffers, &mut sums);
         let mean = |(sum, &count): (&AmbientEstimate, &u32)| {
             let AmbientEstimate { visibility, visible, hidden } = *sum;
             let count = count.max(1) as f32;
@@ -164,7 +164,7 @@ impl AmbientEstimator<'_, '_> {
         first: usize,
         part: u32,
         positions: &[Option<u64>; LANES],
-        waiting: &mut WaitingRays,
+        pending: &mut PendingRays,
         rays: &mut ShadowRayBatch,
     ) {
         let (block, _) = self.batch.soa.lane(first);
@@ -189,11 +189,11 @@ impl AmbientEstimator<'_, '_> {
         rays.to.extend(lanes.clone().map(|&i| computed.to(i)));
         let source = |&i: &usize| self.batch.excluded_triangle(first + i, computed.in_front[i]);
         rays.source.extend(lanes.clone().map(source));
-        waiting.points.extend(lanes.map(|&i| (first + i) as u32));
+        pending.points.extend(lanes.map(|&i| (first + i) as u32));
         if let Some(environment) = self.environment {
             let radiance = self.look_up(environment, counts, &computed);
             let traced = counts.iter().zip(radiance).filter(|(count, _)| part < **count);
-            waiting.radiance.extend(traced.map(|(_, radiance)| radiance));
+            pending.radiance.extend(traced.map(|(_, radiance)| radiance));
         }
     }
 
@@ -226,37 +226,37 @@ impl AmbientEstimator<'_, '_> {
     }
 
     /// Traces the rays that wait, and adds what they find to the sums of their points.
-    fn trace_waiting(
+    fn trace_pending(
         &self,
-        waiting: &mut WaitingRays,
+        pending: &mut PendingRays,
         buffers: &mut ShadowBuffers,
         sums: &mut [AmbientEstimate],
     ) {
         let frame = self.frame;
         if frame.accel.has_translucent() {
             buffers.trace(frame);
-            self.add_to_sums(waiting, &buffers.traced_rays, buffers.visibility.iter().copied(), sums);
+            self.add_to_sums(pending, &buffers.traced_rays, buffers.visibility.iter().copied(), sums);
         } else {
             buffers.trace_occlusion(frame);
             let visibility = buffers.occluded.iter().map(|&hit| if hit { Rgb::ZERO } else { Rgb::ONE });
-            self.add_to_sums(waiting, &buffers.traced_rays, visibility, sums);
+            self.add_to_sums(pending, &buffers.traced_rays, visibility, sums);
         }
         buffers.traced_rays.clear();
-        waiting.points.clear();
-        waiting.radiance.clear();
+        pending.points.clear();
+        pending.radiance.clear();
     }
 
     /// Adds the visibility of rays, and the environment's light along them, to the sums of their points.
     fn add_to_sums(
         &self,
-        waiting: &WaitingRays,
+        pending: &PendingRays,
         rays: &ShadowRayBatch,
         visibility: impl Iterator<Item = Rgb>,
         sums: &mut [AmbientEstimate],
     ) {
         let has_ground = self.frame.opaque_ground_height().is_some();
         let to_infinity = self.distance == f64::INFINITY;
-        for (i, (&point, visibility)) in waiting.points.iter().zip(visibility).enumerate() {
+        for (i, (&point, visibility)) in pending.points.iter().zip(visibility).enumerate() {
             let mut visibility = visibility;
             if has_ground {
                 let to_end = rays.to[i].as_dvec3() - rays.from[i].as_dvec3();
@@ -266,7 +266,7 @@ impl AmbientEstimator<'_, '_> {
             }
             let sum = &mut sums[point as usize];
             sum.visibility += visibility;
-            if let Some(&radiance) = waiting.radiance.get(i) {
+            if let Some(&radiance) = pending.radiance.get(i) {
                 sum.visible += visibility * radiance;
                 sum.hidden += (Rgb::ONE - visibility) * radiance;
             }

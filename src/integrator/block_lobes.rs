@@ -23,7 +23,12 @@ pub(crate) const MIN_IMPORTANCE: f32 = 1.0 / 512.0;
 /// shows the environment even where other surfaces hide it. With ambient occlusion (`occludes_environment`) that would be
 /// seen below objects on glossy floors: then weak lobes spawn rays by Russian roulette.
 #[inline(always)]
-pub(crate) fn survival(importance: f32, is_narrow: bool, wave: u32, occludes_environment: bool) -> f32 {
+pub(crate) fn survival_probability(
+    importance: f32,
+    is_narrow: bool,
+    wave: u32,
+    occludes_environment: bool,
+) -> f32 {
     let is_seen = is_narrow & (wave == 0);
     let threshold = if is_seen | occludes_environment { MIN_IMPORTANCE } else { STRONG_IMPORTANCE };
     let weak = if is_seen { 1.0 } else { importance / STRONG_IMPORTANCE };
@@ -124,7 +129,7 @@ struct Classify<'a> {
     block: &'a PointBlock,
     lanes: &'a LobeLanes,
     wave: u32,
-    /// True if weak lobes may spawn rays: see [`survival`].
+    /// True if weak lobes may spawn rays: see [`survival_probability`].
     occludes_environment: bool,
     lobes: &'a mut BlockLobes,
 }
@@ -143,7 +148,7 @@ impl AutovecKernel for Classify<'_> {
             let is_set = |mask: u32| mask >> i & 1 != 0;
             let lobe = |k_r: Rgb, is_narrow: bool| {
                 let importance = lanes.importance[i] * (throughput * k_r).max_element();
-                let survives = survival(importance, is_narrow, wave, occludes_environment) > 0.0;
+                let survives = survival_probability(importance, is_narrow, wave, occludes_environment) > 0.0;
                 let is_traced = is_set(lanes.continuing) & survives;
                 let is_lit = (k_r.x != 0.0) | (k_r.y != 0.0) | (k_r.z != 0.0);
                 (is_lit, !is_traced & (importance < STRONG_IMPORTANCE))

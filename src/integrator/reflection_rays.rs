@@ -3,7 +3,7 @@
 use glam::DVec3;
 
 use crate::geometry::Rgb;
-use crate::integrator::block_lobes::{STRONG_IMPORTANCE, survival};
+use crate::integrator::block_lobes::{STRONG_IMPORTANCE, survival_probability};
 use crate::integrator::environment_occlusion::LOOKUP_SHARE;
 use crate::integrator::frame::Frame;
 use crate::integrator::lobe_light::{LightReceiver, LobeLight, LobeRequest};
@@ -20,7 +20,7 @@ use crate::integrator::surface::soa::{dvec3, vec3};
 const MIN_SAMPLES_OF_LOBES: u32 = 4;
 
 /// Rays and requests for light that the points of a batch spawn.
-pub(crate) struct Spawned<'w> {
+pub(crate) struct SpawnedRays<'w> {
     pub wave: &'w mut Wave,
     pub light: LobeLight,
 }
@@ -30,21 +30,21 @@ pub(crate) struct ReflectionRays<'a> {
     frame: &'a Frame<'a>,
     states: PathStates<'a>,
     stream: SampleStream<'a>,
-    facets: WaitingLobes,
-    coats: WaitingLobes,
+    facets: PendingLobes,
+    coats: PendingLobes,
 }
 
 /// Lobes of one layer that wait for their rays.
-struct WaitingLobes {
+struct PendingLobes {
     dimension: SampleDimension,
     lobes: SampledLobes,
-    rays: [WaitingRay; LOBE_LANES],
+    rays: [PendingRay; LOBE_LANES],
     count: usize,
 }
 
 /// A ray without direction.
 #[derive(Clone, Copy)]
-struct WaitingRay {
+struct PendingRay {
     /// Index of the point.
     point: usize,
     /// Share of the light from the lobe that arrives at the origin of the path's ray.
@@ -55,13 +55,13 @@ struct WaitingRay {
     survival: f32,
 }
 
-impl WaitingRay {
-    const NONE: WaitingRay = WaitingRay { point: 0, arrives: Rgb::ZERO, importance: 0.0, survival: 1.0 };
+impl PendingRay {
+    const NONE: PendingRay = PendingRay { point: 0, arrives: Rgb::ZERO, importance: 0.0, survival: 1.0 };
 }
 
-impl WaitingLobes {
-    fn new(dimension: SampleDimension) -> WaitingLobes {
-        WaitingLobes { dimension, lobes: SampledLobes::ZERO, rays: [WaitingRay::NONE; LOBE_LANES], count: 0 }
+impl PendingLobes {
+    fn new(dimension: SampleDimension) -> PendingLobes {
+        PendingLobes { dimension, lobes: SampledLobes::ZERO, rays: [PendingRay::NONE; LOBE_LANES], count: 0 }
     }
 }
 
@@ -82,14 +82,14 @@ impl<'a> ReflectionRays<'a> {
             frame,
             states,
             stream,
-            facets: WaitingLobes::new(SampleDimension::Reflection),
-            coats: WaitingLobes::new(SampleDimension::Coat),
+            facets: PendingLobes::new(SampleDimension::Reflection),
+            coats: PendingLobes::new(SampleDimension::Coat),
         }
     }
 
     /// Spawns the rays of the microfacets and of the coat of point `i`, and requests the environment's light where none is
     /// needed. `throughput` is the share of the point's light that arrives at the origin of the path's ray.
-    pub fn spawn(&mut self, batch: &ShadingBatch, i: usize, throughput: Rgb, spawned: &mut Spawned) {
+    pub fn spawn(&mut self, batch: &ShadingBatch, i: usize, throughput: Rgb, spawned: &mut SpawnedRays) {
         let (block, lane) = batch.soa.lane(i);
         let layers = block.k.layers.get(lane);
         let lobe = |alpha: f32, f0: f32| Lobe {
@@ -111,10 +111,10 @@ impl<'a> ReflectionRays<'a> {
             lobe: lobe(block.coat_alpha[lane], COAT_F0),
         };
         let n_g = dvec3(&block.n_g, lane);
-        if let Some(ray) = self.waiting_ray(batch, i, throughput, &microfacets, false, spawned) {
+        if let Some(ray) = self.pending_ray(batch, i, throughput, &microfacets, false, spawned) {
             self.facets.push(&microfacets.lobe, n_g, ray);
         }
-        if let Some(ray) = self.waiting_ray(batch, i, throughput, &coat, true, spawned) {
+        if let Some(ray) = self.pending_ray(batch, i, throughput, &coat, true, spawned) {
             self.coats.push(&coat.lobe, n_g, ray);
         }
         if self.facets.is_full() || self.coats.is_full() {
@@ -123,7 +123,7 @@ impl<'a> ReflectionRays<'a> {
     }
 
     /// Makes the rays of all lobes that wait.
-    pub fn make_rays(&mut self, batch: &ShadingBatch, spawned: &mut Spawned) {
+    pub fn make_rays(&mut self, batch: &ShadingBatch, spawned: &mut SpawnedRays) {
         let ReflectionRays { frame, states, stream, .. } = *self;
         for lobes in [&mut self.facets, &mut self.coats] {
             lobes.make_rays(&RayMaker { frame, states, stream, batch }, spawned);
@@ -131,15 +131,15 @@ impl<'a> ReflectionRays<'a> {
     }
 
     /// The ray of a lobe, if it spawns one. A strong lobe that does not requests the environment's light.
-    fn waiting_ray(
+    fn pending_ray(
         &self,
         batch: &ShadingBatch,
         point: usize,
         throughput: Rgb,
         layer: &ReflectingLayer,
         is_coat: bool,
-        spawned: &mut Spawned,
-    ) -> Option<WaitingRay> {
+        spawned: &mut SpawnedRays,
+    ) -> Option<PendingRay> {
         let &ReflectingLayer { k_r, alpha, lobe, .. } = layer;
         if k_r == Rgb::ZERO {
             return None;
@@ -148,7 +148,8 @@ impl<'a> ReflectionRays<'a> {
         let arrives = throughput * k_r;
         let importance = self.states.importance(path) * arrives.max_element();
         let is_narrow = alpha <= NARROW_ALPHA;
-        let survival = survival(importance, is_narrow, self.stream.wave, self.frame.occludes_environment());
+        let survival =
+            survival_probability(importance, is_narrow, self.stream.wave, self.frame.occludes_environment());
         if !self.states.may_reflect(path) || survival == 0.0 {
             // The light of weak lobes has been added for the whole block.
             if !(importance < STRONG_IMPORTANCE) && self.frame.environment.is_some() {
@@ -164,16 +165,16 @@ impl<'a> ReflectionRays<'a> {
                 return None;
             }
         }
-        Some(WaitingRay { point, arrives, importance, survival })
+        Some(PendingRay { point, arrives, importance, survival })
     }
 }
 
-impl WaitingLobes {
+impl PendingLobes {
     fn is_full(&self) -> bool {
         self.count == LOBE_LANES
     }
 
-    fn push(&mut self, lobe: &Lobe, n_g: DVec3, ray: WaitingRay) {
+    fn push(&mut self, lobe: &Lobe, n_g: DVec3, ray: PendingRay) {
         // The remainder lets the compiler drop the bounds checks.
         let lane = self.count % LOBE_LANES;
         self.lobes.set(lane, lobe, n_g);
@@ -182,7 +183,7 @@ impl WaitingLobes {
     }
 
     /// Makes the rays of all lobes, and removes them.
-    fn make_rays(&mut self, maker: &RayMaker, spawned: &mut Spawned) {
+    fn make_rays(&mut self, maker: &RayMaker, spawned: &mut SpawnedRays) {
         let rays = &self.rays[..self.count];
         self.count = 0;
         if rays.is_empty() {
@@ -204,12 +205,12 @@ struct RayMaker<'a, 's> {
 }
 
 impl RayMaker<'_, '_> {
-    fn path(&self, ray: &WaitingRay) -> usize {
+    fn path(&self, ray: &PendingRay) -> usize {
         self.batch.points[ray.point].path
     }
 
     /// Samples a direction of each lobe.
-    fn sample(&self, lobes: &SampledLobes, rays: &[WaitingRay], dimension: SampleDimension) -> LobeSamples {
+    fn sample(&self, lobes: &SampledLobes, rays: &[PendingRay], dimension: SampleDimension) -> LobeSamples {
         let mut positions = [None; LOBE_LANES];
         for (position, ray) in positions.iter_mut().zip(rays) {
             *position = self.stream.sequence_position(self.path(ray), 1);
@@ -230,8 +231,15 @@ impl RayMaker<'_, '_> {
     }
 
     /// Adds the ray of a lobe in the direction of its sample.
-    fn push(&self, lobe: &Lobe, ray: &WaitingRay, samples: &LobeSamples, lane: usize, spawned: &mut Spawned) {
-        let &WaitingRay { point, importance, survival, .. } = ray;
+    fn push(
+        &self,
+        lobe: &Lobe,
+        ray: &PendingRay,
+        samples: &LobeSamples,
+        lane: usize,
+        spawned: &mut SpawnedRays,
+    ) {
+        let &PendingRay { point, importance, survival, .. } = ray;
         // The ray stands for those that do not survive.
         let arrives = ray.arrives / survival;
         let path = self.path(ray);
@@ -241,7 +249,7 @@ impl RayMaker<'_, '_> {
         let weight = samples.weight[lane];
         let environment = self.frame.environment.as_ref();
         let is_uniform = environment.is_some_and(|e| e.as_uniform().is_some());
-        // Surfaces seen in a weak lobe count at most as much as the environment that they hide: a lamp would be a white dot.
+        // Surfaces seen in a weak lobe count at most as much as the environment that they hide: a light would be a white dot.
         let max_light = match environment {
             Some(_) if survival < 1.0 => (samples.filtered_light[lane] * arrives * weight).max_element(),
             _ => f32::INFINITY,

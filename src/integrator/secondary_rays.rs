@@ -24,7 +24,7 @@ use crate::integrator::material::ggx::SMOOTH_GLASS_ALPHA;
 use crate::integrator::material::ggx_lobe::Lobe;
 use crate::integrator::media::{Crossing, MediumStack};
 use crate::integrator::paths::{Escape, PathState, PathStates, SecondaryRay, Wave};
-use crate::integrator::reflection_rays::{ReflectionRays, Spawned};
+use crate::integrator::reflection_rays::{ReflectionRays, SpawnedRays};
 use crate::integrator::sample::{SampleDimension, SampleStream};
 use crate::integrator::shading_batch::ShadingBatch;
 use crate::integrator::surface::soa::{LANES, dvec3, set3, vec3};
@@ -67,7 +67,7 @@ pub(crate) fn spawn_rays(
     if matches!(states, PathStates::Unused) {
         return;
     }
-    let mut spawned = Spawned { wave, light: LobeLight::new(stream.sampler.count) };
+    let mut spawned = SpawnedRays { wave, light: LobeLight::new(stream.sampler.count) };
     let mut reflections = ReflectionRays::new(frame, states, stream);
     for first in (0..batch.points.len()).step_by(LANES) {
         let lobes = BlockLobes::classify(frame, compositor, batch, first, stream.wave);
@@ -92,7 +92,7 @@ pub(crate) fn spawn_rays(
     }
     reflections.make_rays(batch, &mut spawned);
     if let Some(environment) = &frame.environment {
-        let Spawned { wave, light } = spawned;
+        let SpawnedRays { wave, light } = spawned;
         light.compute(frame.simd(), environment, |receiver, light| match receiver {
             LightReceiver::Point(i) => add_radiance(batch, i, light),
             LightReceiver::Ray(i) => wave.rays[i].unoccluded = Some(light),

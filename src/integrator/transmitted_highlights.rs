@@ -1,7 +1,7 @@
-//! Light sources that are seen through rough glass: microfacets of a body refract the light of lamps on the other side to the
+//! Light sources that are seen through rough glass: microfacets of a body refract light from the other side to the
 //! viewer, as they do with the surroundings.
 //!
-//! The shadow ray to the lamp starts behind the surface and passes other glass straight.
+//! The shadow ray starts behind the surface and passes other glass straight.
 
 use glam::DVec3;
 
@@ -32,7 +32,7 @@ struct RoughGlass {
     weight: Rgb,
     /// Factor of the reflectance of the microfacets.
     f90: f32,
-    /// Maximum light of a lamp over its irradiance.
+    /// Maximum radiance of a light over its irradiance.
     max_share: f32,
 }
 
@@ -114,7 +114,7 @@ impl RoughGlass {
         })
     }
 
-    /// Limits the light of each lamp.
+    /// Limits the highlight of each light.
     fn limit(&mut self, frame: &Frame, batch: &ShadingBatch) {
         let (block, lane) = batch.soa.lane(self.point);
         let mut sum = 0.0;
@@ -126,7 +126,7 @@ impl RoughGlass {
         self.max_share = max_share(sum);
     }
 
-    /// The light of a lamp in direction `l`, whose light arrives with this irradiance I/r², that goes to the viewer.
+    /// The radiance that goes to the viewer of a light in direction `l` with irradiance I/r².
     fn transmitted(&self, l: DVec3, irradiance: Rgb) -> Rgb {
         let cos = -self.n.dot(l);
         if !(cos > 0.0 && self.n_g.dot(l) < 0.0 && irradiance.max_element() > 0.0) {
