@@ -16,9 +16,9 @@ use uses::{Cycle, cycles, uses};
 const ORDER: [&str; 15] = [
     "cancellation",
     "geometry",
+    "simd",
     "scene",
     "import",
-    "simd",
     "accel",
     "integrator",
     "render",
@@ -33,7 +33,7 @@ const ORDER: [&str; 15] = [
 
 /// Uses that the order would allow and that are wrong all the same.
 const FORBIDDEN: [(&str, &str); 8] = [
-    ("simd", "import"),
+    ("import", "simd"),
     ("accel", "import"),
     ("integrator", "import"),
     ("render", "import"),
