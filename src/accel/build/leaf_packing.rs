@@ -203,22 +203,24 @@ impl SiblingLeaves {
             Removal { removed, cost_change: -shapes[removed].cost, targets: [0; TRIANGLE_LANES] };
         for (i, target) in self.leaves[removed].boxes().zip(&mut removal.targets) {
             let moved = entry_box(i);
-            let mut cheapest: Option<Target> = None;
+            // An Option would be compared before it is tested, which meets subnormal numbers where it is not set.
+            let mut cheapest = Target { leaf: removed, cost_increase: f32::INFINITY, shape: shapes[removed] };
             for (leaf, now) in shapes[..self.count].iter().enumerate() {
                 if leaf != removed && moved.entries <= capacity.room(now) {
                     let shape = now.with(&moved);
                     let cost_increase = shape.cost - now.cost;
-                    if cheapest.as_ref().is_none_or(|cheapest| cost_increase < cheapest.cost_increase) {
-                        cheapest = Some(Target { leaf, cost_increase, shape });
+                    if cost_increase < cheapest.cost_increase {
+                        cheapest = Target { leaf, cost_increase, shape };
                     }
                 }
             }
             // Costs only grow: there is no way back below the maximum.
-            let Target { leaf, cost_increase, shape } =
-                cheapest.filter(|_| removal.cost_change < max_cost)?;
-            removal.cost_change += cost_increase;
-            shapes[leaf] = shape;
-            *target = leaf;
+            if cheapest.leaf == removed || !(removal.cost_change < max_cost) {
+                return None;
+            }
+            removal.cost_change += cheapest.cost_increase;
+            shapes[cheapest.leaf] = cheapest.shape;
+            *target = cheapest.leaf;
         }
         (removal.cost_change < max_cost).then_some(removal)
     }
