@@ -105,21 +105,24 @@ impl Display {
         }
     }
 
-    /// Encodes all pixels: colours with `color`, alphas with `alpha`.
-    fn encode<T: Copy + Default + Send + Sync>(
+    /// Encodes all pixels: colours with `color`, alphas with `alpha`. N of 3 leaves out alpha.
+    fn encode<T: Copy + Default + Send + Sync, const N: usize>(
         &self,
         pixels: &Pixels,
         color: impl Fn(f32) -> T + Sync,
         alpha: impl Fn(f32) -> T + Sync,
-    ) -> Vec<[T; 4]> {
+    ) -> Vec<[T; N]> {
         let gain = libm::exp2(self.ev) as f32;
-        let encode_batch = |batch: &[Rgba; BATCH]| -> [[T; 4]; BATCH] {
+        let encode_batch = |batch: &[Rgba; BATCH]| -> [[T; N]; BATCH] {
             let ([r, g, b], a) = self.show(batch, gain);
-            std::array::from_fn(|i| [color(r[i]), color(g[i]), color(b[i]), alpha(a[i])])
+            std::array::from_fn(|i| {
+                let rgba = [color(r[i]), color(g[i]), color(b[i]), alpha(a[i])];
+                std::array::from_fn(|channel| rgba[channel])
+            })
         };
         // Empty batches are common.
         let empty = encode_batch(&[Rgba::ZERO; BATCH]);
-        let encode_task = |(out, pixels): (&mut [[T; 4]], &[Rgba])| {
+        let encode_task = |(out, pixels): (&mut [[T; N]], &[Rgba])| {
             for (out, pixels) in out.chunks_mut(BATCH).zip(pixels.chunks(BATCH)) {
                 let mut batch = [Rgba::ZERO; BATCH];
                 batch[..pixels.len()].copy_from_slice(pixels);
@@ -127,18 +130,28 @@ impl Display {
                 out.copy_from_slice(&encoded[..pixels.len()]);
             }
         };
-        let mut out = vec![[T::default(); 4]; pixels.colors.len()];
+        let mut out = vec![[T::default(); N]; pixels.colors.len()];
         out.par_chunks_mut(TASK_PIXELS).zip(pixels.colors.par_chunks(TASK_PIXELS)).for_each(encode_task);
         out
     }
 
-    /// Returns straight RGBA, 8 bits a channel, row-major, row 0 on top.
-    pub fn to_rgba8(&self, pixels: &Pixels) -> Vec<[u8; 4]> {
+    /// Encodes all pixels with 8 bits a channel.
+    fn encode8<const N: usize>(&self, pixels: &Pixels) -> Vec<[u8; N]> {
         let linear = |v: f32| (v * 255.0 + 0.5) as u8;
         match self.view {
             ViewTransform::Raw => self.encode(pixels, linear, linear),
             _ => self.encode(pixels, linear_to_srgb8, linear),
         }
+    }
+
+    /// Returns straight RGBA, 8 bits a channel, row-major, row 0 on top.
+    pub fn to_rgba8(&self, pixels: &Pixels) -> Vec<[u8; 4]> {
+        self.encode8(pixels)
+    }
+
+    /// Returns the colours of [`Display::to_rgba8`] if the background is a colour, so that every pixel is opaque.
+    pub fn to_rgb8(&self, pixels: &Pixels) -> Option<Vec<[u8; 3]>> {
+        matches!(self.background, Background::Color(_)).then(|| self.encode8(pixels))
     }
 
     /// Returns straight RGBA, 16 bits a channel, row-major, row 0 on top.
@@ -184,6 +197,19 @@ mod tests {
             shown(over, Rgba::ZERO),
             [linear_to_srgb8(0.2), linear_to_srgb8(0.2), linear_to_srgb8(0.2), 255]
         );
+    }
+
+    #[test]
+    fn colours_without_alpha_are_those_of_an_opaque_background() {
+        let colors: Vec<Rgba> = (0..40).map(|i| Rgba::new(0.1, 0.3, 0.02 * i as f32, 1.0) * 0.5).collect();
+        let pixels = Pixels { width: 8, height: 5, colors };
+        assert_eq!(STANDARD.to_rgb8(&pixels), None);
+        for view in [ViewTransform::Standard, ViewTransform::Agx, ViewTransform::Raw] {
+            let background = Background::Color(Rgb::new(0.2, 0.5, 0.9));
+            let display = Display { view, background, ..STANDARD };
+            let rgb: Vec<_> = display.to_rgba8(&pixels).iter().map(|&[r, g, b, _]| [r, g, b]).collect();
+            assert_eq!(display.to_rgb8(&pixels), Some(rgb));
+        }
     }
 
     #[test]

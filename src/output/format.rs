@@ -3,6 +3,7 @@
 use std::io;
 use std::path::Path;
 
+use super::display_colors::DisplayColors;
 use super::picture::Picture;
 use super::{exr, jpeg, png, webp};
 
@@ -89,10 +90,12 @@ impl ImageFormat {
             ImageFormat::Png if depth == BitDepth::Sixteen => {
                 png::encode_rgba16(size, &display.to_rgba16(pixels), fingerprint)
             }
-            ImageFormat::Png => png::encode_rgba8(size, &display.to_rgba8(pixels), fingerprint),
+            ImageFormat::Png => png::encode_colors(size, &DisplayColors::of(picture), fingerprint),
             ImageFormat::Exr => exr::encode(picture, depth == BitDepth::Sixteen),
-            ImageFormat::Jpeg(quality) => jpeg::encode(size, &display.to_rgba8(pixels), quality, fingerprint),
-            ImageFormat::Webp => webp::encode(size, &display.to_rgba8(pixels), fingerprint),
+            ImageFormat::Jpeg(quality) => {
+                jpeg::encode(size, &DisplayColors::of(picture), quality, fingerprint)
+            }
+            ImageFormat::Webp => webp::encode(size, &DisplayColors::of(picture), fingerprint),
         }
     }
 
@@ -103,9 +106,9 @@ impl ImageFormat {
     pub fn encode_rgba8(self, size: (u32, u32), pixels: &[[u8; 4]]) -> io::Result<Vec<u8>> {
         self.check_size(size)?;
         match self {
-            ImageFormat::Png => png::encode_rgba8(size, pixels, None),
-            ImageFormat::Jpeg(quality) => jpeg::encode(size, pixels, quality, None),
-            ImageFormat::Webp => webp::encode(size, pixels, None),
+            ImageFormat::Png => png::encode_colors(size, &pixels.into(), None),
+            ImageFormat::Jpeg(quality) => jpeg::encode(size, &pixels.into(), quality, None),
+            ImageFormat::Webp => webp::encode(size, &pixels.into(), None),
             ImageFormat::Exr => {
                 let message = "EXR stores linear light, not display values; write PNG, JPEG or WebP";
                 Err(io::Error::new(io::ErrorKind::InvalidInput, message))

@@ -5,27 +5,28 @@ use std::io;
 use image::codecs::jpeg::JpegEncoder;
 use image::{ExtendedColorType, ImageEncoder};
 
-use super::picture::{FINGERPRINT_KEY, opaque_rgb};
+use super::display_colors::DisplayColors;
+use super::picture::FINGERPRINT_KEY;
 
 /// The marker of a comment segment.
 const COMMENT: [u8; 2] = [0xff, 0xfe];
 /// Length of the start-of-image marker.
 const START_OF_IMAGE: usize = 2;
 
-/// Encodes opaque 8-bit RGBA with a quality from 1 to 100.
+/// Encodes opaque colours with a quality from 1 to 100.
 pub(super) fn encode(
     (width, height): (u32, u32),
-    pixels: &[[u8; 4]],
+    colors: &DisplayColors,
     quality: u8,
     fingerprint: Option<&str>,
 ) -> io::Result<Vec<u8>> {
-    let Some(rgb) = opaque_rgb(pixels) else {
+    if !colors.is_opaque() {
         let message = "JPEG has no transparency; set a background, or write PNG or WebP";
         return Err(io::Error::new(io::ErrorKind::InvalidInput, message));
-    };
+    }
     let mut out = Vec::new();
     let encoder = JpegEncoder::new_with_quality(&mut out, quality.clamp(1, 100));
-    encoder.write_image(&rgb, width, height, ExtendedColorType::Rgb8).map_err(io::Error::other)?;
+    encoder.write_image(colors.bytes(), width, height, ExtendedColorType::Rgb8).map_err(io::Error::other)?;
     if let Some(fingerprint) = fingerprint {
         insert_comment(&mut out, &format!("{FINGERPRINT_KEY} {fingerprint}"));
     }

@@ -6,6 +6,7 @@ mod animation;
 mod atomic;
 mod canvas;
 mod cryptomatte;
+mod display_colors;
 mod escape;
 mod exr;
 mod exr_header;

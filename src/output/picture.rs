@@ -81,9 +81,3 @@ impl Picture {
         (self.pixels.width, self.pixels.height)
     }
 }
-
-/// Returns 8-bit RGB if every pixel is opaque.
-pub(super) fn opaque_rgb(pixels: &[[u8; 4]]) -> Option<Vec<u8>> {
-    let opaque = pixels.iter().all(|p| p[3] == u8::MAX);
-    opaque.then(|| pixels.iter().flat_map(|p| [p[0], p[1], p[2]]).collect())
-}

@@ -4,7 +4,8 @@ use std::io;
 
 use ::png::{BitDepth, ColorType, Compression, Encoder, SrgbRenderingIntent};
 
-use super::picture::{FINGERPRINT_KEY, opaque_rgb};
+use super::display_colors::DisplayColors;
+use super::picture::FINGERPRINT_KEY;
 use super::png_chunks::chunks;
 
 /// Texts that a file stores before its pixels.
@@ -29,19 +30,17 @@ const NAMES_KEY: &str = "names";
 /// # Errors
 /// The encoder fails.
 pub fn encode_png(size: (u32, u32), pixels: &[[u8; 4]]) -> io::Result<Vec<u8>> {
-    encode_rgba8(size, pixels, None)
+    encode_colors(size, &pixels.into(), None)
 }
 
-/// Encodes 8-bit RGBA, without the alpha channel if every pixel is opaque.
-pub(super) fn encode_rgba8(
+/// Encodes 8-bit colours, without the alpha channel if every pixel is opaque.
+pub(super) fn encode_colors(
     size: (u32, u32),
-    pixels: &[[u8; 4]],
+    colors: &DisplayColors,
     fingerprint: Option<&str>,
 ) -> io::Result<Vec<u8>> {
-    match opaque_rgb(pixels) {
-        Some(rgb) => encode(size, ColorType::Rgb, BitDepth::Eight, &rgb, fingerprint),
-        None => encode(size, ColorType::Rgba, BitDepth::Eight, pixels.as_flattened(), fingerprint),
-    }
+    let color = if colors.is_opaque() { ColorType::Rgb } else { ColorType::Rgba };
+    encode(size, color, BitDepth::Eight, colors.bytes(), fingerprint)
 }
 
 /// Encodes 16-bit RGBA, without the alpha channel if every pixel is opaque.

@@ -55,7 +55,8 @@ pub fn encode_files<'p>(
     let image = std::iter::once_with(move || (path.to_path_buf(), format.encode(picture, depth)));
     let layers = picture.layers.iter().map(|layer| encode_layer(picture, layer));
     let mattes = picture.mattes.iter().map(|matte| {
-        png::encode_rgba8(picture.size(), &preview_matte(matte), picture.fingerprint.as_deref())
+        let colors = preview_matte(matte);
+        png::encode_colors(picture.size(), &colors[..].into(), picture.fingerprint.as_deref())
     });
     let previews = preview_paths(picture, path, format).into_iter().zip(layers.chain(mattes));
     image.chain(previews).map(|(path, bytes)| match bytes {
@@ -86,7 +87,7 @@ fn encode_layer(picture: &Picture, layer: &AovLayer) -> io::Result<Vec<u8>> {
         (Aov::Depth, Some(step)) => png::encode_grey16(size, &quantize_depth(layer, step), fingerprint),
         // Programs that read masks expect a single channel.
         (Aov::Mask, _) => png::encode_grey8(size, &preview_layer(layer), fingerprint),
-        _ => png::encode_rgba8(size, &preview_layer(layer), fingerprint),
+        _ => png::encode_colors(size, &preview_layer(layer)[..].into(), fingerprint),
     }
 }
 

@@ -2,6 +2,7 @@
 
 use std::io;
 
+use super::display_colors::DisplayColors;
 use super::jpeg;
 use super::picture::Picture;
 
@@ -32,12 +33,11 @@ pub fn encode_thumbnail(picture: &Picture, max_side: u32) -> io::Result<Vec<u8>>
                 count += 1;
             }
         }
-        let [r, g, b] = sum.map(|c| (c / count.max(1)) as u8);
-        [r, g, b, 255]
+        sum.map(|c| (c / count.max(1)) as u8)
     };
-    let small: Vec<[u8; 4]> = (0..small_height)
+    let small = (0..small_height)
         .flat_map(|y| (0..small_width).map(move |x| (x, y)))
         .map(|(x, y)| mean(x, y))
         .collect();
-    jpeg::encode((small_width, small_height), &small, QUALITY, None)
+    jpeg::encode((small_width, small_height), &DisplayColors::Rgb(small), QUALITY, None)
 }

@@ -4,16 +4,16 @@ use std::io;
 
 use image_webp::{ColorType, WebPEncoder};
 
-use super::picture::opaque_rgb;
+use super::display_colors::DisplayColors;
 use super::riff;
 
 /// The XMP attribute before the fingerprint.
 const ATTRIBUTE: &str = " blinn:stamp=\"";
 
-/// Encodes 8-bit RGBA, without the alpha channel if every pixel is opaque.
+/// Encodes 8-bit colours, without the alpha channel if every pixel is opaque.
 pub(super) fn encode(
     (width, height): (u32, u32),
-    pixels: &[[u8; 4]],
+    colors: &DisplayColors,
     fingerprint: Option<&str>,
 ) -> io::Result<Vec<u8>> {
     let mut out = Vec::new();
@@ -21,11 +21,8 @@ pub(super) fn encode(
     if let Some(fingerprint) = fingerprint {
         encoder.set_xmp_metadata(xmp(fingerprint));
     }
-    let encoded = match opaque_rgb(pixels) {
-        Some(rgb) => encoder.encode(&rgb, width, height, ColorType::Rgb8),
-        None => encoder.encode(pixels.as_flattened(), width, height, ColorType::Rgba8),
-    };
-    encoded.map_err(io::Error::other)?;
+    let color = if colors.is_opaque() { ColorType::Rgb8 } else { ColorType::Rgba8 };
+    encoder.encode(colors.bytes(), width, height, color).map_err(io::Error::other)?;
     Ok(out)
 }
 

@@ -12,6 +12,7 @@ use crate::cancellation::Cancelled;
 use crate::geometry::Rgba;
 use crate::integrator::{Frame, Integrator};
 use crate::render::film::{PixelRect, Pixels};
+use crate::render::memory::RenderMemory;
 use crate::render::progress::{CancelOnly, ProgressMonitor};
 use crate::render::sample_generator::SampleGenerator;
 use crate::render::settings::{AdaptiveSampling, RenderSettings};
@@ -25,6 +26,7 @@ const PIXELS_PER_TASK: usize = 1 << 12;
 
 /// Renders a picture with all samples only where neighbours differ.
 pub(super) fn render_adaptive(
+    memory: &RenderMemory,
     frame: &Frame,
     integrator: &dyn Integrator,
     settings: &RenderSettings,
@@ -33,7 +35,7 @@ pub(super) fn render_adaptive(
 ) -> Result<Pixels, Cancelled> {
     let window = expanded_window(settings);
     let first_settings = RenderSettings { samples: FIRST_SAMPLES, crop: Some(window), ..*settings };
-    let first = render_uniform(frame, integrator, &first_settings, &CancelOnly(monitor))?;
+    let first = render_uniform(memory, frame, integrator, &first_settings, &CancelOnly(monitor))?;
     let differs = differing_pixels(&first, adaptive);
     let index = |p: UVec2| (p.y - window.y) as usize * window.width as usize + (p.x - window.x) as usize;
     let block_differs = |p: UVec2| {
@@ -49,7 +51,7 @@ pub(super) fn render_adaptive(
     let generator = SampleGenerator::new(&more_settings);
     let more_samples = settings.samples as f32;
     let all_samples = (FIRST_SAMPLES + settings.samples) as f32;
-    render_tiles(settings, monitor, |tile, scratch| {
+    render_tiles(memory, settings, monitor, |tile, scratch| {
         let refined: Vec<bool> = tile.pixels().map(block_differs).collect();
         let pixels: Vec<UVec2> =
             tile.pixels().zip(&refined).filter(|(_, refined)| **refined).map(|(p, _)| p).collect();

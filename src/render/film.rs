@@ -77,8 +77,19 @@ pub struct Film {
 impl Film {
     /// A black film of the pixels of `window`.
     pub fn new(window: PixelRect) -> Film {
+        Film::in_memory(window, Vec::new())
+    }
+
+    /// A black film in the memory of an earlier picture's [`Pixels::colors`].
+    pub(super) fn in_memory(window: PixelRect, mut memory: Vec<Rgba>) -> Film {
         let pixels = window.width as usize * window.height as usize;
-        Film { window, colors: Mutex::new(vec![Rgba::ZERO; pixels]) }
+        if memory.capacity() < pixels {
+            memory = vec![Rgba::ZERO; pixels];
+        } else {
+            memory.clear();
+            memory.resize(pixels, Rgba::ZERO);
+        }
+        Film { window, colors: Mutex::new(memory) }
     }
 
     /// Cuts the film into tiles of `side` by `side` pixels, at most 4096, and smaller ones at its right and lower edge. They
@@ -142,6 +153,15 @@ mod tests {
             let pixels = film.into_pixels();
             assert_eq!(pixels.colors[0].x, 305.0);
             assert_eq!(pixels.colors[37 * 21 - 1].x, (39 * 100 + 25) as f32);
+        }
+    }
+
+    #[test]
+    fn films_in_used_memory_are_black() {
+        for used in [0, 5, 6, 100] {
+            let memory = vec![Rgba::ONE; used];
+            let pixels = Film::in_memory(PixelRect { x: 1, y: 2, width: 3, height: 2 }, memory).into_pixels();
+            assert_eq!(pixels, Pixels { width: 3, height: 2, colors: vec![Rgba::ZERO; 6] });
         }
     }
 }

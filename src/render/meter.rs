@@ -4,6 +4,7 @@ use crate::cancellation::Cancelled;
 use crate::geometry::Rgb;
 use crate::integrator::{Frame, Integrator};
 use crate::render::film::Pixels;
+use crate::render::memory::RenderMemory;
 use crate::render::progress::ProgressMonitor;
 use crate::render::settings::RenderSettings;
 use crate::render::tiles::render_uniform;
@@ -37,7 +38,7 @@ pub fn meter(
 ) -> Result<Option<Metering>, Cancelled> {
     let height = (f64::from(METER_WIDTH) / aspect).round().clamp(1.0, 4096.0) as u32;
     let settings = RenderSettings { width: METER_WIDTH, height, samples: 1, ..Default::default() };
-    Ok(measure(&render_uniform(frame, integrator, &settings, monitor)?))
+    Ok(measure(&render_uniform(&RenderMemory::default(), frame, integrator, &settings, monitor)?))
 }
 
 /// Rec. 709 luminance.

@@ -9,6 +9,7 @@ mod film;
 mod filter;
 mod mask_outlines;
 mod mattes;
+mod memory;
 mod meter;
 mod object_masks;
 mod pixel_mask;
@@ -26,6 +27,7 @@ pub use aov_layers::{render_aovs, render_moving_aovs};
 pub use film::{AovLayer, Film, PixelRect, Pixels, TileBuffer};
 pub use filter::{FilterSampler, PixelFilter};
 pub use mattes::{MATTE_RANKS, Matte, render_mattes};
+pub use memory::RenderMemory;
 pub use meter::{METER_WIDTH, MID_GREY, Metering, meter};
 pub use object_masks::{ObjectMask, render_object_masks};
 pub use pixel_mask::{MaskRect, PixelMask};
@@ -43,10 +45,24 @@ pub fn render(
     settings: &RenderSettings,
     monitor: &dyn ProgressMonitor,
 ) -> Result<Pixels, Cancelled> {
+    render_in_memory(&RenderMemory::default(), frame, integrator, settings, monitor)
+}
+
+/// Renders a picture as [`render`] does, in the memory of earlier ones.
+///
+/// # Errors
+/// [`Cancelled`] if `monitor` cancels.
+pub fn render_in_memory(
+    memory: &RenderMemory,
+    frame: &Frame,
+    integrator: &dyn Integrator,
+    settings: &RenderSettings,
+    monitor: &dyn ProgressMonitor,
+) -> Result<Pixels, Cancelled> {
     match settings.adaptive {
         Some(adaptive) if settings.samples > adaptive::FIRST_SAMPLES => {
-            adaptive::render_adaptive(frame, integrator, settings, adaptive, monitor)
+            adaptive::render_adaptive(memory, frame, integrator, settings, adaptive, monitor)
         }
-        _ => tiles::render_uniform(frame, integrator, settings, monitor),
+        _ => tiles::render_uniform(memory, frame, integrator, settings, monitor),
     }
 }

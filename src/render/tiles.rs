@@ -5,8 +5,9 @@ use rayon::prelude::*;
 
 use crate::cancellation::Cancelled;
 use crate::geometry::Rgba;
-use crate::integrator::{Frame, Integrator, Sample, Scratch};
+use crate::integrator::{Frame, Integrator};
 use crate::render::film::{Film, PixelRect, Pixels, TileBuffer};
+use crate::render::memory::{RenderMemory, TileScratch};
 use crate::render::progress::ProgressMonitor;
 use crate::render::sample_generator::SampleGenerator;
 use crate::render::settings::RenderSettings;
@@ -14,23 +15,16 @@ use crate::render::settings::RenderSettings;
 /// Samples that are rendered at once: their shading points fit into the L2 cache.
 const BATCH_SAMPLES: usize = 1024;
 
-/// Memory that a thread reuses from tile to tile.
-#[derive(Default)]
-pub(super) struct TileScratch {
-    samples: Vec<Sample>,
-    colors: Vec<Rgba>,
-    integrator: Scratch,
-}
-
 /// Renders all pixels with the same number of samples.
 pub(super) fn render_uniform(
+    memory: &RenderMemory,
     frame: &Frame,
     integrator: &dyn Integrator,
     settings: &RenderSettings,
     monitor: &dyn ProgressMonitor,
 ) -> Result<Pixels, Cancelled> {
     let generator = SampleGenerator::new(settings);
-    render_tiles(settings, monitor, |tile, scratch| {
+    render_tiles(memory, settings, monitor, |tile, scratch| {
         let [low, high] = generator.film_bounds(&tile.corners());
         if !integrator.may_hit(frame, low, high) {
             return Vec::new();
@@ -43,13 +37,14 @@ pub(super) fn render_uniform(
 /// Renders a picture whose tiles `colors` computes, in the order of [`PixelRect::pixels`]; no colours are black. Each
 /// thread takes the next tile when it has finished one, because the parts of a picture differ in cost.
 pub(super) fn render_tiles(
+    memory: &RenderMemory,
     settings: &RenderSettings,
     monitor: &dyn ProgressMonitor,
     colors: impl Fn(PixelRect, &mut TileScratch) -> Vec<Rgba> + Sync,
 ) -> Result<Pixels, Cancelled> {
-    let film = Film::new(settings.window());
+    let film = Film::in_memory(settings.window(), memory.take_film());
     film.tiles(settings.tile).into_iter().par_bridge().for_each_init(
-        TileScratch::default,
+        || memory.scratch(),
         |scratch, tile| {
             if monitor.is_cancelled() {
                 return;

@@ -32,8 +32,8 @@ use crate::cli::scene_file::{is_stdin, load_scene_file};
 use crate::cli::watched_files::scene_files;
 use crate::import::{LoadOptions, is_in_archive, open_input_file, open_scene_file};
 use crate::output::{
-    EncodedFile, Picture, SaveError, ShardWriter, check_overwrite, check_writable, encode_files,
-    encode_thumbnail, save,
+    EncodedFile, SaveError, ShardWriter, check_overwrite, check_writable, encode_files, encode_thumbnail,
+    save,
 };
 use crate::scene::{ClipBoundsCache, Scene, clip_duration};
 
@@ -220,14 +220,18 @@ impl SceneJob<'_> {
                 }
                 Ok((image, since.elapsed()))
             },
-            |i, (image, render_time)| match &mut animation {
-                Some(animation) => {
-                    self.images.rendered += 1;
-                    self.images.empty += u64::from(image.empty.is_some());
-                    self.add_to_animation(animation, &image.picture, render_time)
+            |i, (mut image, render_time)| {
+                match &mut animation {
+                    Some(animation) => self.add_to_animation(animation, &image, render_time)?,
+                    None if self.shard.is_some() => {
+                        self.add_to_shard(&frames[i], &mut image, scene, samples.as_ref())?;
+                    }
+                    None => self.write(&frames[i], &mut image, scene, render_time)?,
                 }
-                None if self.shard.is_some() => self.add_to_shard(&frames[i], image, scene, samples.as_ref()),
-                None => self.write(&frames[i], image, scene, render_time),
+                self.images.rendered += 1;
+                self.images.empty += u64::from(image.empty.is_some());
+                session.recycle(image);
+                Ok(())
             },
         )?;
         if let Some(text) = empty_images.message(frames.len()) {
@@ -242,11 +246,11 @@ impl SceneJob<'_> {
     fn add_to_animation(
         &self,
         animation: &mut AnimationWriter,
-        picture: &Picture,
+        image: &RenderedImage,
         render_time: Duration,
     ) -> Result<()> {
         let start = Instant::now();
-        animation.add(picture, render_time)?;
+        animation.add(&image.picture, render_time)?;
         self.log.stage("encode", start, "");
         Ok(())
     }
@@ -333,7 +337,7 @@ impl SceneJob<'_> {
     fn add_to_shard(
         &mut self,
         frame: &PlannedFrame,
-        image: RenderedImage,
+        image: &mut RenderedImage,
         scene: &Scene,
         samples: Option<&(Dataset, Vec<DatasetView>)>,
     ) -> Result<()> {
@@ -341,7 +345,7 @@ impl SceneJob<'_> {
         let RenderedImage { picture, empty, view } = image;
         let OutputKind::Images(format, depth) = self.plan.outputs.kind else { return Ok(()) };
         let Target::File(name) = self.target(frame) else { return Ok(()) };
-        let image_fingerprint = image_fingerprint(self.plan, frame, view, self.path, scene, empty.is_some());
+        picture.fingerprint = image_fingerprint(self.plan, frame, *view, self.path, scene, empty.is_some());
         let hash = self.plan.member_hash(frame);
         let own_fingerprint = hash.and_then(|hash| fingerprint(hash, self.path, &scene.source));
         let mut description = json!({
@@ -356,21 +360,18 @@ impl SceneJob<'_> {
             description["empty"] = json!(true);
         }
         description["fingerprint"] = json!(own_fingerprint);
-        let picture = Picture { fingerprint: image_fingerprint, ..picture };
         let description = EncodedFile {
             path: name.with_extension("json"),
             bytes: format!("{description:#}\n").into_bytes(),
         };
         let Some(shard) = &mut self.shard else { return Ok(()) };
-        for file in encode_files(&picture, &name, format, depth).chain([Ok(description)]) {
+        for file in encode_files(picture, &name, format, depth).chain([Ok(description)]) {
             let EncodedFile { path, bytes } = file?;
             let added = shard.add(&path.to_string_lossy(), &bytes);
             added.map_err(|cause| SaveError { path: shard.path().join(&path), cause })?;
             self.images.files += 1;
             self.images.bytes += bytes.len() as u64;
         }
-        self.images.rendered += 1;
-        self.images.empty += u64::from(empty.is_some());
         self.log.stage("save", start, "");
         Ok(())
     }
@@ -379,7 +380,7 @@ impl SceneJob<'_> {
     fn write(
         &mut self,
         frame: &PlannedFrame,
-        image: RenderedImage,
+        image: &mut RenderedImage,
         scene: &Scene,
         render_time: Duration,
     ) -> Result<()> {
@@ -390,27 +391,24 @@ impl SceneJob<'_> {
         let OutputKind::Images(format, depth) = outputs.kind else { return Ok(()) };
         match self.target(frame) {
             Target::Stdout => {
-                let bytes = format.encode(&picture, depth).context("standard output")?;
+                let bytes = format.encode(picture, depth).context("standard output")?;
                 print_stdout(&bytes)?;
             }
             Target::File(file) => {
-                let fingerprint = image_fingerprint(self.plan, frame, view, self.path, scene, is_empty);
-                let picture = Picture { fingerprint, ..picture };
+                picture.fingerprint = image_fingerprint(self.plan, frame, *view, self.path, scene, is_empty);
                 create_parent_folder(&file)?;
-                for written in save(&picture, &file, format, depth, outputs.replace)? {
+                for written in save(picture, &file, format, depth, outputs.replace)? {
                     self.images.files += 1;
                     self.images.bytes += written.metadata().map_or(0, |file| file.len());
                     self.log.reporter.wrote_image(Some(self.path), &written, is_empty);
                 }
                 if let Some(report) = &mut self.report {
-                    let thumbnail = encode_thumbnail(&picture, THUMBNAIL_SIDE)?;
+                    let thumbnail = encode_thumbnail(picture, THUMBNAIL_SIDE)?;
                     report.add_image(&thumbnail, &file, render_time, is_empty);
                 }
                 self.add_view(&file, !is_empty);
             }
         }
-        self.images.rendered += 1;
-        self.images.empty += u64::from(is_empty);
         self.log.stage("save", start, "");
         Ok(())
     }

@@ -22,7 +22,8 @@ use crate::display::{Display, ViewTransform};
 use crate::integrator::{Aov, Frame, NeighbourFrames, Phong};
 use crate::output::{CropWindow, IdNames, Picture};
 use crate::render::{
-    AdaptiveSampling, AovLayer, ProgressMonitor, RenderSettings, render, render_mattes, render_moving_aovs,
+    AdaptiveSampling, AovLayer, ProgressMonitor, RenderMemory, RenderSettings, render_in_memory,
+    render_mattes, render_moving_aovs,
 };
 use crate::scene::{
     Animation, AnimationChoice, AxisRotation, Camera, ClipBoundsCache, Environment, GroundKind,
@@ -42,6 +43,8 @@ pub struct RenderSession<'a> {
     display: Display,
     /// Rotation from the scene's world to that of AOVs.
     aov_world: DMat3,
+    /// Memory of finished images, for the next ones.
+    memory: RenderMemory,
 }
 
 impl<'a> RenderSession<'a> {
@@ -145,6 +148,7 @@ impl<'a> RenderSession<'a> {
             cameras: plan.cameras.as_deref(),
             display: Display { ev, view, background: options.background },
             aov_world: aov_world(plan),
+            memory: RenderMemory::default(),
         })
     }
 
@@ -227,6 +231,11 @@ impl<'a> RenderSession<'a> {
         RenderSettings { width, height, crop: view.crop, ..self.settings }
     }
 
+    /// Keeps the memory of an image that has been written, for the next one.
+    pub fn recycle(&self, image: RenderedImage) {
+        self.memory.recycle(image.picture.pixels);
+    }
+
     /// Renders an image from any camera, as [`RenderSession::render`] does.
     pub fn render_view(
         &self,
@@ -276,7 +285,8 @@ impl<'a> RenderSession<'a> {
         let frame = Frame { ground: framing.ground, ..frame };
 
         let start = Instant::now();
-        let pixels = render(&frame, &Phong { stage: options.stage }, settings, monitor)?;
+        let integrator = Phong { stage: options.stage };
+        let pixels = render_in_memory(&self.memory, &frame, &integrator, settings, monitor)?;
         let detail = format!("{width}x{height}, {} samples, frame {}", settings.samples, planned.number);
         log.stage("render", start, &detail);
         let empty = empty_reason(&frame, settings, &pixels, cancel)?;
