@@ -10,8 +10,8 @@ use super::textures::TextureLibrary;
 use crate::geometry::Rgb;
 use crate::import::files::escape::printable;
 use crate::scene::{
-    AlphaMode, ColorInput, Dielectric, Material, MtlReflectance, NormalMap, Reflectance, Reflection,
-    ScalarInput, TextureChannel, TextureRef,
+    AlphaMode, Clearcoat, ColorInput, Dielectric, Material, MtlReflectance, NormalMap, Reflectance,
+    Reflection, ScalarInput, TextureChannel, TextureRef,
 };
 
 /// Returns the material of faces without one: matte white.
@@ -60,6 +60,7 @@ pub(super) fn build_material(
         transmission: ScalarInput::new(transmission.share),
         transmission_color: transmission.color,
         reflection: reflection(mtl, transmission.share > 0.0),
+        clearcoat: mtl.clearcoat(),
         double_sided: true,
         ..Default::default()
     }
@@ -69,7 +70,25 @@ impl MtlMaterial {
     /// Returns true for a physically based material. Blender always writes one: its Ns encodes the roughness.
     fn is_physical(&self) -> bool {
         let maps = self.map_roughness.is_some() || self.map_metallic.is_some();
-        self.by_blender || self.roughness.is_some() || self.metallic.is_some() || maps
+        self.by_blender
+            || self.roughness.is_some()
+            || self.metallic.is_some()
+            || maps
+            || self.coat_share() > 0.0
+    }
+
+    /// Returns the share of the surface under a clear coat. Pc is the clearcoat of Disney's BRDF, a quarter of which is
+    /// the weight of a dielectric layer (Burley, “Physically Based Shading at Disney”, 2012), as Blender reads and writes it.
+    fn coat_share(&self) -> f32 {
+        (0.25 * self.coat.unwrap_or(0.0)).clamp(0.0, 1.0)
+    }
+
+    /// The clear coat; smooth without Pcr.
+    fn clearcoat(&self) -> Clearcoat {
+        Clearcoat {
+            factor: ScalarInput::new(self.coat_share()),
+            roughness: ScalarInput::new(self.coat_roughness.unwrap_or(0.0).clamp(0.0, 1.0)),
+        }
     }
 
     /// Returns a factor unless it has to be ignored next to a map: Blender then writes the value of the unconnected
@@ -157,10 +176,11 @@ fn dielectric(mtl: &MtlMaterial, library: &mut TextureLibrary) -> Dielectric {
 }
 
 /// Returns how `illum` reflects the surroundings. From 3 on, it stands for ray-traced reflection; 5 and 7 add Fresnel's
-/// equations, and so does glass, 4. Physically based glass refracts whatever `illum` says: Blender writes 2.
+/// equations, and so does glass, 4. Physically based glass refracts, and a clear coat reflects, whatever `illum` says: Blender
+/// writes 2.
 fn reflection(mtl: &MtlMaterial, is_glass: bool) -> Reflection {
     match mtl.illum() {
-        _ if is_glass && mtl.is_physical() => Reflection::Fresnel,
+        _ if mtl.is_physical() && (is_glass || mtl.coat_share() > 0.0) => Reflection::Fresnel,
         ..=2 => Reflection::None,
         5 | 7 => Reflection::Fresnel,
         4 if is_glass => Reflection::Fresnel,

@@ -31,6 +31,10 @@ pub(super) struct MtlMaterial {
     pub illum: Option<i64>,
     pub roughness: Option<f32>,
     pub metallic: Option<f32>,
+    /// `Pc`: clear coat; 4 covers the surface.
+    pub coat: Option<f32>,
+    /// `Pcr`: roughness of the clear coat.
+    pub coat_roughness: Option<f32>,
     pub map_ka: Option<TextureMap>,
     pub map_kd: Option<TextureMap>,
     pub map_ks: Option<TextureMap>,
@@ -136,6 +140,8 @@ impl MtlMaterial {
             "ni" => self.ni = Some(scalar_in(rest)?),
             "pr" => self.roughness = Some(scalar_in(rest)?),
             "pm" => self.metallic = Some(scalar_in(rest)?),
+            "pc" => self.coat = Some(scalar_in(rest)?),
+            "pcr" => self.coat_roughness = Some(scalar_in(rest)?),
             "illum" => self.illum = Some(scalar_in(rest)? as i64),
             key @ ("d" | "tr") => {
                 let value = scalar_in(rest.trim_start_matches("-halo"))?;
@@ -174,8 +180,8 @@ impl MtlMaterial {
             "refl" | "map_refl" => {
                 return Err(Problem::Unsupported("ignored reflection maps (refl): not supported"));
             }
-            // Parameters of Pc (clearcoat) and aniso, which are reported themselves.
-            "pcr" | "anisor" => {}
+            // A parameter of aniso, which is reported itself.
+            "anisor" => {}
             // Sharpness of reflection maps, and texture antialiasing, which is always on.
             "sharpness" | "map_aat" => {}
             // Exporters write 0 for every feature that a material does not use.
@@ -348,8 +354,9 @@ mod tests {
 
     #[test]
     fn unsupported_keywords_are_reported_once_per_file() {
-        let (_, warnings) = one("newmtl a\nPs .5\nPc .5\naniso 0\nnewmtl b\nPs .2\n");
-        assert_eq!(warnings, ["a.mtl: ignored 'Ps': not supported", "a.mtl: ignored 'Pc': not supported"]);
+        let (_, warnings) = one("newmtl a\nPs .5\naniso .5\nmap_Pc a.png\nnewmtl b\nPs .2\n");
+        let expected = ["Ps", "aniso", "map_Pc"].map(|key| format!("a.mtl: ignored '{key}': not supported"));
+        assert_eq!(warnings, expected);
     }
 
     #[test]
@@ -388,7 +395,7 @@ mod tests {
             let (_, warnings) = one(&format!("newmtl a\n{text}"));
             assert!(warnings.is_empty(), "{text}: {warnings:?}");
         }
-        for text in ["Pc .5\nPcr .03\n", "d 1\nTr 1\n", "ao 0 .5 0\n", "ao\n"] {
+        for text in ["Ps .5\nanisor .03\n", "d 1\nTr 1\n", "ao 0 .5 0\n", "ao\n"] {
             let (_, warnings) = one(&format!("newmtl a\n{text}"));
             assert_eq!(warnings.len(), 1, "{text}: {warnings:?}");
         }

@@ -2,7 +2,7 @@
 
 use super::{SQUARE, png, read, with_mtl};
 use crate::geometry::Rgb;
-use crate::scene::{AlphaMode, Reflectance};
+use crate::scene::{AlphaMode, Material, Reflectance, Reflection};
 
 #[test]
 fn mtl_statements_become_the_lectures_coefficients() {
@@ -47,6 +47,21 @@ fn blender_and_pbr_materials_use_metallic_roughness() {
     assert!(metallic == 1.0 && (roughness - 0.5).abs() < 1e-6);
     assert_eq!(of("# Blender 5.0.1 MTL File\nnewmtl m\nNs 1000\nKa 1 1 1\nillum 2\n"), (0.0, 0.0));
     assert_eq!(of("newmtl m\nPr .25\nPm .75\n"), (0.75, 0.25));
+}
+
+/// Blender writes four times the weight of a coat, Pc 0 for most materials, and illum 2 for coated ones.
+#[test]
+fn pc_and_pcr_are_a_clear_coat() {
+    let of = |mtl: &str| with_mtl(&format!("newmtl m\n{mtl}"));
+    let coat = |m: &Material| (m.clearcoat.factor.factor, m.clearcoat.roughness.factor);
+    let (m, warnings) = of("Pr .75\nPc 2\nPcr .25\nillum 2\n");
+    assert!(warnings.is_empty() && m.reflection == Reflection::Fresnel, "{m:?} {warnings:?}");
+    assert_eq!(coat(&m), (0.5, 0.25));
+    let (m, _) = of("Pc 7\n");
+    assert!(matches!(m.reflectance, Reflectance::MetallicRoughness { .. }), "{m:?}");
+    assert_eq!(coat(&m), (1.0, 0.0));
+    let (m, _) = of("Pc 0\nPcr .03\nillum 2\n");
+    assert!(matches!(m.reflectance, Reflectance::Mtl(_)) && !m.reflects(), "{m:?}");
 }
 
 #[test]
