@@ -75,9 +75,9 @@ fn many(n: u32, corners: impl Fn(u32) -> [Vec3; 3]) -> Mesh {
     scenes::mesh((0..n).flat_map(corners).collect(), (0..n).map(|i| [3 * i, 3 * i + 1, 3 * i + 2]).collect())
 }
 
-/// Time limit for a hundred thousand triangles, for the best of five attempts, since other tests run at the
-/// same time.
-const PLENTY: Duration = Duration::from_secs(1);
+/// Limit for the time of a hundred thousand triangles that coincide, relative to that of as many that do not, for the best of
+/// five attempts, since other tests run at the same time.
+const PLENTY: u32 = 12;
 
 /// Coincident triangles are grouped: without that, the first case takes 19 s and overflows the stack.
 #[test]
@@ -89,9 +89,15 @@ fn a_hundred_thousand_coincident_triangles_build_fast() {
     let clusters = many(n, |i| one.map(|p| p + (i % 10) as f32 * Vec3::Z * 0.1));
     // Different triangles with equal bounding boxes.
     let boxed = many(n, |i| [one[0], Vec3::new(3.0, 3.0, 0.0), Vec3::new(-1.0 + i as f32 * 1e-5, 3.0, 0.0)]);
-    for (name, mesh, places) in
-        [("same", same, 1), ("turned", turned, 1), ("clusters", clusters, 10), ("boxed", boxed, n)]
-    {
+    let grid = many(n, |i| one.map(|p| 0.01 * p + Vec3::new((i % 300) as f32, (i / 300) as f32, 0.0)));
+    let mut ordinary = Duration::ZERO;
+    for (name, mesh, places) in [
+        ("ordinary", grid, n),
+        ("same", same, 1),
+        ("turned", turned, 1),
+        ("clusters", clusters, 10),
+        ("boxed", boxed, n),
+    ] {
         for placed in [1, 2] {
             let scene = scenes::scene(mesh.clone(), &[DAffine3::IDENTITY; 2][..placed]);
             let mut batch = RayBatch { t_max: 1e9, ..RayBatch::default() };
@@ -106,12 +112,16 @@ fn a_hundred_thousand_coincident_triangles_build_fast() {
                 (start.elapsed(), report)
             };
             let (mut took, report) = attempt();
+            if name == "ordinary" {
+                ordinary = took;
+                continue;
+            }
             for _ in 1..5 {
-                if took >= PLENTY {
+                if took >= PLENTY * ordinary {
                     took = attempt().0;
                 }
             }
-            assert!(took < PLENTY, "{name}: {took:?}");
+            assert!(took < PLENTY * ordinary, "{name}: {took:?}, as many others {ordinary:?}");
             if name != "boxed" {
                 assert!(!hits[0].is_miss());
                 assert_eq!(report.coincident, u64::from(n) * placed as u64 - u64::from(places));
