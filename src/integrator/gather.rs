@@ -245,9 +245,9 @@ impl<F: Fn(&Coefficients, DVec3) -> Rgb> MaterialPass<'_, F> {
         if let Some(map) = &material.normal {
             for (triangle, lanes) in run.triangles() {
                 for lane in lanes {
-                    let normal_texel = self.inputs.texels.normal_texel(&map.texture, lane);
+                    let sampled_normal = Some(self.inputs.texels.normal(&map.texture, lane));
                     let ctx = triangle.texture_context(block.coords(lane));
-                    let ctx = TextureEvalContext { normal_texel, ..ctx };
+                    let ctx = TextureEvalContext { sampled_normal, ..ctx };
                     let surface = SurfacePoint { ctx, ..triangle.surface_from_hit(&block.hit(lane)) };
                     let (n, increase) = surface.filtered_normal(posed);
                     set3(&mut block.n, lane, n.to_array());

@@ -199,7 +199,7 @@ impl<'s> TriangleSurface<'s> {
     /// The context to evaluate textures at a point.
     #[inline(always)]
     pub fn texture_context(&self, coords: TriangleCoords) -> TextureEvalContext<'s> {
-        TextureEvalContext { triangle: self.triangle, coords, tint: self.tint, normal_texel: None }
+        TextureEvalContext { triangle: self.triangle, coords, tint: self.tint, sampled_normal: None }
     }
 }
 

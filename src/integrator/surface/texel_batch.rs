@@ -2,7 +2,7 @@
 
 use std::ops::Range;
 
-use glam::{Vec2, Vec4};
+use glam::{Vec2, Vec3, Vec4};
 
 use crate::integrator::surface::mesh_triangle::{MeshTriangle, TextureCoords};
 use crate::integrator::surface::point_block::PointBlock;
@@ -27,9 +27,6 @@ pub(crate) struct TexelBatch<'a> {
 struct TextureUse<'a> {
     texture: &'a TextureRef,
     semantics: TexelSemantics,
-    /// False for normal maps: filtered, they need the variance of slopes, which
-    /// [`Texture::sample_normal_map`] computes.
-    filterable: bool,
     /// Index of its texels in [`TexelBatch::texels`].
     texels: usize,
 }
@@ -44,10 +41,8 @@ struct CornerUvs {
 /// Filtered texels of the points of a block.
 #[derive(Clone, Debug)]
 pub(crate) struct TexelLanes {
-    /// Linear RGBA.
+    /// Linear RGBA; the mean vector and the variance of slopes of normal maps.
     pub rgba: [[f32; LANES]; 4],
-    /// The points whose texels have been sampled, as a bit mask. Others have to be sampled alone.
-    sampled: u32,
 }
 
 /// Points that are sampled together.
@@ -63,9 +58,9 @@ impl CornerUvs {
 }
 
 impl TexelLanes {
-    const ZERO: TexelLanes = TexelLanes { rgba: [[0.0; LANES]; 4], sampled: 0 };
+    const ZERO: TexelLanes = TexelLanes { rgba: [[0.0; LANES]; 4] };
     /// The texels of a missing texture: white.
-    const WHITE: TexelLanes = TexelLanes { rgba: [[1.0; LANES]; 4], sampled: u32::MAX };
+    const WHITE: TexelLanes = TexelLanes { rgba: [[1.0; LANES]; 4] };
 }
 
 impl<'a> TexelBatch<'a> {
@@ -78,16 +73,13 @@ impl<'a> TexelBatch<'a> {
         self.uses.clear();
         self.uv_sets.clear();
         let material = &posed.materials[material as usize];
-        let normal_map = material.normal.as_ref().map(|map| (&map.texture, TexelSemantics::Data, false));
-        let textures =
-            material.textures_with_semantics().map(|(texture, semantics)| (texture, semantics, true));
+        let normal_map = material.normal.as_ref().map(|map| (&map.texture, TexelSemantics::Normal));
         let mut count = 0;
-        for (texture, semantics, filterable) in textures.chain(normal_map) {
-            let equal =
-                |u: &&TextureUse| (u.texture, u.semantics, u.filterable) == (texture, semantics, filterable);
+        for (texture, semantics) in material.textures_with_semantics().chain(normal_map) {
+            let equal = |u: &&TextureUse| (u.texture, u.semantics) == (texture, semantics);
             let texels = self.uses.iter().find(equal).map_or(count, |u| u.texels);
             count = count.max(texels + 1);
-            self.uses.push(TextureUse { texture, semantics, filterable, texels });
+            self.uses.push(TextureUse { texture, semantics, texels });
             let set = texture.uv_set;
             if self.uv_sets.iter().all(|uvs| uvs.set != set) {
                 self.uv_sets.push(CornerUvs { set, uvs: [[[0.0; LANES]; 2]; 3] });
@@ -134,11 +126,11 @@ impl<'a> TexelBatch<'a> {
         self.uses.iter().find(matches).map_or(&TexelLanes::WHITE, |u| &self.texels[u.texels])
     }
 
-    /// The texel of a normal map at point `i`; `None` where it has to be sampled alone.
-    pub fn normal_texel(&self, texture: &TextureRef, i: usize) -> Option<Vec4> {
-        let TexelLanes { rgba, sampled } = self.get(Some(texture), TexelSemantics::Data);
-        let [r, g, b, a] = rgba.each_ref().map(|channel| channel[i]);
-        (sampled >> i & 1 != 0).then_some(Vec4::new(r, g, b, a))
+    /// The mean vector of a normal map at point `i`, and the variance of its slopes.
+    pub fn normal(&self, texture: &TextureRef, i: usize) -> (Vec3, f32) {
+        let TexelLanes { rgba } = self.get(Some(texture), TexelSemantics::Normal);
+        let [x, y, z, variance] = rgba.each_ref().map(|channel| channel[i]);
+        (Vec3::new(x, y, z), variance)
     }
 }
 
@@ -157,7 +149,7 @@ impl AutovecKernel for SampleTexture<'_> {
     #[inline(always)]
     fn run(self) {
         let SampleTexture { uvs, block, lanes, texture, images, texture_use, out } = self;
-        let &TextureUse { texture: texture_ref, semantics, filterable, .. } = texture_use;
+        let &TextureUse { texture: texture_ref, semantics, .. } = texture_use;
         let transform = texture_ref.transform;
         let first_group = lanes.start / SAMPLE_LANES * SAMPLE_LANES;
         for first in (first_group..lanes.end).step_by(SAMPLE_LANES) {
@@ -171,13 +163,11 @@ impl AutovecKernel for SampleTexture<'_> {
                 coords.set(i, uv, footprint);
             }
             let sampled = lanes.start.max(first)..lanes.end.min(first + SAMPLE_LANES);
-            let mut texels = [None; SAMPLE_LANES];
+            let mut texels = [Vec4::ZERO; SAMPLE_LANES];
             let points = sampled.start - first..sampled.end - first;
-            texture.sample_batch(images, &coords, semantics, filterable, points, &mut texels);
+            texture.sample_batch(images, &coords, semantics, points, &mut texels);
             for lane in sampled {
-                let texel = texels[lane % SAMPLE_LANES];
-                out.sampled = out.sampled & !(1 << lane) | u32::from(texel.is_some()) << lane;
-                for (channel, x) in out.rgba.iter_mut().zip(texel.unwrap_or_default().to_array()) {
+                for (channel, x) in out.rgba.iter_mut().zip(texels[lane % SAMPLE_LANES].to_array()) {
                     channel[lane] = x;
                 }
             }

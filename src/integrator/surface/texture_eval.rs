@@ -6,7 +6,7 @@ use crate::geometry::{HitId, Ray};
 use crate::integrator::surface::mesh_triangle::{MeshTriangle, TextureCoords, interpolate_uv};
 use crate::integrator::surface::ray_differentials::{BarycentricDifferentials, TriangleCoords};
 use crate::integrator::surface::triangle_plane::barycentrics;
-use crate::scene::{PosedScene, ScalarInput, TexelSemantics, Texture, TextureChannel, TextureRef};
+use crate::scene::{PosedScene, ScalarInput, TexelSemantics, TextureChannel, TextureRef};
 
 /// A point of a mesh at which textures are evaluated.
 #[derive(Clone, Copy, Debug)]
@@ -15,8 +15,8 @@ pub(crate) struct TextureEvalContext<'s> {
     pub coords: TriangleCoords,
     /// The instance's own colour.
     pub tint: Option<Vec3>,
-    /// The texel of the normal map, if it was sampled in advance.
-    pub normal_texel: Option<Vec4>,
+    /// The result of [`TextureEvalContext::normal_map`], if it was sampled in advance.
+    pub sampled_normal: Option<(Vec3, f32)>,
 }
 
 impl<'s> TextureEvalContext<'s> {
@@ -28,14 +28,14 @@ impl<'s> TextureEvalContext<'s> {
             triangle: MeshTriangle { mesh, corners: mesh.triangles[id.triangle as usize] },
             coords: TriangleCoords { b, differentials: BarycentricDifferentials::POINT },
             tint: posed.scene.instances[id.instance as usize].color,
-            normal_texel: None,
+            sampled_normal: None,
         }
     }
 
     /// The same point without a footprint: textures are evaluated at their finest level.
     pub fn without_footprint(&self) -> TextureEvalContext<'s> {
         let coords = TriangleCoords { differentials: BarycentricDifferentials::POINT, ..self.coords };
-        TextureEvalContext { coords, normal_texel: None, ..*self }
+        TextureEvalContext { coords, sampled_normal: None, ..*self }
     }
 
     /// Interpolates an attribute of the mesh's vertices.
@@ -86,9 +86,8 @@ impl<'s> TextureEvalContext<'s> {
 
     /// The mean vector of a normal map over the footprint, in tangent space, and the variance of its slopes.
     pub fn normal_map(&self, posed: &PosedScene, texture: &TextureRef) -> (Vec3, f32) {
-        // Batched texels have no footprint, so no variance.
-        if let Some(texel) = self.normal_texel {
-            return (Texture::decode_normal(texel), 0.0);
+        if let Some(sampled) = self.sampled_normal {
+            return sampled;
         }
         let TextureCoords { uv, footprint } = self.texture_coords(texture);
         posed.scene.textures[texture.texture as usize].sample_normal_map(&posed.scene.images, uv, &footprint)

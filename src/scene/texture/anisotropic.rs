@@ -25,9 +25,24 @@ pub struct Footprint {
 /// Most probes along the long axis. Longer footprints use a smaller mip level.
 const MAX_PROBES: f32 = 16.0;
 
+/// What [`Probes`] are made from, by arithmetic without branches.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct ProbeShape {
+    /// False if the footprint has no finite extent.
+    pub is_finite: bool,
+    /// True if the long axis exceeds a texel.
+    pub is_large: bool,
+    /// [`Probes::count`], as an integer in f32.
+    pub count: f32,
+    /// [`Probes::step`].
+    pub step: [f32; 2],
+    /// Width of a probe, in texels.
+    pub width: f32,
+}
+
 /// The lookups for a footprint.
 #[derive(Clone, Copy, Debug, PartialEq)]
-struct Probes {
+pub(super) struct Probes {
     /// Number in each of the two mip levels.
     count: u32,
     /// Distance between neighbours, in texture coordinates.
@@ -59,34 +74,49 @@ impl Footprint {
     /// Returns the probes in an image of this size; `None` if the footprint is within a texel.
     #[inline(always)]
     fn probes(&self, width: u32, height: u32) -> Option<Probes> {
-        if self.is_small(width, height) {
-            return None;
-        }
-        let size = Vec2::new(width as f32, height as f32);
+        if self.is_small(width, height) { None } else { self.probe_shape(width, height).probes() }
+    }
+
+    /// Returns the shape of the probes in an image of this size.
+    #[inline(always)]
+    pub(super) fn probe_shape(&self, width: u32, height: u32) -> ProbeShape {
+        let size = [width as f32, height as f32];
         let [a, b] = self.in_texels(width, height);
         // The ellipse is the image of the unit circle on the film; this is its covariance matrix.
         let (xx, xy, yy) = (a.x * a.x + b.x * b.x, a.x * a.y + b.x * b.y, a.y * a.y + b.y * b.y);
         let mean = 0.5 * (xx + yy);
         let half_difference = 0.5 * (xx - yy);
         let deviation = (half_difference * half_difference + xy * xy).sqrt();
-        if !(mean + deviation).is_finite() {
-            return Some(Probes { count: 1, step: Vec2::ZERO, level: f32::INFINITY });
-        }
         let long = (mean + deviation).sqrt();
-        if !(long > 1.0) {
-            return None;
-        }
         let short = (a.x * b.y - a.y * b.x).abs() / long;
         let width = short.max(long / MAX_PROBES).max(1.0);
         // An excess below a quarter is not worth another probe.
         let count = (long / width - 0.25).ceil().clamp(1.0, MAX_PROBES);
-        let axis = if half_difference >= 0.0 {
-            Vec2::new(half_difference + deviation, xy)
-        } else {
-            Vec2::new(xy, deviation - half_difference)
-        };
-        let step = axis.normalize_or_zero() * (long / count) / size;
-        Some(Probes { count: count as u32, step, level: libm::log2f(width) })
+        let is_flat = half_difference >= 0.0;
+        let axis = [
+            if is_flat { half_difference + deviation } else { xy },
+            if is_flat { xy } else { deviation - half_difference },
+        ];
+        let length_recip = 1.0 / (axis[0] * axis[0] + axis[1] * axis[1]).sqrt();
+        let has_axis = length_recip.is_finite() & (length_recip > 0.0);
+        let unit = axis.map(|x| if has_axis { x * length_recip } else { 0.0 });
+        let step = [unit[0] * (long / count) / size[0], unit[1] * (long / count) / size[1]];
+        ProbeShape { is_finite: (mean + deviation).is_finite(), is_large: long > 1.0, count, step, width }
+    }
+}
+
+impl ProbeShape {
+    /// Returns the probes; `None` if the footprint is within a texel.
+    #[inline(always)]
+    pub(super) fn probes(&self) -> Option<Probes> {
+        if !self.is_finite {
+            return Some(Probes { count: 1, step: Vec2::ZERO, level: f32::INFINITY });
+        }
+        self.is_large.then(|| Probes {
+            count: self.count as u32,
+            step: Vec2::from_array(self.step),
+            level: libm::log2f(self.width),
+        })
     }
 }
 
@@ -134,10 +164,30 @@ impl Texture {
         semantics: TexelSemantics,
     ) -> Vec4 {
         let image = &images[self.image as usize];
+        self.sample_probes(image, uv, footprint.probes(image.width, image.height), semantics)
+    }
+
+    /// Returns the mean over probes around `uv`; over a point for `None`.
+    #[inline(always)]
+    pub(super) fn sample_probes(
+        &self,
+        image: &Image,
+        uv: Vec2,
+        probes: Option<Probes>,
+        semantics: TexelSemantics,
+    ) -> Vec4 {
         let view = image.view();
-        let Some(probes) = footprint.probes(image.width, image.height) else {
-            return self.sample_view(view, uv, semantics);
+        let Some(probes) = probes else {
+            let value = self.sample_view(view, uv, semantics);
+            return if semantics == TexelSemantics::Normal {
+                decode_normal(value).extend(0.0)
+            } else {
+                value
+            };
         };
+        if semantics == TexelSemantics::Normal {
+            return self.mean_normal(image, uv, &probes);
+        }
         let alpha_weighted = semantics == TexelSemantics::AlphaWeightedColor;
         let encoded_bilinear = self.decode_last && self.filter == TextureFilter::Linear;
         let filter = match semantics {
@@ -149,7 +199,7 @@ impl Texture {
             let value = match level {
                 0 => self.sample_view(view, uv, semantics),
                 // Levels hold linear light, encoded.
-                _ => self.bilinear(view, uv, semantics != TexelSemantics::Data),
+                _ => self.bilinear(view, uv, semantics.is_color()),
             };
             if alpha_weighted { weight_by_alpha(value) } else { value }
         };
@@ -157,36 +207,40 @@ impl Texture {
         if alpha_weighted { unweight_by_alpha(v) } else { v }
     }
 
-    /// Decodes the vector of a normal map's texel.
-    pub fn decode_normal(texel: Vec4) -> Vec3 {
-        texel.truncate() * 2.0 - Vec3::ONE
-    }
-
     /// Returns the mean direction of a normal map over `footprint` around `uv`, and the variance of the
     /// slopes along each axis, estimated from the length of the mean vector (Toksvig, “Mipmapping Normal
     /// Maps”, 2005).
     pub fn sample_normal_map(&self, images: &[Image], uv: Vec2, footprint: &Footprint) -> (Vec3, f32) {
-        let image = &images[self.image as usize];
+        let value = self.sample_filtered(images, uv, footprint, TexelSemantics::Normal);
+        (value.truncate(), value.w)
+    }
+
+    /// Returns the mean direction of a normal map over probes, and the variance of its slopes.
+    #[inline(always)]
+    fn mean_normal(&self, image: &Image, uv: Vec2, probes: &Probes) -> Vec4 {
         let view = image.view();
-        let Some(probes) = footprint.probes(image.width, image.height) else {
-            return (Texture::decode_normal(self.sample_view(view, uv, TexelSemantics::Data)), 0.0);
-        };
         let sample = |level: usize, view: TexelView, uv: Vec2| match level {
             0 => {
-                let v = self.sample_view(view, uv, TexelSemantics::Data);
-                Texture::decode_normal(v).normalize_or_zero().extend(0.0)
+                let v = self.sample_view(view, uv, TexelSemantics::Normal);
+                decode_normal(v).normalize_or_zero().extend(0.0)
             }
             _ => {
                 let v = self.bilinear(view, uv, false);
-                let n = Texture::decode_normal(v).normalize_or_zero();
+                let n = decode_normal(v).normalize_or_zero();
                 (n * (1.0 - v.w * v.w)).extend(0.0)
             }
         };
         let levels = image.mips.levels(view, DownsampleFilter::Normals);
         let mean = probes.trilinear(uv, view, levels, sample).truncate();
         let length = mean.length().clamp(0.01, 1.0);
-        (mean.normalize_or(Vec3::Z), (1.0 - length) / length)
+        mean.normalize_or(Vec3::Z).extend((1.0 - length) / length)
     }
+}
+
+/// Decodes the vector of a normal map's texel.
+#[inline(always)]
+pub(super) fn decode_normal(texel: Vec4) -> Vec3 {
+    texel.truncate() * 2.0 - Vec3::ONE
 }
 
 #[cfg(test)]

@@ -1,13 +1,13 @@
 //! Texture lookups for a batch of sample points in SoA layout.
 //!
-//! The arithmetic before and after the texel reads is vectorised over the batch. Results are bit-identical
+//! The arithmetic before the texel reads is vectorised over the batch. Results are bit-identical
 //! to [`Texture::sample_filtered`].
 
 use std::ops::Range;
 
 use glam::{Vec2, Vec4};
 
-use crate::scene::texture::anisotropic::Footprint;
+use crate::scene::texture::anisotropic::{Footprint, ProbeShape, decode_normal};
 use crate::scene::texture::image::Image;
 use crate::scene::texture::sampling::{Texture, TextureFilter, bilerp};
 use crate::scene::texture::srgb::decode_colors;
@@ -87,20 +87,59 @@ impl<const N: usize> TexelPairs<N> {
     }
 }
 
+/// The probes of N footprints.
+struct ProbeLanes<const N: usize> {
+    is_finite: [bool; N],
+    is_large: [bool; N],
+    count: [f32; N],
+    step: [[f32; N]; 2],
+    width: [f32; N],
+}
+
+impl<const N: usize> ProbeLanes<N> {
+    #[inline(always)]
+    fn new(coords: &SampleCoords<N>, image: &Image) -> ProbeLanes<N> {
+        let mut lanes = ProbeLanes {
+            is_finite: [false; N],
+            is_large: [false; N],
+            count: [0.0; N],
+            step: [[0.0; N]; 2],
+            width: [0.0; N],
+        };
+        for i in 0..N {
+            let shape = coords.footprint(i).probe_shape(image.width, image.height);
+            lanes.is_finite[i] = shape.is_finite;
+            lanes.is_large[i] = shape.is_large;
+            lanes.count[i] = shape.count;
+            lanes.step[0][i] = shape.step[0];
+            lanes.step[1][i] = shape.step[1];
+            lanes.width[i] = shape.width;
+        }
+        lanes
+    }
+
+    #[inline(always)]
+    fn shape(&self, i: usize) -> ProbeShape {
+        ProbeShape {
+            is_finite: self.is_finite[i],
+            is_large: self.is_large[i],
+            count: self.count[i],
+            step: [self.step[0][i], self.step[1][i]],
+            width: self.width[i],
+        }
+    }
+}
+
 impl Texture {
     /// Samples the texture at `points` of `coords` like [`Texture::sample_filtered`].
-    ///
-    /// Footprints larger than a texel need filtering, which is not vectorised. They are sampled only if
-    /// `filter_minified` is set, and give `None` otherwise.
     #[inline(always)]
     pub fn sample_batch<const N: usize>(
         &self,
         images: &[Image],
         coords: &SampleCoords<N>,
         semantics: TexelSemantics,
-        filter_minified: bool,
         points: Range<usize>,
-        out: &mut [Option<Vec4>; N],
+        out: &mut [Vec4; N],
     ) {
         let image = &images[self.image as usize];
         let view = image.view();
@@ -108,18 +147,20 @@ impl Texture {
         for (i, is_small) in is_small.iter_mut().enumerate() {
             *is_small = coords.footprint(i).is_small(image.width, image.height);
         }
+        let all_small = is_small.iter().all(|is_small| *is_small);
+        let probes = if all_small { None } else { Some(ProbeLanes::new(coords, image)) };
         let interpolated = self.filter == TextureFilter::Linear;
         let x = TexelPairs::new(self.wrap[0], &coords.uv[0], view.width);
         let y = TexelPairs::new(self.wrap[1], &coords.uv[1], view.height);
-        let colors = semantics != TexelSemantics::Data;
+        let colors = semantics.is_color();
         for i in points {
             if !(is_small[i] && interpolated) {
-                // No closure, which would not be compiled with the instructions of the kernel.
-                out[i] = if filter_minified || is_small[i] {
-                    Some(self.sample_filtered(images, coords.uv(i), &coords.footprint(i), semantics))
-                } else {
-                    None
+                // No closures, which would not be compiled with the instructions of the kernel.
+                let probes = match &probes {
+                    Some(probes) if !is_small[i] => probes.shape(i).probes(),
+                    _ => None,
                 };
+                out[i] = self.sample_probes(image, coords.uv(i), probes, semantics);
                 continue;
             }
             let (xa, xb, fx) = x.at(i, self.wrap[0], view.width);
@@ -129,7 +170,11 @@ impl Texture {
             let decode_first = colors && !self.decode_last;
             let texels = if decode_first { view.decoded_many(indices) } else { view.stored_many(indices) };
             let value = bilerp(texels, [fx, fy]);
-            out[i] = Some(if colors && self.decode_last { decode_colors(value) } else { value });
+            out[i] = match semantics {
+                TexelSemantics::Normal => decode_normal(value).extend(0.0),
+                _ if colors && self.decode_last => decode_colors(value),
+                _ => value,
+            };
         }
     }
 }
@@ -166,29 +211,22 @@ mod tests {
                         (TextureFilter::Nearest, false),
                     ] {
                         let texture = Texture { image: 0, wrap: [wrap, Wrap::Repeat], filter, decode_last };
-                        for semantics in
-                            [TexelSemantics::Color, TexelSemantics::AlphaWeightedColor, TexelSemantics::Data]
-                        {
+                        for semantics in [
+                            TexelSemantics::Color,
+                            TexelSemantics::AlphaWeightedColor,
+                            TexelSemantics::Data,
+                            TexelSemantics::Normal,
+                        ] {
                             for first in (0..120).step_by(N) {
                                 let mut coords = SampleCoords::<N>::ORIGIN;
                                 (0..N).for_each(|i| coords.set(i, point(first + i).0, point(first + i).1));
-                                let mut batch = [None; N];
+                                let mut batch = [Vec4::ZERO; N];
                                 let points = first / N % 2..N - first % 3;
-                                let filter_minified = first % 16 == 0;
-                                texture.sample_batch(
-                                    &images,
-                                    &coords,
-                                    semantics,
-                                    filter_minified,
-                                    points.clone(),
-                                    &mut batch,
-                                );
+                                texture.sample_batch(&images, &coords, semantics, points.clone(), &mut batch);
                                 for i in points {
                                     let sampled = batch[i];
                                     let (uv, footprint) = point(first + i);
                                     let single = texture.sample_filtered(&images, uv, &footprint, semantics);
-                                    let single =
-                                        (filter_minified || footprint.is_small(7, 5)).then_some(single);
                                     // Compares as text, because NaN differs from itself.
                                     assert_eq!(
                                         format!("{sampled:?}"),

@@ -54,7 +54,7 @@ impl Texture {
     /// Samples the image at full resolution.
     #[inline(always)]
     pub(super) fn sample_view(&self, image: TexelView, uv: Vec2, semantics: TexelSemantics) -> Vec4 {
-        let colors = semantics != TexelSemantics::Data;
+        let colors = semantics.is_color();
         if self.filter == TextureFilter::Nearest {
             let i = self.nearest(image, uv);
             return if colors { image.decoded(i) } else { image.stored(i) };

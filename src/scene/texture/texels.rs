@@ -35,6 +35,17 @@ pub enum TexelSemantics {
     AlphaWeightedColor,
     /// Linear data.
     Data,
+    /// Vectors of a normal map. Lookups give the mean vector and the variance of slopes
+    /// ([`Texture::sample_normal_map`](crate::scene::Texture::sample_normal_map)).
+    Normal,
+}
+
+impl TexelSemantics {
+    /// True if texels are encoded in sRGB.
+    #[inline(always)]
+    pub(super) fn is_color(self) -> bool {
+        matches!(self, TexelSemantics::Color | TexelSemantics::AlphaWeightedColor)
+    }
 }
 
 /// A channel of a texture.

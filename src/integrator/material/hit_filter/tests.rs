@@ -124,7 +124,7 @@ fn check(scene: &Scene, random: &mut Random) {
             let coords =
                 TriangleCoords { b: random.barycentrics(), differentials: BarycentricDifferentials::POINT };
             let triangle = MeshTriangle { mesh, corners };
-            let ctx = TextureEvalContext { triangle, coords, tint: None, normal_texel: None };
+            let ctx = TextureEvalContext { triangle, coords, tint: None, sampled_normal: None };
             least = least.min(opacity(&posed, &scene.materials[0], &ctx));
         }
         let is_opaque = least > 1.0 - 1e-5;
