@@ -25,30 +25,15 @@ pub struct Footprint {
 /// Most probes along the long axis. Longer footprints use a smaller mip level.
 const MAX_PROBES: f32 = 16.0;
 
-/// What [`Probes`] are made from, by arithmetic without branches.
-#[derive(Clone, Copy, Debug)]
-pub(super) struct ProbeShape {
-    /// False if the footprint has no finite extent.
-    pub is_finite: bool,
-    /// True if the long axis exceeds a texel.
-    pub is_large: bool,
-    /// [`Probes::count`], as an integer in f32.
-    pub count: f32,
-    /// [`Probes::step`].
-    pub step: [f32; 2],
-    /// Width of a probe, in texels.
-    pub width: f32,
-}
-
 /// The lookups for a footprint.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct Probes {
-    /// Number in each of the two mip levels.
-    count: u32,
+    /// Number in each of the two mip levels, an integer; 0 if the footprint is within a texel.
+    pub count: f32,
     /// Distance between neighbours, in texture coordinates.
-    step: Vec2,
-    /// Mip level; 0 is the image. The fraction is the weight of the next smaller level.
-    level: f32,
+    pub step: Vec2,
+    /// Width of a probe, in texels. It selects the mip level.
+    pub width: f32,
 }
 
 impl Footprint {
@@ -71,16 +56,11 @@ impl Footprint {
         (a.x * a.x + b.x * b.x) + (a.y * a.y + b.y * b.y) < 0.99
     }
 
-    /// Returns the probes in an image of this size; `None` if the footprint is within a texel.
+    /// Returns the probes in an image of this size. Has no branches, so that a loop over footprints is vectorised.
     #[inline(always)]
-    fn probes(&self, width: u32, height: u32) -> Option<Probes> {
-        if self.is_small(width, height) { None } else { self.probe_shape(width, height).probes() }
-    }
-
-    /// Returns the shape of the probes in an image of this size.
-    #[inline(always)]
-    pub(super) fn probe_shape(&self, width: u32, height: u32) -> ProbeShape {
-        let size = [width as f32, height as f32];
+    pub(super) fn probes(&self, width: u32, height: u32) -> Probes {
+        let size = Vec2::new(width as f32, height as f32);
+        let is_small = self.is_small(width, height);
         let [a, b] = self.in_texels(width, height);
         // The ellipse is the image of the unit circle on the film; this is its covariance matrix.
         let (xx, xy, yy) = (a.x * a.x + b.x * b.x, a.x * a.y + b.x * b.y, a.y * a.y + b.y * b.y);
@@ -93,40 +73,31 @@ impl Footprint {
         // An excess below a quarter is not worth another probe.
         let count = (long / width - 0.25).ceil().clamp(1.0, MAX_PROBES);
         let is_flat = half_difference >= 0.0;
-        let axis = [
+        let axis = Vec2::new(
             if is_flat { half_difference + deviation } else { xy },
             if is_flat { xy } else { deviation - half_difference },
-        ];
-        let length_recip = 1.0 / (axis[0] * axis[0] + axis[1] * axis[1]).sqrt();
-        let has_axis = length_recip.is_finite() & (length_recip > 0.0);
-        let unit = axis.map(|x| if has_axis { x * length_recip } else { 0.0 });
-        let step = [unit[0] * (long / count) / size[0], unit[1] * (long / count) / size[1]];
-        ProbeShape { is_finite: (mean + deviation).is_finite(), is_large: long > 1.0, count, step, width }
-    }
-}
-
-impl ProbeShape {
-    /// Returns the probes; `None` if the footprint is within a texel.
-    #[inline(always)]
-    pub(super) fn probes(&self) -> Option<Probes> {
-        if !self.is_finite {
-            return Some(Probes { count: 1, step: Vec2::ZERO, level: f32::INFINITY });
+        );
+        let step = axis.normalize_or_zero() * (long / count) / size;
+        let is_finite = (mean + deviation).is_finite();
+        let count = if is_small | !(long > 1.0) { 0.0 } else { count };
+        Probes {
+            count: if is_finite { count } else { 1.0 },
+            step: if is_finite { step } else { Vec2::ZERO },
+            width: if is_finite { width } else { f32::INFINITY },
         }
-        self.is_large.then(|| Probes {
-            count: self.count as u32,
-            step: Vec2::from_array(self.step),
-            level: libm::log2f(self.width),
-        })
     }
 }
 
 impl Probes {
+    /// No probes: a lookup at a point.
+    pub const NONE: Probes = Probes { count: 0.0, step: Vec2::ZERO, width: 1.0 };
+
     /// Returns the mean of `sample` over the probes around `uv`.
     #[inline(always)]
     fn mean(&self, uv: Vec2, sample: impl Fn(Vec2) -> Vec4) -> Vec4 {
-        let first = 0.5 - 0.5 * self.count as f32;
-        let sum: Vec4 = (0..self.count).map(|i| sample(uv + self.step * (first + i as f32))).sum();
-        sum / self.count as f32
+        let first = 0.5 - 0.5 * self.count;
+        let sum: Vec4 = (0..self.count as u32).map(|i| sample(uv + self.step * (first + i as f32))).sum();
+        sum / self.count
     }
 
     /// Interpolates between the means over two mip levels (trilinear filtering). `sample` samples a mip level, given its
@@ -140,7 +111,7 @@ impl Probes {
         sample: impl Fn(usize, TexelView, Vec2) -> Vec4,
     ) -> Vec4 {
         let last = levels.len() as f32;
-        let level = self.level.min(last);
+        let level = libm::log2f(self.width).min(last);
         let (low, weight) = (level as usize, level.fract());
         let mut means = [Vec4::ZERO; 2];
         let count = if weight > 0.0 { 2 } else { 1 };
@@ -164,29 +135,26 @@ impl Texture {
         semantics: TexelSemantics,
     ) -> Vec4 {
         let image = &images[self.image as usize];
-        self.sample_probes(image, uv, footprint.probes(image.width, image.height), semantics)
+        self.sample_probes(image, uv, &footprint.probes(image.width, image.height), semantics)
     }
 
-    /// Returns the mean over probes around `uv`; over a point for `None`.
+    /// Returns the mean over probes around `uv`, or the value at `uv` if there are none.
     #[inline(always)]
     pub(super) fn sample_probes(
         &self,
         image: &Image,
         uv: Vec2,
-        probes: Option<Probes>,
+        probes: &Probes,
         semantics: TexelSemantics,
     ) -> Vec4 {
         let view = image.view();
-        let Some(probes) = probes else {
+        let is_normal = semantics == TexelSemantics::Normal;
+        if probes.count == 0.0 {
             let value = self.sample_view(view, uv, semantics);
-            return if semantics == TexelSemantics::Normal {
-                decode_normal(value).extend(0.0)
-            } else {
-                value
-            };
-        };
-        if semantics == TexelSemantics::Normal {
-            return self.mean_normal(image, uv, &probes);
+            return if is_normal { decode_normal(value).extend(0.0) } else { value };
+        }
+        if is_normal {
+            return self.mean_normal(image, uv, probes);
         }
         let alpha_weighted = semantics == TexelSemantics::AlphaWeightedColor;
         let encoded_bilinear = self.decode_last && self.filter == TextureFilter::Linear;
@@ -254,9 +222,9 @@ mod tests {
 
     #[test]
     fn magnified_textures_need_no_filtering() {
-        assert_eq!(Footprint::POINT.probes(4096, 4096), None);
-        assert_eq!(footprint((1e-3, 0.0), (0.0, 1e-3)).probes(1000, 999), None);
-        assert_eq!(footprint((1e-3, 0.0), (0.0, 1e-3)).probes(1, 1), None);
+        assert_eq!(Footprint::POINT.probes(4096, 4096).count, 0.0);
+        assert_eq!(footprint((1e-3, 0.0), (0.0, 1e-3)).probes(1000, 999).count, 0.0);
+        assert_eq!(footprint((1e-3, 0.0), (0.0, 1e-3)).probes(1, 1).count, 0.0);
     }
 
     #[test]
@@ -268,9 +236,9 @@ mod tests {
             let (c, s) = (libm::cosf(film), libm::sinf(film));
             let footprint =
                 Footprint { dx: (long * c + short * s) / 64.0, dy: (short * c - long * s) / 64.0 };
-            let probes = footprint.probes(64, 64).unwrap();
-            assert_eq!(probes.count, 8, "{turn}");
-            assert!((probes.level - 2.0).abs() < 1e-3, "{turn}: {probes:?}");
+            let probes = footprint.probes(64, 64);
+            assert_eq!(probes.count, 8.0, "{turn}");
+            assert!((probes.width - 4.0).abs() < 1e-3, "{turn}: {probes:?}");
             let step = probes.step * 64.0;
             assert!((step.length() - 4.0).abs() < 1e-3, "{turn}: {probes:?}");
             assert!(step.normalize().perp_dot(long.normalize()).abs() < 1e-3, "{turn}: {probes:?}");
@@ -279,8 +247,8 @@ mod tests {
 
     #[test]
     fn very_long_footprints_use_smaller_levels() {
-        let probes = footprint((0.0, 0.0), (1.0, 0.0)).probes(1024, 1024).unwrap();
-        assert_eq!((probes.count, probes.level), (16, 6.0));
+        let probes = footprint((0.0, 0.0), (1.0, 0.0)).probes(1024, 1024);
+        assert_eq!((probes.count, probes.width), (16.0, 64.0));
     }
 
     #[test]

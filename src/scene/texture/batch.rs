@@ -7,7 +7,7 @@ use std::ops::Range;
 
 use glam::{Vec2, Vec4};
 
-use crate::scene::texture::anisotropic::{Footprint, ProbeShape, decode_normal};
+use crate::scene::texture::anisotropic::{Footprint, Probes, decode_normal};
 use crate::scene::texture::image::Image;
 use crate::scene::texture::sampling::{Texture, TextureFilter, bilerp};
 use crate::scene::texture::srgb::decode_colors;
@@ -89,8 +89,6 @@ impl<const N: usize> TexelPairs<N> {
 
 /// The probes of N footprints.
 struct ProbeLanes<const N: usize> {
-    is_finite: [bool; N],
-    is_large: [bool; N],
     count: [f32; N],
     step: [[f32; N]; 2],
     width: [f32; N],
@@ -99,34 +97,21 @@ struct ProbeLanes<const N: usize> {
 impl<const N: usize> ProbeLanes<N> {
     #[inline(always)]
     fn new(coords: &SampleCoords<N>, image: &Image) -> ProbeLanes<N> {
-        let mut lanes = ProbeLanes {
-            is_finite: [false; N],
-            is_large: [false; N],
-            count: [0.0; N],
-            step: [[0.0; N]; 2],
-            width: [0.0; N],
-        };
+        let mut lanes = ProbeLanes { count: [0.0; N], step: [[0.0; N]; 2], width: [0.0; N] };
         for i in 0..N {
-            let shape = coords.footprint(i).probe_shape(image.width, image.height);
-            lanes.is_finite[i] = shape.is_finite;
-            lanes.is_large[i] = shape.is_large;
-            lanes.count[i] = shape.count;
-            lanes.step[0][i] = shape.step[0];
-            lanes.step[1][i] = shape.step[1];
-            lanes.width[i] = shape.width;
+            let Probes { count, step, width } = coords.footprint(i).probes(image.width, image.height);
+            lanes.count[i] = count;
+            lanes.step[0][i] = step.x;
+            lanes.step[1][i] = step.y;
+            lanes.width[i] = width;
         }
         lanes
     }
 
     #[inline(always)]
-    fn shape(&self, i: usize) -> ProbeShape {
-        ProbeShape {
-            is_finite: self.is_finite[i],
-            is_large: self.is_large[i],
-            count: self.count[i],
-            step: [self.step[0][i], self.step[1][i]],
-            width: self.width[i],
-        }
+    fn get(&self, i: usize) -> Probes {
+        let step = Vec2::new(self.step[0][i], self.step[1][i]);
+        Probes { count: self.count[i], step, width: self.width[i] }
     }
 }
 
@@ -143,24 +128,23 @@ impl Texture {
     ) {
         let image = &images[self.image as usize];
         let view = image.view();
-        let mut is_small = [false; N];
-        for (i, is_small) in is_small.iter_mut().enumerate() {
-            *is_small = coords.footprint(i).is_small(image.width, image.height);
+        let mut all_small = true;
+        for i in 0..N {
+            all_small &= coords.footprint(i).is_small(image.width, image.height);
         }
-        let all_small = is_small.iter().all(|is_small| *is_small);
-        let probes = if all_small { None } else { Some(ProbeLanes::new(coords, image)) };
+        let lanes = if all_small { None } else { Some(ProbeLanes::new(coords, image)) };
         let interpolated = self.filter == TextureFilter::Linear;
         let x = TexelPairs::new(self.wrap[0], &coords.uv[0], view.width);
         let y = TexelPairs::new(self.wrap[1], &coords.uv[1], view.height);
         let colors = semantics.is_color();
         for i in points {
-            if !(is_small[i] && interpolated) {
-                // No closures, which would not be compiled with the instructions of the kernel.
-                let probes = match &probes {
-                    Some(probes) if !is_small[i] => probes.shape(i).probes(),
-                    _ => None,
-                };
-                out[i] = self.sample_probes(image, coords.uv(i), probes, semantics);
+            // No closures, which would not be compiled with the instructions of the kernel.
+            let probes = match &lanes {
+                Some(lanes) => lanes.get(i),
+                None => Probes::NONE,
+            };
+            if probes.count > 0.0 || !interpolated {
+                out[i] = self.sample_probes(image, coords.uv(i), &probes, semantics);
                 continue;
             }
             let (xa, xb, fx) = x.at(i, self.wrap[0], view.width);
