@@ -77,11 +77,11 @@ pub struct Film {
 impl Film {
     /// A black film of the pixels of `window`.
     pub fn new(window: PixelRect) -> Film {
-        Film::in_memory(window, Vec::new())
+        Film::with_memory(window, Vec::new())
     }
 
     /// A black film in the memory of an earlier picture's [`Pixels::colors`].
-    pub(super) fn in_memory(window: PixelRect, mut memory: Vec<Rgba>) -> Film {
+    pub(super) fn with_memory(window: PixelRect, mut memory: Vec<Rgba>) -> Film {
         let pixels = window.width as usize * window.height as usize;
         if memory.capacity() < pixels {
             memory = vec![Rgba::ZERO; pixels];
@@ -160,7 +160,8 @@ mod tests {
     fn films_in_used_memory_are_black() {
         for used in [0, 5, 6, 100] {
             let memory = vec![Rgba::ONE; used];
-            let pixels = Film::in_memory(PixelRect { x: 1, y: 2, width: 3, height: 2 }, memory).into_pixels();
+            let pixels =
+                Film::with_memory(PixelRect { x: 1, y: 2, width: 3, height: 2 }, memory).into_pixels();
             assert_eq!(pixels, Pixels { width: 3, height: 2, colors: vec![Rgba::ZERO; 6] });
         }
     }

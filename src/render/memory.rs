@@ -1,6 +1,5 @@
 //! Memory that pictures use one after the other: new memory costs a page fault for every 4 KiB.
 
-use std::ops::{Deref, DerefMut};
 use std::sync::{Mutex, MutexGuard, PoisonError};
 
 use crate::geometry::Rgba;
@@ -33,7 +32,7 @@ impl RenderMemory {
         std::mem::take(&mut *lock(&self.film))
     }
 
-    /// Memory of one thread, which is kept when it is dropped.
+    /// Memory of one thread, which is kept when the guard is dropped.
     pub(super) fn scratch(&self) -> ScratchGuard<'_> {
         ScratchGuard { memory: self, scratch: lock(&self.scratches).pop().unwrap_or_default() }
     }
@@ -42,21 +41,7 @@ impl RenderMemory {
 /// Memory of a thread while it renders.
 pub(super) struct ScratchGuard<'m> {
     memory: &'m RenderMemory,
-    scratch: TileScratch,
-}
-
-impl Deref for ScratchGuard<'_> {
-    type Target = TileScratch;
-
-    fn deref(&self) -> &TileScratch {
-        &self.scratch
-    }
-}
-
-impl DerefMut for ScratchGuard<'_> {
-    fn deref_mut(&mut self) -> &mut TileScratch {
-        &mut self.scratch
-    }
+    pub scratch: TileScratch,
 }
 
 impl Drop for ScratchGuard<'_> {

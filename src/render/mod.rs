@@ -45,14 +45,14 @@ pub fn render(
     settings: &RenderSettings,
     monitor: &dyn ProgressMonitor,
 ) -> Result<Pixels, Cancelled> {
-    render_in_memory(&RenderMemory::default(), frame, integrator, settings, monitor)
+    render_with_memory(&RenderMemory::default(), frame, integrator, settings, monitor)
 }
 
 /// Renders a picture as [`render`] does, in the memory of earlier ones.
 ///
 /// # Errors
 /// [`Cancelled`] if `monitor` cancels.
-pub fn render_in_memory(
+pub fn render_with_memory(
     memory: &RenderMemory,
     frame: &Frame,
     integrator: &dyn Integrator,

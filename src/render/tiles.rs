@@ -42,14 +42,14 @@ pub(super) fn render_tiles(
     monitor: &dyn ProgressMonitor,
     colors: impl Fn(PixelRect, &mut TileScratch) -> Vec<Rgba> + Sync,
 ) -> Result<Pixels, Cancelled> {
-    let film = Film::in_memory(settings.window(), memory.take_film());
+    let film = Film::with_memory(settings.window(), memory.take_film());
     film.tiles(settings.tile).into_iter().par_bridge().for_each_init(
         || memory.scratch(),
-        |scratch, tile| {
+        |guard, tile| {
             if monitor.is_cancelled() {
                 return;
             }
-            film.store(&TileBuffer { tile, colors: colors(tile, scratch) });
+            film.store(&TileBuffer { tile, colors: colors(tile, &mut guard.scratch) });
             monitor.pixels_done(u64::from(tile.width) * u64::from(tile.height));
         },
     );

@@ -22,8 +22,8 @@ use crate::display::{Display, ViewTransform};
 use crate::integrator::{Aov, Frame, NeighbourFrames, Phong};
 use crate::output::{CropWindow, IdNames, Picture};
 use crate::render::{
-    AdaptiveSampling, AovLayer, ProgressMonitor, RenderMemory, RenderSettings, render_in_memory,
-    render_mattes, render_moving_aovs,
+    AdaptiveSampling, AovLayer, ProgressMonitor, RenderMemory, RenderSettings, render_mattes,
+    render_moving_aovs, render_with_memory,
 };
 use crate::scene::{
     Animation, AnimationChoice, AxisRotation, Camera, ClipBoundsCache, Environment, GroundKind,
@@ -286,7 +286,7 @@ impl<'a> RenderSession<'a> {
 
         let start = Instant::now();
         let integrator = Phong { stage: options.stage };
-        let pixels = render_in_memory(&self.memory, &frame, &integrator, settings, monitor)?;
+        let pixels = render_with_memory(&self.memory, &frame, &integrator, settings, monitor)?;
         let detail = format!("{width}x{height}, {} samples, frame {}", settings.samples, planned.number);
         log.stage("render", start, &detail);
         let empty = empty_reason(&frame, settings, &pixels, cancel)?;
