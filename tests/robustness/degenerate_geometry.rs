@@ -75,9 +75,9 @@ fn many(n: u32, corners: impl Fn(u32) -> [Vec3; 3]) -> Mesh {
     scenes::mesh((0..n).flat_map(corners).collect(), (0..n).map(|i| [3 * i, 3 * i + 1, 3 * i + 2]).collect())
 }
 
-/// Limit for the time of a hundred thousand triangles that coincide, relative to that of as many that do not, for the best of
-/// five attempts, since other tests run at the same time.
-const PLENTY: u32 = 12;
+/// Limit for the time of a hundred thousand triangles that coincide, relative to that of as many that do not. Both are the best
+/// of up to five attempts, since other tests run at the same time.
+const PLENTY: u32 = 8;
 
 /// Coincident triangles are grouped: without that, the first case takes 19 s and overflows the stack.
 #[test]
@@ -113,7 +113,7 @@ fn a_hundred_thousand_coincident_triangles_build_fast() {
             };
             let (mut took, report) = attempt();
             if name == "ordinary" {
-                ordinary = took;
+                ordinary = (1..5).fold(took, |best, _| best.min(attempt().0));
                 continue;
             }
             for _ in 1..5 {
