@@ -100,7 +100,7 @@ impl ClusterTriangles {
             cell.iter().for_each(|&i| self.add_one(all, i));
             return;
         }
-        cell.sort_unstable_by_key(|i| (bounds(i), triangle(i).to_bits(), *i));
+        cell.sort_by_cached_key(|i| (bounds(i), triangle(i).to_bits(), *i));
         for equal in cell.chunk_by(|a, b| bounds(a) == bounds(b)) {
             if let [only] = equal {
                 self.add_one(all, *only);
