@@ -6,6 +6,7 @@
 //!
 //! glibc reads tunables only from the environment of a new process. Therefore the process executes itself again, which
 //! takes two to three milliseconds. Other allocators have no tunables.
+#![cfg(all(target_os = "linux", target_env = "gnu"))]
 
 use std::ffi::{OsStr, OsString};
 use std::os::unix::ffi::OsStrExt;

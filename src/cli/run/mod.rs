@@ -11,8 +11,8 @@ mod frame_files;
 pub(super) mod framing;
 mod golden_check;
 mod ledger;
-#[cfg(all(target_os = "linux", target_env = "gnu"))]
 mod limited_shards;
+pub(super) mod loaded_scene;
 mod malloc_tuning;
 pub(super) mod memory_estimate;
 pub(super) mod metering;
