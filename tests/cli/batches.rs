@@ -46,6 +46,48 @@ fn a_folder_is_a_batch() {
     refused(&at, "render objects missing/ -o a.png", "would both be written to a.png");
 }
 
+/// With several threads, a scene is read while the one before is rendered. Images, messages and the order of both are those of
+/// a single thread, which reads each scene in its turn.
+#[test]
+fn scenes_are_reported_in_their_turn() {
+    let (_dir, at) = folder();
+    let triangle = "v 0 0 0\nv 1 0 0\nv 0 1 0\n";
+    for (name, text) in [
+        ("0.obj", format!("{triangle}f 1 2 3\n")),
+        ("1.obj", format!("mtllib missing.mtl\n{triangle}f 1 2 3\n")),
+        ("2.obj", format!("{triangle}f 1 2 9\n")),
+        ("3.gltf", "{".into()),
+        ("4.obj", format!("mtllib 4.mtl\n{triangle}f 1 3 2\n")),
+        ("5.obj", triangle.into()),
+        ("6.glb", String::new()),
+    ] {
+        fs::create_dir_all(at.join("scenes")).unwrap();
+        fs::write(at.join("scenes").join(name), text).unwrap();
+    }
+    fs::write(at.join("list"), "scenes/0.obj\nscenes/none.obj\nscenes/1.obj\nscenes/1.obj\n").unwrap();
+    for flags in ["scenes", "scenes --strict", "@list", "scenes --count 3"] {
+        let run = |threads: usize| {
+            let verb = if flags.contains("--count") { "turntable" } else { "render" };
+            let out = "out/{index}/#.png --ledger out.jsonl";
+            let output =
+                blinn(&at, &format!("{verb} {flags} --size 16x12 -s 1 --threads {threads} -o {out}"));
+            let messages = String::from_utf8(output.stderr).unwrap();
+            let messages: Vec<String> =
+                messages.lines().filter(|line| !line.starts_with("scenes: ")).map(String::from).collect();
+            let images = files(&at.join("out"));
+            let _ = fs::remove_dir_all(at.join("out"));
+            let mut scenes = ledger(&at, "out.jsonl");
+            scenes.iter_mut().for_each(|line| line["seconds"] = Value::Null);
+            (messages, output.status.code(), images, scenes)
+        };
+        let one = run(1);
+        assert!(one.0.iter().any(|line| line.contains("wrote")) && one.1 == Some(1), "{one:?}");
+        for threads in [2, 3] {
+            assert_eq!(run(threads), one, "{flags}");
+        }
+    }
+}
+
 /// `--chunk` divides the scenes of a batch: the shares together are the whole, with the same numbers.
 #[test]
 fn chunks_of_a_batch_divide_its_scenes() {

@@ -6,6 +6,7 @@ use std::time::{Duration, Instant};
 
 use anyhow::{Error, Result, anyhow};
 
+use super::imported_scene::{ImportedScene, NextScene};
 use super::ledger::{ImageCounts, LedgerEntry, PastOutcome};
 use super::panics;
 use super::progress::{Reporter, SceneLog};
@@ -15,7 +16,7 @@ use super::scene_ledger::SceneLedger;
 use crate::batch::FileDigests;
 use crate::cancellation::{CancelToken, Cancelled};
 use crate::cli::console::{scene_error, single_line};
-use crate::cli::plan::{RenderPlan, load_limits};
+use crate::cli::plan::{NumberedScene, RenderPlan, load_limits};
 use crate::cli::summary::Summary;
 use crate::import::LoadError;
 use crate::output::{SaveError, ShardWriter};
@@ -34,19 +35,23 @@ pub struct Batch<'a> {
     pub summary: &'a mut Summary,
     /// The files that the last scene was made from; empty if it was not read.
     pub scene_files: Vec<PathBuf>,
+    /// The scene that was read while the last one was rendered.
+    pub imported: Option<(usize, ImportedScene)>,
 }
 
 impl Batch<'_> {
-    /// Renders a scene and reports its outcome, unless the ledger has it.
-    pub fn render_scene(&mut self, index: usize, path: &Path) -> Result<()> {
-        let Batch { plan, reporter, .. } = *self;
-        let key = self.ledger.as_ref().map(|ledger| ledger.key(path, index)).unwrap_or_default();
-        // An archive is made as a whole.
-        let ledger = self.ledger.as_ref().filter(|_| self.shard.is_none());
-        if let Some(outcome) = ledger.and_then(|ledger| ledger.skips(key, path, index)) {
+    /// Renders a scene and reports its outcome, unless the ledger has it. Meanwhile reads the scene that follows.
+    pub fn render_scene(&mut self, scene: &NumberedScene, next: Option<&NumberedScene>) -> Result<()> {
+        let Batch { plan, reporter, timeout, .. } = *self;
+        let NumberedScene { number: index, ref path } = *scene;
+        let imported =
+            self.imported.take().filter(|(number, _)| *number == index).map(|(_, imported)| imported);
+        if let Some(outcome) = self.past_outcome(scene) {
             self.skip(path, outcome);
             return Ok(());
         }
+        let next = next.filter(|next| self.past_outcome(next).is_none());
+        let key = self.ledger.as_ref().map(|ledger| ledger.key(path, index)).unwrap_or_default();
         let since = Instant::now();
         let mut log = SceneLog::new(reporter, path, plan.strict);
         if let Some(report) = &mut self.report {
@@ -55,7 +60,8 @@ impl Batch<'_> {
         if self.report.is_some() || self.ledger.is_some() {
             log = log.collecting();
         }
-        let cancel = self.timeout.map_or_else(CancelToken::default, CancelToken::with_timeout);
+        let load_time = imported.as_ref().map_or(Duration::ZERO, |imported| imported.time);
+        let cancel = timeout.map_or_else(CancelToken::default, CancelToken::with_timeout);
         let mut job = SceneJob {
             plan,
             index,
@@ -67,16 +73,22 @@ impl Batch<'_> {
             frames: Vec::new(),
             images: ImageCounts::default(),
             cancel: cancel.clone(),
+            imported,
+            next: next.map(|next| NextScene { path: &next.path, timeout }),
+            imported_next: None,
+            waited: Duration::ZERO,
             views_shown: BTreeMap::new(),
             clip_bounds: ClipBoundsCache::cancelled_by(&cancel),
             scene_files: Vec::new(),
         };
         let outcome = panics::catch(|| job.run());
-        let outcome = match self.timeout {
+        let outcome = match timeout {
             Some(timeout) if outcome.as_ref().is_err_and(is_cancellation) => Err(timeout_error(timeout)),
             _ => outcome,
         };
+        let time = since.elapsed().saturating_sub(job.waited) + load_time;
         let images = job.images;
+        self.imported = next.and_then(|next| Some((next.number, job.imported_next.take()?)));
         self.scene_files = std::mem::take(&mut job.scene_files);
         reporter.scene_done(path);
         let failure = outcome.as_ref().err().map(|error| single_line(&scene_error(path, error)));
@@ -91,7 +103,6 @@ impl Batch<'_> {
             fail(self.summary, reporter, &Error::new(error).context("--report"));
             self.report = None;
         }
-        let time = since.elapsed();
         let failure_line = failure.as_deref();
         let entry =
             LedgerEntry { key, scene: path, index, failure: failure_line, warnings: &warnings, time, images };
@@ -104,6 +115,13 @@ impl Batch<'_> {
         }
         self.summary.add_scene(failure);
         outcome
+    }
+
+    /// The outcome for which the ledger skips a scene.
+    fn past_outcome(&self, NumberedScene { number, path }: &NumberedScene) -> Option<PastOutcome> {
+        // An archive is made as a whole.
+        let ledger = self.ledger.as_ref().filter(|_| self.shard.is_none())?;
+        ledger.skips(ledger.key(path, *number), path, *number)
     }
 
     /// Counts a scene whose outcome is known.

@@ -149,7 +149,7 @@ fn fill_shard(
     let mut overflow = None;
     while let Some(scene) = queue.pop()? {
         let start = batch.shard.as_ref().map_or(0, ShardWriter::length);
-        let outcome = batch.render_scene(scene.number, &scene.path);
+        let outcome = batch.render_scene(&scene, queue.peek()?);
         if outcome.as_ref().is_err_and(is_disk_full) {
             return Err(ShardFailure::DiskFull);
         }

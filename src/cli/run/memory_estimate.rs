@@ -26,8 +26,9 @@ const AOV_CHANNEL: u64 = 12;
 /// Per pixel for cryptomattes while they are collected and ranked.
 const CRYPTOMATTE_PIXEL: u64 = 256;
 
-/// Returns an error if rendering `frames` frames of a scene needs more memory than allowed or available.
-pub fn check(plan: &RenderPlan, scene: &Scene, frames: usize) -> Result<()> {
+/// Returns an error if rendering `frames` frames of a scene needs more memory than allowed or available, and else the bytes
+/// that are left.
+pub fn check(plan: &RenderPlan, scene: &Scene, frames: usize) -> Result<u64> {
     let needed = estimate(plan, scene, frames);
     let allowed = plan.max_memory.or_else(limit_bytes).unwrap_or(u64::MAX);
     if needed > allowed {
@@ -38,7 +39,7 @@ pub fn check(plan: &RenderPlan, scene: &Scene, frames: usize) -> Result<()> {
         };
         bail!("rendering needs about {needed} of memory, but {bound}, or use a smaller --size or fewer AOVs");
     }
-    Ok(())
+    Ok(allowed - needed)
 }
 
 /// Upper bound in bytes for rendering `frames` frames of a loaded scene.

@@ -13,6 +13,7 @@ use super::dataset::{DatasetViews, TransformsFile};
 use super::dataset_files::DatasetFiles;
 use super::empty_images::EmptyImages;
 use super::golden_check;
+use super::imported_scene::{ImportedScene, NextScene};
 use super::ledger::ImageCounts;
 use super::memory_estimate;
 use super::posed_frame::{PosedFrame, SceneSetup};
@@ -25,12 +26,11 @@ use crate::cli::args::values::DatasetFormat;
 use crate::cli::console::print_stdout;
 use crate::cli::files::create_parent_folder;
 use crate::cli::plan::{
-    BackFaceCulling, ImageCamera, OutputKind, PathConflicts, PlannedFrame, RenderPlan, Target, Writer,
-    load_limits,
+    ImageCamera, OutputKind, PathConflicts, PlannedFrame, RenderPlan, Target, Writer, load_limits,
 };
-use crate::cli::scene_file::{is_stdin, load_scene_file};
+use crate::cli::scene_file::is_stdin;
 use crate::cli::watched_files::scene_files;
-use crate::import::{LoadOptions, is_in_archive, open_input_file, open_scene_file};
+use crate::import::{is_in_archive, open_input_file, open_scene_file};
 use crate::output::{
     EncodedFile, SaveError, ShardWriter, check_overwrite, check_writable, encode_files, encode_thumbnail,
     save,
@@ -57,6 +57,14 @@ pub struct SceneJob<'a> {
     pub images: ImageCounts,
     /// Ends the work on the scene.
     pub cancel: CancelToken,
+    /// This scene, if it was read ahead.
+    pub imported: Option<ImportedScene>,
+    /// The scene to read while this one is rendered.
+    pub next: Option<NextScene<'a>>,
+    /// That scene, once it is read.
+    pub imported_next: Option<ImportedScene>,
+    /// Time in which nothing but that scene was worked on.
+    pub waited: Duration,
     /// The images of a dataset that are known, by file name: true if they show something.
     pub views_shown: BTreeMap<String, bool>,
     /// Bounds over the clip, which all parts of the work share. Cancelled by `cancel`.
@@ -94,7 +102,13 @@ impl SceneJob<'_> {
         if let Some(frames) = known.as_ref().filter(|frames| is_done(frames) || self.plan.dry_run) {
             return self.list(frames);
         }
-        let scene = load_scene(self.plan, self.path, self.log, &self.cancel)?;
+        let imported = match self.imported.take() {
+            Some(imported) => imported,
+            None => {
+                ImportedScene::read(self.plan, self.path, load_limits(self.plan.max_memory), &self.cancel)?
+            }
+        };
+        let scene = imported.report(self.log)?;
         self.scene_files = scene_files(self.path, scene.source.file_names());
         // If a file was replaced after its hash was compared, compare again.
         let is_unchanged = self.digests.record(self.path, &scene.source);
@@ -109,10 +123,26 @@ impl SceneJob<'_> {
             return self.list(&frames);
         }
         self.check_files(&scene, &frames)?;
-        if !frames.is_empty() {
-            self.render(&scene, &frames)?;
+        if frames.is_empty() {
+            return self.write_files(&scene);
         }
-        if let Some(transforms) = self.transforms_file(&scene) {
+        let memory_left = memory_estimate::check(self.plan, &scene, frames.len())?;
+        let (plan, next) = (self.plan, self.next);
+        let ((outcome, end), imported_next) = rayon::join(
+            || {
+                let outcome = self.render(&scene, &frames).and_then(|()| self.write_files(&scene));
+                (outcome, Instant::now())
+            },
+            || next.and_then(|next| next.read(plan, memory_left)),
+        );
+        self.imported_next = imported_next;
+        self.waited = end.elapsed();
+        outcome
+    }
+
+    /// Writes the files that describe all images.
+    fn write_files(&self, scene: &Scene) -> Result<()> {
+        if let Some(transforms) = self.transforms_file(scene) {
             for file in (DatasetFiles { transforms: &transforms, log: self.log })
                 .write(&self.clip_bounds, &self.cancel)?
             {
@@ -120,7 +150,7 @@ impl SceneJob<'_> {
             }
         }
         // transforms.json comes last: if it exists, all images do.
-        if let Some(transforms) = self.transforms_file(&scene)
+        if let Some(transforms) = self.transforms_file(scene)
             && self.plan.formats.has(DatasetFormat::Nerf)
             && let Some(file) = transforms.write(&self.clip_bounds, &self.views_shown)?
         {
@@ -182,7 +212,6 @@ impl SceneJob<'_> {
     /// previous one is encoded and written.
     fn render(&mut self, scene: &Scene, frames: &[PlannedFrame]) -> Result<()> {
         let (path, reporter) = (self.path, self.log.reporter);
-        memory_estimate::check(self.plan, scene, frames.len())?;
         reporter.begin_frames(path, frames.len());
         let (session, start) =
             RenderSession::new(self.plan, scene, frames.len(), self.log, &self.clip_bounds, &self.cancel)?;
@@ -431,34 +460,6 @@ pub fn image_fingerprint(
     let fingerprint = fingerprint(hash, path, &scene.source)?;
     let is_marked = is_empty && plan.dataset.is_some();
     Some(if is_marked { mark_empty(&fingerprint) } else { fingerprint })
-}
-
-/// Reads a scene and removes hidden objects.
-pub fn load_scene(plan: &RenderPlan, path: &Path, log: &SceneLog, cancel: &CancelToken) -> Result<Scene> {
-    let start = Instant::now();
-    let options = &plan.options;
-    let limits = load_limits(plan.max_memory);
-    let load_options = LoadOptions { limits, cancel: cancel.clone(), ..options.load.clone() };
-    let (mut scene, warnings) = load_scene_file(path, &load_options)?;
-    let is_empty = scene.instances.is_empty();
-    prepare_scene(plan, &mut scene)?;
-    log.stage("load", start, &format!("{} triangles", scene.instanced_triangle_count()));
-    log.warn_of_import(warnings)?;
-    if is_empty {
-        log.warn("nothing to render: no node of the scene has a mesh with triangles")?;
-    } else if scene.instances.is_empty() {
-        log.warn("nothing to render: --hide and --only-objects exclude all objects")?;
-    }
-    Ok(scene)
-}
-
-/// Removes hidden objects, and applies --cull back.
-pub fn prepare_scene(plan: &RenderPlan, scene: &mut Scene) -> Result<()> {
-    scene.select(&plan.options.selection)?;
-    if plan.options.cull == BackFaceCulling::All {
-        scene.materials.iter_mut().for_each(|material| material.double_sided = false);
-    }
-    Ok(())
 }
 
 /// The scene at `time`: the previous frame or the start of the clip if that shows the same, else posed anew with the

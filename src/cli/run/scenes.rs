@@ -12,7 +12,7 @@ use super::scene_ledger::SceneLedger;
 use super::shard_batch::render_shards;
 use crate::bench::memory::peak_bytes;
 use crate::cli::args::ProcessArgs;
-use crate::cli::plan::{NumberedScene, RenderPlan};
+use crate::cli::plan::RenderPlan;
 use crate::cli::summary::Summary;
 use crate::cli::usage::UsageError;
 
@@ -41,8 +41,17 @@ pub fn render_scenes(
     };
     let timeout =
         process.timeout.map(|seconds| Duration::try_from_secs_f64(seconds).unwrap_or(Duration::MAX));
-    let mut batch =
-        Batch { plan, reporter, report, ledger, timeout, shard: None, summary, scene_files: Vec::new() };
+    let mut batch = Batch {
+        plan,
+        reporter,
+        report,
+        ledger,
+        timeout,
+        shard: None,
+        summary,
+        scene_files: Vec::new(),
+        imported: None,
+    };
     let range = plan.scene_range();
     let scenes = plan.numbered_scenes().skip(range.start).take(range.len());
     match &plan.outputs.shards {
@@ -51,12 +60,13 @@ pub fn render_scenes(
             None => render_shards(&mut batch, shards, scenes)?,
         },
         None => {
-            for scene in scenes {
-                let NumberedScene { number, path } = scene?;
-                let outcome = batch.render_scene(number, &path);
+            let mut scenes = scenes.peekable();
+            while let Some(scene) = scenes.next().transpose()? {
+                let next = scenes.peek().and_then(|next| next.as_ref().ok());
+                let outcome = batch.render_scene(&scene, next);
                 if outcome.as_ref().is_err_and(is_disk_full) {
                     // Nothing more can be written, and one error for it is enough.
-                    batch.summary.not_started = range.end - number;
+                    batch.summary.not_started = range.end - scene.number;
                     break;
                 }
             }

@@ -94,9 +94,9 @@ fn fill_shard(batch: &mut Batch, file: &Path, scenes: &[NumberedScene]) -> Resul
     check_overwrite(file, batch.plan.outputs.replace).map_err(Error::new)?;
     create_parent_folder(file)?;
     batch.shard = Some(ShardWriter::new(file).with_context(cannot_be_written)?);
-    for NumberedScene { number, path } in scenes {
+    for (i, scene) in scenes.iter().enumerate() {
         let start = batch.shard.as_ref().map_or(0, ShardWriter::length);
-        let Err(error) = batch.render_scene(*number, path) else { continue };
+        let Err(error) = batch.render_scene(scene, scenes.get(i + 1)) else { continue };
         if is_disk_full(&error) {
             return Err(ShardFailure::OfScene(error));
         }

@@ -4,7 +4,7 @@ use std::io::IsTerminal;
 use std::path::Path;
 use std::sync::atomic::{AtomicU64, Ordering};
 use std::sync::{Mutex, MutexGuard};
-use std::time::Instant;
+use std::time::Duration;
 
 use indicatif::{ProgressBar, ProgressStyle};
 use serde_json::{Value, json};
@@ -109,8 +109,8 @@ impl Reporter {
     }
 
     /// Reports the time of a stage, for --perf.
-    pub fn stage(&self, name: &str, since: Instant, detail: &str) {
-        self.perf(&format!("{name:<8} {:>10.1} ms  {detail}", since.elapsed().as_secs_f64() * 1e3));
+    pub fn stage(&self, name: &str, time: Duration, detail: &str) {
+        self.perf(&format!("{name:<8} {:>10.1} ms  {detail}", time.as_secs_f64() * 1e3));
     }
 
     /// Reports any line of --perf.
