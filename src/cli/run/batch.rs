@@ -117,9 +117,8 @@ impl Batch<'_> {
         outcome
     }
 
-    /// The outcome for which the ledger skips a scene.
-    fn past_outcome(&self, NumberedScene { number, path }: &NumberedScene) -> Option<PastOutcome> {
-        // An archive is made as a whole.
+    /// The outcome for which the ledger skips a scene. `None` while an archive is written, which is made as a whole.
+    pub fn past_outcome(&self, NumberedScene { number, path }: &NumberedScene) -> Option<PastOutcome> {
         let ledger = self.ledger.as_ref().filter(|_| self.shard.is_none())?;
         ledger.skips(ledger.key(path, *number), path, *number)
     }

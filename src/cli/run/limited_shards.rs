@@ -11,7 +11,7 @@ use serde_json::Value;
 
 use super::batch::{Batch, fail, is_disk_full};
 use super::ledger::PastOutcome;
-use super::shard_batch::{is_description, past_outcomes};
+use super::shard_batch::is_description;
 use crate::batch::FileDigests;
 use crate::cli::files::create_parent_folder;
 use crate::cli::plan::{NumberedScene, ShardPlan, load_limits, sample_key};
@@ -289,5 +289,5 @@ fn proves_end(
 
 /// Returns true if the ledger says that a scene fails and is not to be tried again.
 fn has_failed(batch: &Batch, scene: &NumberedScene) -> bool {
-    past_outcomes(batch, std::slice::from_ref(scene)) == [Some(PastOutcome::Failed)]
+    batch.past_outcome(scene) == Some(PastOutcome::Failed)
 }

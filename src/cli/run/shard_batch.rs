@@ -50,7 +50,7 @@ fn render_shard(batch: &mut Batch, file: &Path, scenes: &[NumberedScene]) -> Res
         return print_stdout(format!("{}\n", file.display()).as_bytes());
     }
     if batch.plan.outputs.resume && file.is_file() {
-        let past = past_outcomes(batch, scenes);
+        let past: Vec<_> = scenes.iter().map(|scene| batch.past_outcome(scene)).collect();
         let is_known = past.iter().all(Option::is_some);
         if is_known || is_current(batch, file, scenes, &past) {
             for (scene, outcome) in scenes.iter().zip(past) {
@@ -113,15 +113,6 @@ fn fill_shard(batch: &mut Batch, file: &Path, scenes: &[NumberedScene]) -> Resul
         ledger.append().context("--ledger")?;
     }
     Ok(())
-}
-
-/// The outcomes for which the ledger skips scenes.
-pub fn past_outcomes(batch: &Batch, scenes: &[NumberedScene]) -> Vec<Option<PastOutcome>> {
-    let outcome = |NumberedScene { number, path }: &NumberedScene| {
-        let ledger = batch.ledger.as_ref()?;
-        ledger.skips(ledger.key(path, *number), path, *number)
-    };
-    scenes.iter().map(outcome).collect()
 }
 
 /// Returns true if an archive holds the images of exactly these scenes, made from the same files with the same settings.
