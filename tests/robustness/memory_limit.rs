@@ -29,13 +29,8 @@ const SCENES: [(&str, &str); 11] = [
 fn run(folder: &Path, (scene, flags): (&str, &str), allowed: u64) -> Result<String, String> {
     let scene = if scene.starts_with('@') { scene.into() } else { model_path(scene) };
     let mut command = Command::new(env!("CARGO_BIN_EXE_blinn"));
-    command.arg("render").arg(scene).args(flags.split_whitespace()).args([
-        "-s",
-        "1",
-        "-o",
-        "{index}.exr",
-        "--perf",
-    ]);
+    let common = "-s 1 -o {index}.exr --perf".split(' ');
+    command.arg("render").arg(scene).args(flags.split_whitespace()).args(common);
     command.args(["--max-memory", &allowed.to_string(), "--threads", "2"]).current_dir(folder);
     let output = command.output().unwrap();
     let messages = String::from_utf8(output.stderr).unwrap();
@@ -203,8 +198,7 @@ fn keeps_within(case: (&str, &str)) -> u64 {
     allowed
 }
 
-/// Batches free the memory of each scene. The peak is at most a fifth above that of the largest scene, while another is
-/// read.
+/// Batches free the memory of each scene. The peak is at most 1.15 times that of the largest scene, while another is read.
 #[cfg(target_env = "gnu")]
 #[test]
 fn a_batch_needs_hardly_more_memory_than_its_largest_scene() {
@@ -239,5 +233,5 @@ fn a_batch_needs_hardly_more_memory_than_its_largest_scene() {
     let many: Vec<&str> = FILES.into_iter().cycle().take(60).collect();
     let batch = peak(&many);
     println!("{largest} bytes at most for one scene and the next, {batch} in a batch");
-    assert!(batch < 1.2 * largest, "{batch} of {largest} bytes");
+    assert!(batch < 1.15 * largest, "{batch} of {largest} bytes");
 }
