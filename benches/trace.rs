@@ -5,8 +5,6 @@
 use std::hint::black_box;
 
 use blinn::accel::{Accel, AccelSettings};
-use blinn::bench::scenes::SceneKind;
-use blinn::bench::{BenchStage, RaySet, RaySets, Workload};
 use blinn::geometry::Rgba;
 use blinn::import::{LoadOptions, load};
 use blinn::integrator::{Frame, Integrator, LowDiscrepancySampler, Phong, Sample, Scratch};
@@ -16,6 +14,8 @@ use blinn::scene::{
     Keyframes, Lighting, Material, Mesh, MipMaps, MorphTarget, Node, PoseSettings, PosedScene, Scene,
     TexelSemantics, Texels, Texture, TextureRef, UvTransform, View, pose,
 };
+use blinn_bench::scenes::SceneKind;
+use blinn_bench::{BenchStage, RaySet, RaySets, Workload};
 use criterion::{BatchSize, Criterion, Throughput, criterion_group, criterion_main};
 use glam::{DVec3, Quat, Vec2, Vec3};
 

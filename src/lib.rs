@@ -107,22 +107,24 @@
 #![deny(unsafe_code)]
 #![warn(missing_docs)]
 
-pub(crate) mod simd;
 /// Vectors and matrices of the public API.
 pub use glam;
 
-pub mod accel;
-pub mod batch;
-pub mod bench;
-pub mod cancellation;
-pub mod cli;
-pub mod compare;
-pub mod display;
-pub mod geometry;
-pub mod import;
-pub mod integrator;
-pub mod output;
-#[cfg(feature = "python")]
-mod python;
-pub mod render;
-pub mod scene;
+#[doc(inline)]
+pub use blinn_accel as accel;
+#[doc(inline)]
+pub use blinn_core::{cancellation, geometry};
+#[doc(inline)]
+pub use blinn_import as import;
+#[doc(inline)]
+pub use blinn_output as output;
+#[doc(inline)]
+pub use blinn_output::{compare, datasets};
+#[doc(inline)]
+pub use blinn_render as render;
+#[doc(inline)]
+pub use blinn_render::{display, integrator};
+#[doc(inline)]
+pub use blinn_scene as scene;
+#[doc(inline)]
+pub use blinn_session as session;

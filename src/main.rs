@@ -1,5 +1,5 @@
 //! The program `blinn`: see `blinn --help`.
 
 fn main() -> std::process::ExitCode {
-    blinn::cli::run()
+    blinn_cli::run()
 }

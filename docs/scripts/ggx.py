@@ -60,7 +60,7 @@ def ggx(metallic, roughness, angle):
 
 
 def ours(metallic, roughness):
-    """The mapping of src/integrator/material/evaluator.rs."""
+    """The mapping of src/render/integrator/material/evaluator.rs."""
     alpha, f0 = max(roughness, 0.1) ** 2, f0_of(metallic)
     p = 2 / alpha**2 - 2
     return BASE * (1 - metallic) * (1 - 0.04) + 0.35 * f0 * alpha, f0 * (1 - alpha) * (p + 2) / 8, p

@@ -1,7 +1,7 @@
 """Writes display colours of Blender's own OpenColorIO configuration as tables for the unit tests.
 
     pip install opencolorio numpy
-    python docs/scripts/view_reference.py PATH/datafiles/colormanagement/config.ocio src/display/testdata
+    python docs/scripts/view_reference.py PATH/datafiles/colormanagement/config.ocio src/render/display/testdata
 
 The configuration comes with Blender (tables measured with 5.0.1 and PyOpenColorIO 2.6.0). Colours are
 scene-linear Rec.709; results are sRGB, encoded, as computed in float and not rounded to bytes.

@@ -8,13 +8,13 @@ use std::marker::PhantomData;
 
 use glam::{DVec3, Vec3};
 
-use crate::accel::bvh::bvh8::{Bvh8, Bvh8Node, WIDTH, plane_row};
-use crate::accel::bvh::scene_bvh::SceneBvh;
-use crate::accel::traverse::box_test::NodeTest;
-use crate::accel::traverse::bvh8_traversal::{LeafVisitor, TraversalStack};
-use crate::geometry::Ray;
-use crate::simd::vec3::per_axis;
-use crate::simd::{Lanes, Simd, SimdKernel};
+use crate::bvh::bvh8::{Bvh8, Bvh8Node, WIDTH, plane_row};
+use crate::bvh::scene_bvh::SceneBvh;
+use crate::traverse::box_test::NodeTest;
+use crate::traverse::bvh8_traversal::{LeafVisitor, TraversalStack};
+use blinn_core::geometry::Ray;
+use blinn_core::simd::vec3::per_axis;
+use blinn_core::simd::{Lanes, Simd, SimdKernel};
 
 /// The side planes of a frustum between four rays that share an origin or a direction.
 struct Frustum([Plane; 4]);
@@ -35,7 +35,7 @@ const SLACK: f64 = 1e-5;
 
 /// [`Accel::may_intersect`] at a SIMD level.
 ///
-/// [`Accel::may_intersect`]: crate::accel::Accel::may_intersect
+/// [`Accel::may_intersect`]: crate::Accel::may_intersect
 pub(crate) struct FrustumKernel<'a> {
     pub bvh: &'a SceneBvh,
     pub corner_rays: &'a [Ray; 4],
@@ -60,7 +60,7 @@ impl SimdKernel for FrustumKernel<'_> {
 struct PlaneTest {
     /// For each axis the row of [`Bvh8Node::rows`] with the sides of boxes that are innermost.
     ///
-    /// [`Bvh8Node::rows`]: crate::accel::bvh::bvh8::Bvh8Node::rows
+    /// [`Bvh8Node::rows`]: crate::bvh::bvh8::Bvh8Node::rows
     rows: [usize; 3],
     n: Vec3,
     /// Boxes are outside where n·p of their innermost corner is less than this.

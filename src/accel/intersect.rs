@@ -1,18 +1,18 @@
 //! Closest hits of a batch of rays: ray packets in the world BVHs, ray streams elsewhere.
 
-use crate::accel::bvh::scene_bvh::SceneBvh;
-use crate::accel::packet;
-use crate::accel::packet_splitter::{PacketSplitter, can_trace_packet};
-use crate::accel::ray_batch::{HitBatch, HitFilter, RayBatch};
-use crate::accel::ray_spread::TriangleDensity;
-use crate::accel::scratch::TraceScratch;
-use crate::accel::single_ray_tracer::SingleRayTracer;
-use crate::accel::stream::{ClosestHitStream, Streams};
-use crate::simd::{Simd, SimdKernel};
+use crate::bvh::scene_bvh::SceneBvh;
+use crate::packet;
+use crate::packet_splitter::{PacketSplitter, can_trace_packet};
+use crate::ray_batch::{HitBatch, HitFilter, RayBatch};
+use crate::ray_spread::TriangleDensity;
+use crate::scratch::TraceScratch;
+use crate::single_ray_tracer::SingleRayTracer;
+use crate::stream::{ClosestHitStream, Streams};
+use blinn_core::simd::{Simd, SimdKernel};
 
 /// [`Accel::intersect`] at a SIMD level.
 ///
-/// [`Accel::intersect`]: crate::accel::Accel::intersect
+/// [`Accel::intersect`]: crate::Accel::intersect
 pub(crate) struct IntersectKernel<'a> {
     pub bvh: &'a SceneBvh,
     pub rays: &'a RayBatch,

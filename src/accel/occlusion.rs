@@ -3,17 +3,17 @@
 
 use std::ops::Range;
 
-use crate::accel::bvh::scene_bvh::SceneBvh;
-use crate::accel::packet::{self, PACKET_SIZE, PacketOcclusion};
-use crate::accel::packet_splitter::{PacketSplitter, can_trace_packet};
-use crate::accel::ray_batch::{Coherence, HitFilter, ShadowRayBatch};
-use crate::accel::ray_spread::TriangleDensity;
-use crate::accel::scratch::TraceScratch;
-use crate::accel::single_ray_tracer::SingleRayTracer;
-use crate::accel::stream::{AnyHitStream, STREAM_RAYS, Streams};
-use crate::accel::traverse::translucent_hits::Transmittance;
-use crate::geometry::Rgb;
-use crate::simd::{Simd, SimdKernel};
+use crate::bvh::scene_bvh::SceneBvh;
+use crate::packet::{self, PACKET_SIZE, PacketOcclusion};
+use crate::packet_splitter::{PacketSplitter, can_trace_packet};
+use crate::ray_batch::{Coherence, HitFilter, ShadowRayBatch};
+use crate::ray_spread::TriangleDensity;
+use crate::scratch::TraceScratch;
+use crate::single_ray_tracer::SingleRayTracer;
+use crate::stream::{AnyHitStream, STREAM_RAYS, Streams};
+use crate::traverse::translucent_hits::Transmittance;
+use blinn_core::geometry::Rgb;
+use blinn_core::simd::{Simd, SimdKernel};
 
 /// The answer for a shadow ray: `bool` for occlusion by opaque surfaces, [`Rgb`] for transmittance.
 pub(crate) trait ShadowRayAnswer: Sized {
@@ -48,8 +48,8 @@ impl ShadowRayAnswer for Rgb {
 
 /// [`Accel::occluded`] and [`Accel::transmittance`] at a SIMD level.
 ///
-/// [`Accel::occluded`]: crate::accel::Accel::occluded
-/// [`Accel::transmittance`]: crate::accel::Accel::transmittance
+/// [`Accel::occluded`]: crate::Accel::occluded
+/// [`Accel::transmittance`]: crate::Accel::transmittance
 pub(crate) struct ShadowRayKernel<'a, A> {
     pub bvh: &'a SceneBvh,
     pub rays: &'a ShadowRayBatch,

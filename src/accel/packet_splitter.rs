@@ -2,9 +2,9 @@
 
 use std::ops::Range;
 
-use crate::accel::bvh::scene_bvh::SceneBvh;
-use crate::accel::packet::{PACKET_SIZE, RAYS_PER_GROUP};
-use crate::accel::ray_batch::Coherence;
+use crate::bvh::scene_bvh::SceneBvh;
+use crate::packet::{PACKET_SIZE, RAYS_PER_GROUP};
+use crate::ray_batch::Coherence;
 
 /// Ranges of fewer rays are not tried as packets.
 const MIN_PACKET_RAYS: usize = 9;

@@ -4,7 +4,7 @@
 
 use glam::Vec3;
 
-use crate::geometry::{Hit, HitId};
+use blinn_core::geometry::{Hit, HitId};
 
 /// The origin or direction that all rays of a batch share, so that they can be traced as ray packets.
 #[derive(Clone, Copy, Debug, PartialEq)]

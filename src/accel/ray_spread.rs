@@ -7,10 +7,10 @@ use std::ops::Range;
 
 use glam::Vec3;
 
-use crate::accel::bvh::aabb::Aabb;
-use crate::accel::bvh::blas::Blas;
-use crate::accel::bvh::scene_bvh::SceneBvh;
-use crate::accel::ray_batch::{Coherence, RayBatch, ShadowRayBatch};
+use crate::bvh::aabb::Aabb;
+use crate::bvh::blas::Blas;
+use crate::bvh::scene_bvh::SceneBvh;
+use crate::ray_batch::{Coherence, RayBatch, ShadowRayBatch};
 
 /// Rays with more triangles for each of them than this are faster as streams.
 const MAX_SPREAD: f32 = 4.0;

@@ -2,8 +2,8 @@
 
 use std::cell::Cell;
 
-use crate::accel::packet::PacketScratch;
-use crate::accel::stream::StreamScratch;
+use crate::packet::PacketScratch;
+use crate::stream::StreamScratch;
 
 /// Memory for packets and streams. It takes longer to clear than to trace a small batch in, so that threads keep it.
 #[derive(Debug, Default)]

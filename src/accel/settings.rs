@@ -1,6 +1,6 @@
 //! Settings of BVH construction and traversal.
 
-use crate::simd::SimdLevel;
+use blinn_core::simd::SimdLevel;
 
 /// How BVHs are built and traversed.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]

@@ -1,13 +1,13 @@
 //! Traces single rays through all BVHs of a scene.
 
-use crate::accel::bvh::blas::Blas;
-use crate::accel::bvh::scene_bvh::SceneBvh;
-use crate::accel::ray_batch::{Coherence, HitFilter, ShadowRayBatch};
-use crate::accel::traverse::bvh8_traversal::TraversalStack;
-use crate::accel::traverse::exact_triangle_test::LocalRay;
-use crate::accel::traverse::query::{AnyHit, FilteredRay, RayQuery};
-use crate::accel::traverse::translucent_hits::Transmittance;
-use crate::simd::Simd;
+use crate::bvh::blas::Blas;
+use crate::bvh::scene_bvh::SceneBvh;
+use crate::ray_batch::{Coherence, HitFilter, ShadowRayBatch};
+use crate::traverse::bvh8_traversal::TraversalStack;
+use crate::traverse::exact_triangle_test::LocalRay;
+use crate::traverse::query::{AnyHit, FilteredRay, RayQuery};
+use crate::traverse::translucent_hits::Transmittance;
+use blinn_core::simd::Simd;
 
 /// The BVHs of a scene with the memory that traversal needs, ray after ray.
 pub(crate) struct SingleRayTracer<'a> {

@@ -2,8 +2,8 @@
 
 use glam::DVec3;
 
-use crate::geometry::Aabb;
-use crate::scene::{Orbit, View};
+use blinn_core::geometry::Aabb;
+use blinn_scene::{Orbit, View};
 
 /// The least extent of the box that cameras are placed in along an axis, as a fraction of the largest.
 const MIN_EXTENT: f64 = 0.1;

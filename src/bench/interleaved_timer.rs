@@ -2,11 +2,11 @@
 
 use std::time::Instant;
 
-use crate::bench::calibration::Calibration;
-use crate::bench::cpu_wait::CpuTimes;
-use crate::bench::energy::EnergyMeter;
-use crate::bench::memory;
-use crate::bench::stats::median;
+use crate::calibration::Calibration;
+use crate::cpu_wait::CpuTimes;
+use crate::energy::EnergyMeter;
+use crate::memory;
+use crate::stats::median;
 
 /// Fewest samples per measurement.
 const MIN_SAMPLES: usize = 3;

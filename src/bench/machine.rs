@@ -4,7 +4,7 @@ use std::fs;
 
 use super::memory;
 use super::results::Machine;
-use crate::accel::SimdLevel;
+use blinn_accel::SimdLevel;
 
 impl Machine {
     /// Describes this machine. Systems other than Linux report defaults for some fields.

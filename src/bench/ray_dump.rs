@@ -6,12 +6,12 @@ use super::npz::{NpyArray, NpyType};
 use super::rays::{RaySet, RaySets, TileBatch};
 use super::record::MeasureError;
 use super::stage::BenchStage;
-use crate::accel::{Accel, AccelSettings, Coherence, RayBatch, ShadowRayBatch, SimdLevel};
-use crate::geometry::{Hit, HitId, Ray};
-use crate::import::{LoadOptions, Warning, load};
-use crate::integrator::{Frame, MaterialHitFilter, SurfacePoint};
-use crate::render::RenderSettings;
-use crate::scene::{Lighting, PoseSettings, PosedScene, View, pose};
+use blinn_accel::{Accel, AccelSettings, Coherence, RayBatch, ShadowRayBatch, SimdLevel};
+use blinn_core::geometry::{Hit, HitId, Ray};
+use blinn_import::{LoadOptions, Warning, load};
+use blinn_render::RenderSettings;
+use blinn_render::integrator::{Frame, MaterialHitFilter, SurfacePoint};
+use blinn_scene::{Lighting, PoseSettings, PosedScene, View, pose};
 
 /// Bytes of all arrays for each ray.
 const BYTES_PER_RAY: u64 = 75;

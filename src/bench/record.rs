@@ -6,9 +6,9 @@ use super::stage::BenchStage;
 use super::stage_record::{StageKey, StageRecord, StageWork};
 use super::work_hash::WorkHash;
 use super::workload::Workload;
-use crate::import::LoadError;
-use crate::render::Cancelled;
-use crate::scene::{PoseError, ViewError};
+use blinn_import::LoadError;
+use blinn_render::Cancelled;
+use blinn_scene::{PoseError, ViewError};
 
 /// Why a scene could not be measured.
 #[derive(Debug, thiserror::Error)]

@@ -100,7 +100,7 @@ pub struct BvhResults {
     pub bytes: u64,
     /// Bytes per triangle in the BVHs.
     pub bytes_per_triangle: Option<f64>,
-    /// [`crate::accel::Accel::sah_cost`].
+    /// [`blinn_accel::Accel::sah_cost`].
     pub sah_cost: Option<f64>,
 }
 

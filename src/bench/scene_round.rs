@@ -12,14 +12,14 @@ use super::stage::BenchStage;
 use super::stage_record::{StageKey, StageWork};
 use super::work_hash::WorkHash;
 use super::workload::Workload;
-use crate::accel::{Accel, AccelSettings, AccelStats};
-use crate::display::{Background, Display, ViewTransform};
-use crate::geometry::Rgb;
-use crate::import::load;
-use crate::integrator::{Aov, Frame, Phong};
-use crate::output::{BitDepth, ImageFormat, Picture};
-use crate::render::{RenderSettings, meter, render, render_aovs};
-use crate::scene::{Lighting, PoseSettings, PosedScene, Scene, View, pose};
+use blinn_accel::{Accel, AccelSettings, AccelStats};
+use blinn_core::geometry::Rgb;
+use blinn_import::load;
+use blinn_output::{BitDepth, ImageFormat, Picture};
+use blinn_render::display::{Background, Display, ViewTransform};
+use blinn_render::integrator::{Aov, Frame, Phong};
+use blinn_render::{RenderSettings, meter, render, render_aovs};
+use blinn_scene::{Lighting, PoseSettings, PosedScene, Scene, View, pose};
 
 /// One round of a scene.
 pub(super) struct SceneRound<'a> {

@@ -1,9 +1,9 @@
 //! Settings of a benchmark run, and the interface that receives its progress.
 
 use super::workload::Workload;
-use crate::accel::SimdLevel;
-use crate::import::{LoadOptions, Warning};
-use crate::render::RenderSettings;
+use blinn_accel::SimdLevel;
+use blinn_import::{LoadOptions, Warning};
+use blinn_render::RenderSettings;
 
 /// Settings of a benchmark run.
 #[derive(Clone, Debug)]

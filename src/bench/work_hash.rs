@@ -4,7 +4,7 @@ use std::fmt;
 
 use twox_hash::XxHash3_128;
 
-use crate::geometry::{Hit, Rgba};
+use blinn_core::geometry::{Hit, Rgba};
 
 /// A 128-bit hash (XXH3) of hits, of occlusion or of an image. It depends neither on the number of threads nor on the
 /// SIMD level or the processor.
@@ -69,7 +69,7 @@ impl fmt::Debug for WorkHash {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::geometry::HitId;
+    use blinn_core::geometry::HitId;
 
     /// Every bit of t, the ids and their order count.
     #[test]

@@ -15,10 +15,10 @@ use super::scene_file::load_scene_file;
 use super::summary::Summary;
 use super::usage::UsageError;
 use super::warning_filter::WarningFilter;
-use crate::accel::BuildReport;
-use crate::import::{GlassMode, LoadOptions, Warning, refracts_if_closed};
-use crate::scene::pose;
-use crate::scene::{
+use blinn_accel::BuildReport;
+use blinn_import::{GlassMode, LoadOptions, Warning, refracts_if_closed};
+use blinn_scene::pose;
+use blinn_scene::{
     AnimationChoice, FileProjection, PoseSettings, PosedScene, Reflectance, Scene, SourceFormat,
 };
 
@@ -128,7 +128,6 @@ pub fn comparable_properties(scene: &Scene, warnings: &[Warning], mode: GlassMod
 }
 
 /// Properties of a posed scene with the ids of its AOVs.
-#[cfg(feature = "python")]
 pub fn scene_properties(posed: &PosedScene, warnings: &[String], mode: GlassMode) -> Value {
     let mut all = properties(posed, &BuildReport::count_degenerate(posed), warnings, mode);
     all.remove("file");

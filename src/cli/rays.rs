@@ -14,10 +14,10 @@ use super::run::panics;
 use super::scene_file::is_stdin;
 use super::summary::Summary;
 use super::usage::UsageError;
-use crate::bench::npz::write_npz;
-use crate::bench::{BenchStage, DumpSettings, dump_rays};
-use crate::import::LoadOptions;
-use crate::output::{Overwrite, check_writable, write_atomically};
+use blinn_bench::npz::write_npz;
+use blinn_bench::{BenchStage, DumpSettings, dump_rays};
+use blinn_import::LoadOptions;
+use blinn_output::{Overwrite, check_writable, write_atomically};
 
 pub fn run(args: &RaysArgs) -> Result<Summary, UsageError> {
     if is_stdin(&args.scene) {

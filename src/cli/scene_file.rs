@@ -3,8 +3,8 @@
 use std::io::{Read, stdin};
 use std::path::Path;
 
-use crate::import::{LoadError, LoadOptions, Warning, load, load_bytes};
-use crate::scene::Scene;
+use blinn_import::{LoadError, LoadOptions, Warning, load, load_bytes};
+use blinn_scene::Scene;
 
 /// Path that stands for standard input, as on Linux and macOS. The argument `-` is short for it.
 const STDIN: &str = "/dev/stdin";

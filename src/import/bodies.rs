@@ -5,7 +5,7 @@ use std::collections::HashMap;
 use glam::Vec3;
 
 use super::GlassMode;
-use crate::scene::{Material, Mesh, Reflectance, Scene};
+use blinn_scene::{Material, Mesh, Reflectance, Scene};
 
 /// Sets [`Mesh::is_body`] of all meshes.
 ///

@@ -7,8 +7,8 @@ use quick_xml::Reader;
 use quick_xml::events::{BytesStart, Event};
 
 use super::error::LoadError;
-use crate::import::files::read_file::read_scene_file;
-use crate::scene::{Projection, View};
+use crate::files::read_file::read_scene_file;
+use blinn_scene::{Projection, View};
 
 /// Largest XML file in bytes.
 const MAX_BYTES: u64 = 1 << 20;

@@ -6,7 +6,7 @@ use std::hash::{BuildHasherDefault, DefaultHasher, Hash, Hasher};
 use std::io;
 use std::path::{Path, PathBuf};
 
-use crate::cancellation::Cancelled;
+use blinn_core::cancellation::Cancelled;
 
 /// The reason why a file was not loaded.
 #[derive(Debug, thiserror::Error)]

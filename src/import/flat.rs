@@ -1,6 +1,6 @@
 //! Flat shading with explicit normals: a normal map needs a tangent frame at every corner.
 
-use crate::scene::{Influences, Mesh, MorphTarget};
+use blinn_scene::{Influences, Mesh, MorphTarget};
 
 /// Stores three vertices per triangle, each with the face normal.
 pub(super) fn generate_normals(mesh: &mut Mesh) {

@@ -2,9 +2,9 @@
 
 use std::collections::BTreeMap;
 
-use crate::import::error::Warning;
-use crate::import::files::escape::printable;
-use crate::scene::{Mesh, Scene};
+use crate::error::Warning;
+use crate::files::escape::printable;
+use blinn_scene::{Mesh, Scene};
 
 /// Meshes of a material that lack a set of texture coordinates.
 struct Lacking<'s> {

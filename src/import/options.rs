@@ -2,8 +2,8 @@
 
 use super::NormalMode;
 use super::files::limits::Limits;
-use crate::cancellation::CancelToken;
-use crate::scene::SourceFormat;
+use blinn_core::cancellation::CancelToken;
+use blinn_scene::SourceFormat;
 
 /// Selects one of the file's scenes.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]

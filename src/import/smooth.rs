@@ -6,8 +6,8 @@ use glam::{DVec3, Vec3};
 use rayon::prelude::*;
 
 use super::tangents;
-use crate::cancellation::{CancelToken, Cancelled};
-use crate::scene::{GeneratedFrames, Mesh, Scene};
+use blinn_core::cancellation::{CancelToken, Cancelled};
+use blinn_scene::{GeneratedFrames, Mesh, Scene};
 
 #[cfg(test)]
 mod tests;

@@ -8,7 +8,7 @@ use bevy_mikktspace::{Geometry, TangentSpace, generate_tangents};
 use glam::{Vec2, Vec3, Vec4};
 
 use super::flat;
-use crate::scene::{GeneratedFrames, Influences, Mesh, MorphTarget, Source, TextureRef, UvTransform};
+use blinn_scene::{GeneratedFrames, Influences, Mesh, MorphTarget, Source, TextureRef, UvTransform};
 
 #[cfg(test)]
 mod tests;

@@ -7,8 +7,8 @@
 use std::collections::{HashMap, HashSet};
 use std::fmt::Write;
 
-use crate::integrator::MatteKind;
-use crate::render::{MATTE_RANKS, Matte};
+use blinn_render::integrator::MatteKind;
+use blinn_render::{MATTE_RANKS, Matte};
 
 /// The value of a channel at each pixel, by index.
 pub(super) type PixelFn<'p> = Box<dyn Fn(usize) -> f32 + Sync + 'p>;

@@ -19,8 +19,8 @@ use rayon::prelude::*;
 use super::cryptomatte::{Cryptomatte, PixelFn};
 use super::exr_header::sort_attributes;
 use super::picture::{FINGERPRINT_KEY, Picture};
-use crate::integrator::Aov;
-use crate::render::AovLayer;
+use blinn_render::AovLayer;
+use blinn_render::integrator::Aov;
 
 type Channels<'p> = SmallVec<[AnyChannel<Channel<'p>>; 4]>;
 
@@ -181,8 +181,8 @@ mod tests {
     use glam::Vec4;
 
     use super::*;
-    use crate::display::{Background, Display, ViewTransform};
-    use crate::render::Pixels;
+    use blinn_render::Pixels;
+    use blinn_render::display::{Background, Display, ViewTransform};
 
     /// The image has more blocks than are compressed at once, and incomplete ones.
     #[test]

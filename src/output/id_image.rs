@@ -8,7 +8,7 @@ use std::io;
 
 use super::png;
 use super::preview::id_color;
-use crate::render::AovLayer;
+use blinn_render::AovLayer;
 
 /// Encodes a layer of ids; `None` if there are more ids than 16 bits hold. The form depends on the number of names, so
 /// that all images of a scene have the same.
@@ -47,7 +47,7 @@ fn names_of(ids: &[u32], names: &[String]) -> String {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::integrator::Aov;
+    use blinn_render::integrator::Aov;
 
     fn decoded(bytes: &[u8]) -> (::png::ColorType, ::png::BitDepth, Vec<u8>, Option<String>) {
         let mut reader = ::png::Decoder::new(io::Cursor::new(bytes)).read_info().unwrap();

@@ -2,9 +2,9 @@
 
 use std::sync::Arc;
 
-use crate::display::Display;
-use crate::integrator::Aov;
-use crate::render::{AovLayer, Matte, PixelRect, Pixels};
+use blinn_render::display::Display;
+use blinn_render::integrator::Aov;
+use blinn_render::{AovLayer, Matte, PixelRect, Pixels};
 
 /// The key under which formats with named metadata store [`Picture::fingerprint`].
 pub(super) const FINGERPRINT_KEY: &str = "blinn";

@@ -1,9 +1,9 @@
 //! Previews of AOV layers and mattes: 8-bit images for the eye, and quantized depth.
 
 use super::cryptomatte::Cryptomatte;
-use crate::display::linear_to_srgb;
-use crate::integrator::Aov;
-use crate::render::{AovLayer, Matte};
+use blinn_render::display::linear_to_srgb;
+use blinn_render::integrator::Aov;
+use blinn_render::{AovLayer, Matte};
 
 /// The smallest and largest of some values.
 #[derive(Clone, Copy)]

@@ -9,8 +9,8 @@ use super::id_image;
 use super::picture::Picture;
 use super::png;
 use super::preview::{preview_layer, preview_matte, quantize_depth};
-use crate::integrator::Aov;
-use crate::render::AovLayer;
+use blinn_render::AovLayer;
+use blinn_render::integrator::Aov;
 
 /// Writes an image. Formats that hold no layers get a preview `OUT.<aov>.png` for each layer.
 /// Returns the paths of the written files.

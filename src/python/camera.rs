@@ -5,8 +5,8 @@ use numpy::{AllowTypeChange, PyArray1, PyArray2, PyArrayLike2, PyArrayMethods};
 use pyo3::prelude::*;
 
 use super::errors::value_error;
-use crate::geometry::Basis;
-use crate::scene::{Camera, ClipPlanes, Intrinsics, Projection, ViewRect};
+use blinn_core::geometry::Basis;
+use blinn_scene::{Camera, ClipPlanes, Intrinsics, Projection, ViewRect};
 
 /// Anything that NumPy converts to a matrix of numbers.
 type Matrix<'py> = PyArrayLike2<'py, f64, AllowTypeChange>;
@@ -276,7 +276,7 @@ fn extent(yfov: Option<f64>, height: Option<f64>) -> PyResult<(Projection, Exten
         }
         (None, Some(_)) => Err(value_error("height must be positive and finite")),
         (yfov, None) => {
-            let yfov = yfov.unwrap_or(crate::scene::DEFAULT_YFOV.to_degrees());
+            let yfov = yfov.unwrap_or(blinn_scene::DEFAULT_YFOV.to_degrees());
             if !(yfov > 0.0 && yfov < 180.0) {
                 return Err(value_error("yfov must be between 0 and 180 degrees"));
             }

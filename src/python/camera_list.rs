@@ -6,7 +6,7 @@ use pyo3::prelude::*;
 
 use super::camera::PyCamera;
 use super::errors::{load_error, value_error};
-use crate::import::{CameraFile, Limits, UpAxis};
+use blinn_import::{CameraFile, Limits, UpAxis};
 
 /// Load the cameras of a list: transforms.json of NeRF tools, a COLMAP model, BOP's scene_camera.json, or JSON lines.
 ///

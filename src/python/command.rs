@@ -9,5 +9,5 @@ use pyo3::prelude::*;
 /// It handles signals like the program. Call it in a process of its own: it ends the process when it is interrupted.
 #[pyfunction]
 pub fn main(py: Python<'_>, argv: Vec<OsString>) -> u8 {
-    py.detach(|| crate::cli::embed::run_program(argv))
+    py.detach(|| blinn_cli::embed::run_program(argv))
 }

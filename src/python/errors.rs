@@ -4,7 +4,7 @@ use pyo3::create_exception;
 use pyo3::exceptions::{PyException, PyUserWarning, PyValueError};
 use pyo3::prelude::*;
 
-use crate::import::LoadError;
+use blinn_import::LoadError;
 
 create_exception!(blinn, Error, PyException, "Base class of all errors of blinn.");
 create_exception!(blinn, PyLoadError, Error, "A scene cannot be loaded.");

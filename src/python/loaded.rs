@@ -10,9 +10,9 @@ use super::errors::{CallDepth, load_error, value_error, warn};
 use super::pool;
 use super::posed::PosedCell;
 use super::render_job::ClipStart;
-use crate::cli::embed::{BackFaceCulling, RenderPlan, load_limits};
-use crate::import::{GlassMode, LoadOptions, load, load_bytes};
-use crate::scene::{AnimationChoice, Scene};
+use blinn_cli::embed::{BackFaceCulling, RenderPlan, load_limits};
+use blinn_import::{GlassMode, LoadOptions, load, load_bytes};
+use blinn_scene::{AnimationChoice, Scene};
 
 /// Where a scene comes from.
 pub enum SceneInput {

@@ -7,7 +7,7 @@ use pyo3::prelude::*;
 use pyo3::types::{PyBool, PyDict, PyString};
 
 use super::plan_cache::resolve_plan;
-use crate::cli::embed::{Options, RenderPlan, Repetition, render_options, scene_options};
+use blinn_cli::embed::{Options, RenderPlan, Repetition, render_options, scene_options};
 
 /// Options of `load` that the command line has among those that decide the pixels.
 const LOAD_ONLY: [&str; 2] = ["hide", "only-objects"];

@@ -10,9 +10,9 @@ use pyo3::types::PyBytes;
 
 use super::errors::value_error;
 use super::pool;
-use crate::integrator::Aov;
-use crate::output::{BitDepth, ImageFormat, Overwrite, Picture, SaveError, save};
-use crate::render::AovLayer;
+use blinn_output::{BitDepth, ImageFormat, Overwrite, Picture, SaveError, save};
+use blinn_render::AovLayer;
+use blinn_render::integrator::Aov;
 
 /// A rendered picture.
 #[pyclass(name = "Picture", module = "blinn", frozen)]

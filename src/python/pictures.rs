@@ -11,7 +11,7 @@ use super::errors::{CallDepth, render_error, warn};
 use super::picture::PyPicture;
 use super::pool::{self, POLL_INTERVAL};
 use super::render_job::{JobMonitor, Message, RenderJob};
-use crate::cli::embed::catch_panic;
+use blinn_cli::embed::catch_panic;
 
 /// Pictures that may wait for Python.
 const QUEUED_PICTURES: usize = 4;

@@ -8,7 +8,7 @@ use std::time::SystemTime;
 use pyo3::prelude::*;
 
 use super::errors::value_error;
-use crate::cli::embed::{RenderPlan, parse_render};
+use blinn_cli::embed::{RenderPlan, parse_render};
 
 /// Flags, and the files that they name.
 #[derive(Debug, PartialEq)]

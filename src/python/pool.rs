@@ -13,7 +13,7 @@ use pyo3::prelude::*;
 use rayon::{ThreadPool, ThreadPoolBuilder};
 
 use super::errors::{render_error, value_error};
-use crate::cli::embed::catch_panic;
+use blinn_cli::embed::catch_panic;
 
 /// Time between checks for Ctrl-C, and between calls of a progress callback.
 pub const POLL_INTERVAL: Duration = Duration::from_millis(50);

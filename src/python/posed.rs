@@ -4,9 +4,9 @@ use std::sync::Arc;
 
 use anyhow::Result;
 
-use crate::accel::{Accel, AccelSettings};
-use crate::cli::embed::PosedFrame;
-use crate::scene::{AnimationChoice, PoseSettings, Scene, pose};
+use blinn_accel::{Accel, AccelSettings};
+use blinn_cli::embed::PosedFrame;
+use blinn_scene::{AnimationChoice, PoseSettings, Scene, pose};
 
 self_cell::self_cell!(
     /// A scene that owns its pose.

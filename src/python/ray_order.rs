@@ -5,7 +5,7 @@ use glam::Vec3;
 use rayon::prelude::*;
 use rdst::{RadixKey, RadixSort};
 
-use crate::geometry::{Aabb, morton3};
+use blinn_core::geometry::{Aabb, morton3};
 
 /// Cells of the bounds along each axis.
 const CELLS: f32 = 128.0;

@@ -11,14 +11,14 @@ use rayon::prelude::*;
 
 use super::camera::PyCamera;
 use super::posed::PosedCell;
-use crate::accel::Accel;
-use crate::cancellation::CancelToken;
-use crate::cli::embed::{
+use blinn_accel::Accel;
+use blinn_cli::embed::{
     EmptyImages, PlannedFrame, PosedFrame, RenderPlan, RenderSession, RenderedImage, SceneLog, quiet_reporter,
 };
-use crate::output::Picture;
-use crate::render::ProgressMonitor;
-use crate::scene::{Scene, View};
+use blinn_core::cancellation::CancelToken;
+use blinn_output::Picture;
+use blinn_render::ProgressMonitor;
+use blinn_scene::{Scene, View};
 
 /// Pixels of pictures that are rendered at the same time. Larger pictures keep all threads busy alone.
 const CONCURRENT_PIXELS: u64 = 1 << 20;

@@ -20,8 +20,8 @@ use super::pool;
 use super::posed::PosedCell;
 use super::rays;
 use super::render_job::RenderJob;
-use crate::cli::embed::{RenderPlan, camera_name, natural_size, scene_properties};
-use crate::scene::{AnimationChoice, Scene, View, clip_duration};
+use blinn_cli::embed::{RenderPlan, camera_name, natural_size, scene_properties};
+use blinn_scene::{AnimationChoice, Scene, View, clip_duration};
 
 /// A scene, at a time in seconds.
 #[pyclass(name = "Scene", module = "blinn", frozen)]

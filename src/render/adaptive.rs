@@ -8,15 +8,15 @@
 use glam::UVec2;
 use rayon::prelude::*;
 
-use crate::cancellation::Cancelled;
-use crate::geometry::Rgba;
+use crate::film::{PixelRect, Pixels};
 use crate::integrator::{Frame, Integrator};
-use crate::render::film::{PixelRect, Pixels};
-use crate::render::memory::RenderMemory;
-use crate::render::progress::{CancelOnly, ProgressMonitor};
-use crate::render::sample_generator::SampleGenerator;
-use crate::render::settings::{AdaptiveSampling, RenderSettings};
-use crate::render::tiles::{render_pixels, render_tiles, render_uniform};
+use crate::memory::RenderMemory;
+use crate::progress::{CancelOnly, ProgressMonitor};
+use crate::sample_generator::SampleGenerator;
+use crate::settings::{AdaptiveSampling, RenderSettings};
+use crate::tiles::{render_pixels, render_tiles, render_uniform};
+use blinn_core::cancellation::Cancelled;
+use blinn_core::geometry::Rgba;
 
 /// Samples that every pixel gets.
 pub(super) const FIRST_SAMPLES: u32 = 4;

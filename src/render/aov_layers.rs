@@ -3,12 +3,12 @@
 use glam::UVec2;
 use rayon::prelude::*;
 
-use crate::cancellation::Cancelled;
+use crate::film::AovLayer;
 use crate::integrator::{Aov, Frame, NeighbourFrames, Sample, Scratch, add_flow, first_hits};
-use crate::render::film::AovLayer;
-use crate::render::progress::ProgressMonitor;
-use crate::render::settings::RenderSettings;
-use crate::scene::ObjectSpaces;
+use crate::progress::ProgressMonitor;
+use crate::settings::RenderSettings;
+use blinn_core::cancellation::Cancelled;
+use blinn_scene::ObjectSpaces;
 
 /// Renders layers of the first surface at each pixel's centre. Flow is 0: it needs [`render_moving_aovs`].
 ///

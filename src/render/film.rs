@@ -4,8 +4,8 @@ use std::sync::Mutex;
 
 use glam::UVec2;
 
-use crate::geometry::{Rgba, decode_morton2, morton2};
 use crate::integrator::Aov;
+use blinn_core::geometry::{Rgba, decode_morton2, morton2};
 
 /// A rectangle of pixels of the picture, row 0 on top: a crop window or a tile.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

@@ -3,12 +3,12 @@
 use glam::UVec2;
 use rayon::prelude::*;
 
-use crate::cancellation::Cancelled;
 use crate::integrator::{Frame, MatteKind, Sample, Scratch, trace_mattes};
-use crate::render::progress::ProgressMonitor;
-use crate::render::sample_generator::SampleGenerator;
-use crate::render::settings::RenderSettings;
-use crate::scene::Scene;
+use crate::progress::ProgressMonitor;
+use crate::sample_generator::SampleGenerator;
+use crate::settings::RenderSettings;
+use blinn_core::cancellation::Cancelled;
+use blinn_scene::Scene;
 
 /// Objects or materials that a pixel keeps: those with the largest coverage (Cryptomatte's ranks).
 pub const MATTE_RANKS: usize = 6;

@@ -2,9 +2,9 @@
 
 use std::sync::{Mutex, MutexGuard, PoisonError};
 
-use crate::geometry::Rgba;
+use crate::film::Pixels;
 use crate::integrator::{Sample, Scratch};
-use crate::render::film::Pixels;
+use blinn_core::geometry::Rgba;
 
 /// Memory that a thread reuses from tile to tile.
 #[derive(Default)]

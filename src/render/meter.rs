@@ -1,13 +1,13 @@
 //! Exposure metering: the log-average and the highlights of a scene's light.
 
-use crate::cancellation::Cancelled;
-use crate::geometry::Rgb;
+use crate::film::Pixels;
 use crate::integrator::{Frame, Integrator};
-use crate::render::film::Pixels;
-use crate::render::memory::RenderMemory;
-use crate::render::progress::ProgressMonitor;
-use crate::render::settings::RenderSettings;
-use crate::render::tiles::render_uniform;
+use crate::memory::RenderMemory;
+use crate::progress::ProgressMonitor;
+use crate::settings::RenderSettings;
+use crate::tiles::render_uniform;
+use blinn_core::cancellation::Cancelled;
+use blinn_core::geometry::Rgb;
 
 /// Log-average luminance of a well-exposed picture.
 pub const MID_GREY: f64 = 0.18;
@@ -62,7 +62,7 @@ fn measure(pixels: &Pixels) -> Option<Metering> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::geometry::Rgba;
+    use blinn_core::geometry::Rgba;
 
     fn measure_values(values: &[f32]) -> Option<Metering> {
         let colors = values.iter().map(|&v| Rgba::new(v, v, v, 1.0)).collect();

@@ -5,11 +5,11 @@ use std::collections::BTreeMap;
 use glam::UVec2;
 use rayon::prelude::*;
 
-use crate::cancellation::Cancelled;
 use crate::integrator::{Frame, ObjectHit, Sample, Scratch, trace_objects};
-use crate::render::pixel_mask::{MaskRect, PixelMask};
-use crate::render::progress::ProgressMonitor;
-use crate::render::settings::RenderSettings;
+use crate::pixel_mask::{MaskRect, PixelMask};
+use crate::progress::ProgressMonitor;
+use crate::settings::RenderSettings;
+use blinn_core::cancellation::Cancelled;
 
 /// The masks of an object, in pixels of the full picture.
 #[derive(Clone, Debug, PartialEq)]

@@ -1,6 +1,6 @@
 //! Sets of pixels as runs.
 
-use crate::render::film::PixelRect;
+use crate::film::PixelRect;
 
 /// A rectangle of pixels that may reach beyond the picture. Column 0 and row 0 are the picture's first.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

@@ -2,7 +2,7 @@
 
 use std::sync::atomic::{AtomicBool, Ordering};
 
-use crate::cancellation::CancelToken;
+use blinn_core::cancellation::CancelToken;
 
 /// Receives the progress of a render, and can cancel it.
 pub trait ProgressMonitor: Sync {

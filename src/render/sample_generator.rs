@@ -2,10 +2,10 @@
 
 use glam::UVec2;
 
+use crate::filter::FilterSampler;
 use crate::integrator::{LowDiscrepancySampler, Sample};
-use crate::render::filter::FilterSampler;
-use crate::render::settings::RenderSettings;
-use crate::simd::{AutovecKernel, SimdLevel};
+use crate::settings::RenderSettings;
+use blinn_core::simd::{AutovecKernel, SimdLevel};
 
 /// Generates the samples of the pixels of a picture.
 pub(super) struct SampleGenerator<'a> {

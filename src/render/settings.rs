@@ -2,9 +2,9 @@
 
 use glam::UVec2;
 
+use crate::film::PixelRect;
+use crate::filter::PixelFilter;
 use crate::integrator::Sample;
-use crate::render::film::PixelRect;
-use crate::render::filter::PixelFilter;
 
 /// How a picture is sampled.
 #[derive(Clone, Copy, Debug, PartialEq)]

@@ -3,13 +3,13 @@
 use glam::{DVec2, DVec3, UVec2};
 use rayon::prelude::*;
 
-use crate::cancellation::Cancelled;
-use crate::geometry::Rgb;
+use crate::film::PixelRect;
 use crate::integrator::{Frame, Sample, Scratch, SurfaceTarget, first_hits, sees};
-use crate::render::film::PixelRect;
-use crate::render::progress::ProgressMonitor;
-use crate::render::settings::RenderSettings;
-use crate::scene::Camera;
+use crate::progress::ProgressMonitor;
+use crate::settings::RenderSettings;
+use blinn_core::cancellation::Cancelled;
+use blinn_core::geometry::Rgb;
+use blinn_scene::Camera;
 
 /// A point that at least two pictures see.
 #[derive(Clone, Debug, PartialEq)]

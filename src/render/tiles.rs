@@ -3,14 +3,14 @@
 use glam::UVec2;
 use rayon::prelude::*;
 
-use crate::cancellation::Cancelled;
-use crate::geometry::Rgba;
+use crate::film::{Film, PixelRect, Pixels, TileBuffer};
 use crate::integrator::{Frame, Integrator};
-use crate::render::film::{Film, PixelRect, Pixels, TileBuffer};
-use crate::render::memory::{RenderMemory, TileScratch};
-use crate::render::progress::ProgressMonitor;
-use crate::render::sample_generator::SampleGenerator;
-use crate::render::settings::RenderSettings;
+use crate::memory::{RenderMemory, TileScratch};
+use crate::progress::ProgressMonitor;
+use crate::sample_generator::SampleGenerator;
+use crate::settings::RenderSettings;
+use blinn_core::cancellation::Cancelled;
+use blinn_core::geometry::Rgba;
 
 /// Samples that are rendered at once: their shading points fit into the L2 cache.
 const BATCH_SAMPLES: usize = 1024;

@@ -6,7 +6,7 @@ use super::framing::MARGIN;
 use super::{
     ClipPlanes, DEFAULT_VIEW_DIR, DEFAULT_YFOV, FileProjection, PosedScene, Projection, View, ViewError,
 };
-use crate::geometry::{Basis, Sphere};
+use blinn_core::geometry::{Basis, Sphere};
 
 /// The camera that the fields of a [`View`] modify.
 pub(super) struct BaseView<'a> {

@@ -2,7 +2,7 @@
 
 use glam::{DMat3, DVec2, DVec3};
 
-use crate::geometry::{Basis, Ray, RayDifferential};
+use blinn_core::geometry::{Basis, Ray, RayDifferential};
 
 /// How the view rectangle is projected.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -103,7 +103,7 @@ impl Camera {
     }
 
     /// Returns this camera with 0 in place of −0.
-    pub(crate) fn with_positive_zeros(&self) -> Camera {
+    pub fn with_positive_zeros(&self) -> Camera {
         let Basis { u, v, w } = self.basis;
         let basis = Basis { u: u + 0.0, v: v + 0.0, w: w + 0.0 };
         let (view_point, view_centre) = (self.view_point + 0.0, self.view_centre + 0.0);

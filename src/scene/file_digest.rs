@@ -41,12 +41,13 @@ impl fmt::Display for FileDigest {
 }
 
 /// A reader that hashes the bytes passing through it.
-pub(crate) struct HashingReader<R> {
+pub struct HashingReader<R> {
     inner: R,
     hash: XxHash3_128,
 }
 
 impl<R: Read> HashingReader<R> {
+    /// Wraps a reader of which nothing has been read.
     pub fn new(inner: R) -> HashingReader<R> {
         HashingReader { inner, hash: XxHash3_128::new() }
     }

@@ -3,7 +3,7 @@
 use glam::{DVec2, DVec3};
 
 use super::{Camera, Orbit, OrbitAngles, Projection};
-use crate::geometry::{Basis, Sphere};
+use blinn_core::geometry::{Basis, Sphere};
 
 /// View direction of framed views: from above, right of the front.
 pub const DEFAULT_VIEW_DIR: DVec3 = DVec3::new(-1.0, -0.7, -1.4);
@@ -71,7 +71,7 @@ impl Camera {
     }
 
     /// Returns the point on the view axis at the depth of `centre`; `centre` itself if it is behind.
-    pub(crate) fn axis_point(&self, centre: DVec3) -> DVec3 {
+    pub fn axis_point(&self, centre: DVec3) -> DVec3 {
         let ahead = -self.basis.w;
         let depth = (centre - self.view_point).dot(ahead);
         if depth > 0.0 { self.view_point + ahead * depth } else { centre }
@@ -97,7 +97,7 @@ impl Camera {
 impl Orbit {
     /// Returns the basis of a camera there. It is defined straight above and below, too, where an up
     /// direction would be parallel to the view.
-    pub(crate) fn basis(&self) -> Basis {
+    pub fn basis(&self) -> Basis {
         let (sin_a, cos_a) = (libm::sin(self.azimuth), libm::cos(self.azimuth));
         let (sin_e, cos_e) = (libm::sin(self.elevation), libm::cos(self.elevation));
         Basis {

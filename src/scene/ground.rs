@@ -2,7 +2,7 @@
 
 use glam::DVec3;
 
-use crate::geometry::{Aabb, Rgb};
+use blinn_core::geometry::{Aabb, Rgb};
 
 /// The appearance of a ground plane.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

@@ -5,7 +5,7 @@
 use glam::{DAffine3, DMat3, DVec3, Vec3};
 
 use super::{Source, SpotCone};
-use crate::geometry::{Rgb, concentric_disc, coordinate_system};
+use blinn_core::geometry::{Rgb, concentric_disc, coordinate_system};
 
 /// The type of a light.
 #[derive(Clone, Copy, Debug, PartialEq)]

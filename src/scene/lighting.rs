@@ -6,7 +6,7 @@ use super::{
     Camera, Environment, LightUnits, PosedLight, PosedScene, Rig, SourceFormat, headlight, studio_before,
     three_point,
 };
-use crate::geometry::Rgb;
+use blinn_core::geometry::Rgb;
 
 /// A set of lights to render with.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

@@ -3,7 +3,7 @@
 use glam::Vec3;
 
 use super::{TexelSemantics, TextureChannel, TextureRef};
-use crate::geometry::Rgb;
+use blinn_core::geometry::Rgb;
 
 /// A colour: a factor times an sRGB texture.
 #[derive(Clone, Copy, Debug, PartialEq, Default)]
@@ -246,12 +246,12 @@ impl Material {
     }
 
     /// Returns the textures other than the normal map, with their semantics.
-    pub(crate) fn textures_with_semantics(&self) -> impl Iterator<Item = (&TextureRef, TexelSemantics)> {
+    pub fn textures_with_semantics(&self) -> impl Iterator<Item = (&TextureRef, TexelSemantics)> {
         self.texture_slots().into_iter().flatten()
     }
 
     /// Returns the semantics of the base colour's texture.
-    pub(crate) fn base_color_semantics(&self) -> TexelSemantics {
+    pub fn base_color_semantics(&self) -> TexelSemantics {
         let alpha_counts = self.alpha_from_base && self.alpha_mode != AlphaMode::Opaque;
         if alpha_counts { TexelSemantics::AlphaWeightedColor } else { TexelSemantics::Color }
     }

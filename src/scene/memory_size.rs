@@ -2,7 +2,7 @@
 
 use std::mem::size_of_val;
 
-use crate::scene::{Image, Mesh, MorphTarget, Scene};
+use crate::{Image, Mesh, MorphTarget, Scene};
 
 /// Overhead of an allocator for each allocation, in bytes.
 const ALLOCATION_OVERHEAD: usize = 16;

@@ -52,7 +52,7 @@ impl LocalTransform {
 }
 
 /// Normalises a quaternion x, y, z, w. Returns the identity if that is impossible.
-pub(crate) fn unit_quaternion(xyzw: [f32; 4]) -> DQuat {
+pub fn unit_quaternion(xyzw: [f32; 4]) -> DQuat {
     let q = Quat::from_array(xyzw).as_dquat();
     if q.is_finite() && q.length_squared() > 0.0 { q.normalize() } else { DQuat::IDENTITY }
 }

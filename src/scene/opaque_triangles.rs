@@ -6,11 +6,11 @@
 
 use rayon::prelude::*;
 
-use crate::scene::animation::posed_scene::PosedScene;
-use crate::scene::material::{AlphaMode, Material, SurfaceClass};
-use crate::scene::mesh::Mesh;
-use crate::scene::texture::sampling::TextureRef;
-use crate::scene::texture::texels::TextureChannel;
+use crate::animation::posed_scene::PosedScene;
+use crate::material::{AlphaMode, Material, SurfaceClass};
+use crate::mesh::Mesh;
+use crate::texture::sampling::TextureRef;
+use crate::texture::texels::TextureChannel;
 
 /// The opaque triangles of a mesh: one bit for each triangle.
 #[derive(Clone, Debug, PartialEq, Eq)]

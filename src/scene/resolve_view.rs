@@ -4,7 +4,7 @@ use glam::{DVec2, DVec3};
 
 use super::base_view::BaseView;
 use super::{Camera, OrbitAngles, PosedScene, Projection, Scene, View, ViewError, ViewRect};
-use crate::geometry::Basis;
+use blinn_core::geometry::Basis;
 
 /// Information beside the camera of a resolved view.
 #[derive(Clone, Debug, Default, PartialEq)]

@@ -3,7 +3,7 @@
 use glam::{DMat3, DVec3};
 
 use super::{Camera, Environment, PosedLight, SkyIrradiance};
-use crate::geometry::{Basis, Rgb};
+use blinn_core::geometry::{Basis, Rgb};
 
 /// Lights with a matching ambient term.
 #[derive(Clone, Debug, Default, PartialEq)]

@@ -200,8 +200,8 @@ impl Matches {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::scene::pose;
-    use crate::scene::{
+    use crate::pose;
+    use crate::{
         Animation, Channel, Instance, Interpolation, Keyframes, LightKind, LightProperty, LightUnits, Mesh,
         Node, PoseSettings,
     };
@@ -228,7 +228,7 @@ mod tests {
             name: String::new(),
             node,
             kind: LightKind::Point,
-            color: crate::geometry::Rgb::ONE,
+            color: blinn_core::geometry::Rgb::ONE,
             intensity: 1.0,
             range: f32::INFINITY,
         };

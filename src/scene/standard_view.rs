@@ -3,7 +3,7 @@
 use glam::{DVec2, DVec3};
 
 use super::{Camera, ClipPlanes, Projection};
-use crate::geometry::{Aabb, Basis};
+use blinn_core::geometry::{Aabb, Basis};
 
 /// A view of a technical drawing. Front, right and top look along −Z, −X and −Y.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

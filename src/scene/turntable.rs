@@ -3,7 +3,7 @@
 use glam::{DAffine3, DMat3, DVec3};
 
 use super::Camera;
-use crate::geometry::Basis;
+use blinn_core::geometry::Basis;
 
 /// A rotation about an axis through a point.
 #[derive(Clone, Copy, Debug, PartialEq)]

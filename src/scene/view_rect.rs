@@ -5,7 +5,7 @@ use std::fmt;
 use glam::{DVec2, DVec3};
 
 use super::{Camera, ClipPlanes, Projection};
-use crate::geometry::Basis;
+use blinn_core::geometry::Basis;
 
 /// A view rectangle in the lecture's terms, at the projection distance d. Metres along u and v from the point
 /// where the view axis meets it. Off-centre unless l = −r and b = −t.

@@ -8,7 +8,7 @@ use std::f64::consts::{FRAC_PI_2, PI, TAU};
 use glam::DVec3;
 
 use super::{Camera, Orbit};
-use crate::geometry::Basis;
+use blinn_core::geometry::Basis;
 
 /// How camera positions are distributed on a sphere around the scene.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]

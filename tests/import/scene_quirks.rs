@@ -4,9 +4,9 @@
 use std::fs;
 use std::path::Path;
 
-use blinn::bench::manifest::{Manifest, find_scene_file};
 use blinn::import::{LoadOptions, load};
 use blinn::scene::{PoseSettings, Scene, pose};
+use blinn_bench::manifest::{Manifest, find_scene_file};
 use serde_json::json;
 
 use crate::common::gltf_fixture::Fixture;

@@ -25,6 +25,5 @@ mod denormals;
 mod fuzz_corpus;
 mod import_limits;
 mod io_failures;
-mod layering;
 mod memory_limit;
 mod path_traversal;

@@ -13,7 +13,7 @@ mod scene;
 
 use std::process::ExitCode;
 
-use blinn::bench::Machine;
+use blinn_bench::Machine;
 use embree::Embree;
 use options::{Mode, Options};
 use serde_json::json;

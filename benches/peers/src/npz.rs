@@ -115,7 +115,7 @@ impl NpyArray {
 
 #[cfg(test)]
 mod tests {
-    use blinn::bench::npz::{NpyArray as Written, NpyType, write_npz};
+    use blinn_bench::npz::{NpyArray as Written, NpyType, write_npz};
 
     use super::*;
 

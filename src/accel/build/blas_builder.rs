@@ -1,15 +1,15 @@
 //! Builds a BLAS: filters the input triangles, builds the BVH over them and packs its leaves into blocks.
 
-use crate::accel::build::builder::{self, ClusterLeaves};
-use crate::accel::build::cluster_triangles::{ClusterTriangles, LeafTriangles};
-use crate::accel::build::input_triangles::{InputTriangle, filter_triangles};
-use crate::accel::build::leaf_packing::LeafCapacity;
-use crate::accel::build::morton_clusters::MortonKey;
-use crate::accel::bvh::blas::Blas;
-use crate::accel::bvh::huge_pages::HugePageArray;
-use crate::accel::bvh::triangle4::Triangle4;
-use crate::accel::settings::Preset;
-use crate::cancellation::{CancelToken, Cancelled};
+use crate::build::builder::{self, ClusterLeaves};
+use crate::build::cluster_triangles::{ClusterTriangles, LeafTriangles};
+use crate::build::input_triangles::{InputTriangle, filter_triangles};
+use crate::build::leaf_packing::LeafCapacity;
+use crate::build::morton_clusters::MortonKey;
+use crate::bvh::blas::Blas;
+use crate::bvh::huge_pages::HugePageArray;
+use crate::bvh::triangle4::Triangle4;
+use crate::settings::Preset;
+use blinn_core::cancellation::{CancelToken, Cancelled};
 
 /// Builds a BLAS over the triangles `input(0..count)`. Its id map is empty.
 pub(crate) fn build_blas(

@@ -14,17 +14,17 @@ use obvhs::bvh2::builder::build_bvh2;
 use obvhs::{Boundable, BvhBuildParams, ploc::PlocSearchDistance};
 use rayon::prelude::*;
 
-use crate::accel::build::bvh2_to_bvh8::WideConverter;
-use crate::accel::build::leaf_groups::LeafGroups;
-use crate::accel::build::leaf_packing::LeafCapacity;
-use crate::accel::build::morton_clusters::{MortonClusters, MortonKey};
-use crate::accel::build::subtree::{Child, Subtree};
-use crate::accel::bvh::aabb::Aabb;
-use crate::accel::bvh::bvh8::{Bvh8, Bvh8Node, LEAF_BIT, WIDTH};
-use crate::accel::bvh::huge_pages::HugePageArray;
-use crate::accel::bvh::occlusion_order::OcclusionCost;
-use crate::accel::settings::Preset;
-use crate::cancellation::{CancelToken, Cancelled};
+use crate::build::bvh2_to_bvh8::WideConverter;
+use crate::build::leaf_groups::LeafGroups;
+use crate::build::leaf_packing::LeafCapacity;
+use crate::build::morton_clusters::{MortonClusters, MortonKey};
+use crate::build::subtree::{Child, Subtree};
+use crate::bvh::aabb::Aabb;
+use crate::bvh::bvh8::{Bvh8, Bvh8Node, LEAF_BIT, WIDTH};
+use crate::bvh::huge_pages::HugePageArray;
+use crate::bvh::occlusion_order::OcclusionCost;
+use crate::settings::Preset;
+use blinn_core::cancellation::{CancelToken, Cancelled};
 
 /// A cluster of neighbouring boxes, and what is in them.
 pub(crate) trait Cluster {

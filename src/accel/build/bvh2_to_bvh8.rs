@@ -10,12 +10,12 @@
 use obvhs::aabb::Aabb as ObvhsAabb;
 use obvhs::bvh2::Bvh2;
 
-use crate::accel::build::leaf_groups::LeafGroups;
-use crate::accel::build::leaf_packing::{EntryBox, Leaf, LeafCapacity, LeafShape, SiblingLeaves};
-use crate::accel::build::subtree::{Child, Subtree};
-use crate::accel::bvh::aabb::Aabb;
-use crate::accel::bvh::bvh8::WIDTH;
-use crate::simd::{AutovecKernel, SimdLevel};
+use crate::build::leaf_groups::LeafGroups;
+use crate::build::leaf_packing::{EntryBox, Leaf, LeafCapacity, LeafShape, SiblingLeaves};
+use crate::build::subtree::{Child, Subtree};
+use crate::bvh::aabb::Aabb;
+use crate::bvh::bvh8::WIDTH;
+use blinn_core::simd::{AutovecKernel, SimdLevel};
 
 /// A leaf of several blocks is accepted up to this multiple of a node's cost, because it takes less memory.
 const LARGE_LEAF_FACTOR: f32 = 1.3;

@@ -9,13 +9,13 @@
 use obvhs::Boundable;
 use obvhs::aabb::Aabb as ObvhsAabb;
 
-use crate::accel::build::builder::{Cluster, ClusterLeaves};
-use crate::accel::build::morton_clusters::MortonKey;
-use crate::accel::bvh::aabb::Aabb;
-use crate::accel::bvh::build_triangle::BuildTriangle;
-use crate::accel::bvh::coincident::{CoincidentGroup, group_by_flags};
-use crate::accel::bvh::occlusion_order::{OcclusionCost, occluding_fraction};
-use crate::accel::bvh::triangle4::{COINCIDENT, TRIANGLE_LANES, Triangle4};
+use crate::build::builder::{Cluster, ClusterLeaves};
+use crate::build::morton_clusters::MortonKey;
+use crate::bvh::aabb::Aabb;
+use crate::bvh::build_triangle::BuildTriangle;
+use crate::bvh::coincident::{CoincidentGroup, group_by_flags};
+use crate::bvh::occlusion_order::{OcclusionCost, occluding_fraction};
+use crate::bvh::triangle4::{COINCIDENT, TRIANGLE_LANES, Triangle4};
 
 /// Two triangles share a box where its area is at most this fraction of the sum of theirs.
 const PAIR_AREA_RATIO: f32 = 0.95;

@@ -5,8 +5,8 @@
 
 use std::sync::atomic::{AtomicU64, Ordering::Relaxed};
 
-use crate::accel::bvh::aabb::Aabb;
-use crate::simd::prefetch;
+use crate::bvh::aabb::Aabb;
+use blinn_core::simd::prefetch;
 
 /// The two tables.
 pub(crate) struct DuplicateFilter {

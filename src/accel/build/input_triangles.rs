@@ -5,10 +5,10 @@ use std::sync::atomic::{AtomicU64, Ordering::Relaxed};
 use glam::Vec3;
 use rayon::prelude::*;
 
-use crate::accel::bvh::build_triangle::BuildTriangle;
-use crate::accel::bvh::canonical_triangle::{CanonicalTriangle, Degeneracy};
-use crate::accel::bvh::surface_flags::SurfaceFlags;
-use crate::accel::report::BuildReport;
+use crate::bvh::build_triangle::BuildTriangle;
+use crate::bvh::canonical_triangle::{CanonicalTriangle, Degeneracy};
+use crate::bvh::surface_flags::SurfaceFlags;
+use crate::report::BuildReport;
 
 /// Bits of a triangle's index: it shares 32 bits with the marks of leaf entries.
 pub(crate) const INDEX_BITS: u32 = 30;

@@ -12,11 +12,11 @@ use std::collections::BTreeMap;
 
 use glam::{DAffine3, DMat3, DVec3};
 
-use crate::accel::build::mesh_flags::MeshFlags;
-use crate::accel::bvh::instance::InstanceTransform;
-use crate::accel::settings::FlattenBudget;
-use crate::geometry::Transform;
-use crate::scene::{PosedInstance, PosedScene};
+use crate::build::mesh_flags::MeshFlags;
+use crate::bvh::instance::InstanceTransform;
+use crate::settings::FlattenBudget;
+use blinn_core::geometry::Transform;
+use blinn_scene::{PosedInstance, PosedScene};
 
 /// An instance whose triangles are in a world BVH.
 #[derive(Clone, Debug, PartialEq)]

@@ -6,7 +6,7 @@
 use glam::Vec3A;
 use obvhs::aabb::Aabb as ObvhsAabb;
 
-use crate::simd::{AutovecKernel, SimdLevel};
+use blinn_core::simd::{AutovecKernel, SimdLevel};
 
 /// Neighbours before and after a group that are considered for a merge: PLOC's search distance.
 const SEARCH_DISTANCE: usize = 6;

@@ -7,8 +7,8 @@
 
 use obvhs::aabb::Aabb as ObvhsAabb;
 
-use crate::accel::bvh::bvh8::WIDTH;
-use crate::accel::bvh::triangle4::TRIANGLE_LANES;
+use crate::bvh::bvh8::WIDTH;
+use crate::bvh::triangle4::TRIANGLE_LANES;
 
 /// Leaf cost for each block and for each entry, where visiting a node of the same bounds costs 1.
 const BLOCK_COST: f32 = 0.6;

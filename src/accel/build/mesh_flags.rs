@@ -3,8 +3,8 @@
 use std::collections::BTreeMap;
 use std::sync::Arc;
 
-use crate::accel::bvh::surface_flags::SurfaceFlags;
-use crate::scene::{Material, OpaqueTriangles, PosedScene, SurfaceClass};
+use crate::bvh::surface_flags::SurfaceFlags;
+use blinn_scene::{Material, OpaqueTriangles, PosedScene, SurfaceClass};
 
 /// The surface flags of a mesh's triangles.
 #[derive(Clone, Debug, PartialEq)]

@@ -11,9 +11,9 @@ use obvhs::Boundable;
 use rayon::prelude::*;
 use rdst::RadixSort;
 
-use crate::accel::build::input_triangles::INDEX_BITS;
-use crate::accel::bvh::aabb::Aabb;
-use crate::geometry::morton3;
+use crate::build::input_triangles::INDEX_BITS;
+use crate::bvh::aabb::Aabb;
+use blinn_core::geometry::morton3;
 
 /// Bits of a cell's coordinate on each axis.
 const CELL_BITS: u32 = 11;

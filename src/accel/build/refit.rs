@@ -5,18 +5,18 @@
 
 use rayon::prelude::*;
 
-use crate::accel::build::duplicate_filter::{DuplicateFilter, Inserter};
-use crate::accel::build::input_triangles::{InputTriangle, par_indices};
-use crate::accel::bvh::aabb::Aabb;
-use crate::accel::bvh::blas::Blas;
-use crate::accel::bvh::build_triangle::BuildTriangle;
-use crate::accel::bvh::bvh8::{Bvh8, LEAF_BIT};
-use crate::accel::bvh::canonical_triangle::{CanonicalTriangle, Degeneracy, padded_bounds};
-use crate::accel::bvh::coincident::group_by_flags;
-use crate::accel::bvh::sah::sah_cost;
-use crate::accel::bvh::surface_flags::SurfaceFlags;
-use crate::accel::bvh::triangle4::{COINCIDENT, TRIANGLE_LANES, Triangle4};
-use crate::accel::report::BuildReport;
+use crate::build::duplicate_filter::{DuplicateFilter, Inserter};
+use crate::build::input_triangles::{InputTriangle, par_indices};
+use crate::bvh::aabb::Aabb;
+use crate::bvh::blas::Blas;
+use crate::bvh::build_triangle::BuildTriangle;
+use crate::bvh::bvh8::{Bvh8, LEAF_BIT};
+use crate::bvh::canonical_triangle::{CanonicalTriangle, Degeneracy, padded_bounds};
+use crate::bvh::coincident::group_by_flags;
+use crate::bvh::sah::sah_cost;
+use crate::bvh::surface_flags::SurfaceFlags;
+use crate::bvh::triangle4::{COINCIDENT, TRIANGLE_LANES, Triangle4};
+use crate::report::BuildReport;
 
 /// A BVH is rebuilt where its SAH cost exceeds this multiple of that at its build.
 const MAX_COST_GROWTH: f64 = 1.25;

@@ -2,17 +2,17 @@
 
 use glam::Vec3;
 
-use crate::accel::build::blas_builder::build_blas;
-use crate::accel::build::input_triangles::{InputTriangle, count_rejected};
-use crate::accel::build::instancing_plan::{FlattenedInstance, InstancingPlan, World};
-use crate::accel::build::mesh_flags::MeshFlags;
-use crate::accel::bvh::blas::Blas;
-use crate::accel::bvh::triangle_ids::TriangleIdMap;
-use crate::accel::report::BuildReport;
-use crate::accel::settings::{FlattenBudget, Preset};
-use crate::cancellation::{CancelToken, Cancelled};
-use crate::geometry::Transform;
-use crate::scene::PosedScene;
+use crate::build::blas_builder::build_blas;
+use crate::build::input_triangles::{InputTriangle, count_rejected};
+use crate::build::instancing_plan::{FlattenedInstance, InstancingPlan, World};
+use crate::build::mesh_flags::MeshFlags;
+use crate::bvh::blas::Blas;
+use crate::bvh::triangle_ids::TriangleIdMap;
+use crate::report::BuildReport;
+use crate::settings::{FlattenBudget, Preset};
+use blinn_core::cancellation::{CancelToken, Cancelled};
+use blinn_core::geometry::Transform;
+use blinn_scene::PosedScene;
 
 impl BuildReport {
     /// Counts the triangles that a build would reject, without building. Does not count coincident ones.

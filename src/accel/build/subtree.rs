@@ -2,9 +2,9 @@
 
 use std::ops::Range;
 
-use crate::accel::bvh::aabb::Aabb;
-use crate::accel::bvh::bvh8::WIDTH;
-use crate::accel::bvh::occlusion_order::OcclusionCost;
+use crate::bvh::aabb::Aabb;
+use crate::bvh::bvh8::WIDTH;
+use crate::bvh::occlusion_order::OcclusionCost;
 
 /// A child of a wide node: its bounds and its index among the leaves or nodes of the [`Subtree`].
 #[derive(Clone, Copy)]

@@ -7,19 +7,19 @@ use obvhs::Boundable;
 use obvhs::aabb::Aabb as ObvhsAabb;
 use rayon::prelude::*;
 
-use crate::accel::build::builder::{self, Cluster, ClusterLeaves};
-use crate::accel::build::instancing_plan::InstancingPlan;
-use crate::accel::build::leaf_packing::LeafCapacity;
-use crate::accel::build::morton_clusters::MortonKey;
-use crate::accel::bvh::aabb::Aabb;
-use crate::accel::bvh::blas::Blas;
-use crate::accel::bvh::canonical_triangle::{MAX_COORDINATE, MIN_PADDING};
-use crate::accel::bvh::instance::{BlasInstance, InstanceTransform, condition_number};
-use crate::accel::bvh::occlusion_order::OcclusionCost;
-use crate::accel::bvh::tlas::Tlas;
-use crate::accel::settings::Preset;
-use crate::cancellation::{CancelToken, Cancelled};
-use crate::scene::PosedScene;
+use crate::build::builder::{self, Cluster, ClusterLeaves};
+use crate::build::instancing_plan::InstancingPlan;
+use crate::build::leaf_packing::LeafCapacity;
+use crate::build::morton_clusters::MortonKey;
+use crate::bvh::aabb::Aabb;
+use crate::bvh::blas::Blas;
+use crate::bvh::canonical_triangle::{MAX_COORDINATE, MIN_PADDING};
+use crate::bvh::instance::{BlasInstance, InstanceTransform, condition_number};
+use crate::bvh::occlusion_order::OcclusionCost;
+use crate::bvh::tlas::Tlas;
+use crate::settings::Preset;
+use blinn_core::cancellation::{CancelToken, Cancelled};
+use blinn_scene::PosedScene;
 
 /// An instance in the build. There may be millions: transforms are computed once these are freed.
 #[derive(Clone, Copy)]
@@ -183,7 +183,7 @@ fn to_world(posed: &PosedScene, instance: u32) -> DAffine3 {
 
 /// Returns the bounds in the world of local bounds, rounded outward.
 fn world_bounds(to_world: &DAffine3, local: Aabb) -> Aabb {
-    let mut bounds = crate::geometry::Aabb::EMPTY;
+    let mut bounds = blinn_core::geometry::Aabb::EMPTY;
     for corner in 0..8u32 {
         let at = |axis: usize| if corner >> axis & 1 == 0 { local.min[axis] } else { local.max[axis] };
         bounds.extend(to_world.transform_point3(Vec3::new(at(0), at(1), at(2)).as_dvec3()));

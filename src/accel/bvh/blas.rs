@@ -4,22 +4,22 @@ use std::marker::PhantomData;
 
 use glam::{DVec3, Vec3};
 
-use crate::accel::bvh::aabb::Aabb;
-use crate::accel::bvh::bvh8::Bvh8;
-use crate::accel::bvh::coincident::CoincidentGroup;
-use crate::accel::bvh::huge_pages::HugePageArray;
-use crate::accel::bvh::surface_flags::SurfaceFlags;
-use crate::accel::bvh::triangle_ids::TriangleIdMap;
-use crate::accel::bvh::triangle4::{COINCIDENT, TRIANGLE_LANES, Triangle4};
-use crate::accel::report::BuildReport;
-use crate::accel::traverse::box_test::{BoxTestRay, SimdNodeTest};
-use crate::accel::traverse::bvh8_traversal::{LeafVisitor, TraversalStack};
-use crate::accel::traverse::conservative_triangle_test::TriangleTestRay;
-use crate::accel::traverse::exact_triangle_test::{LocalRay, TriangleHit};
-use crate::accel::traverse::query::{CoincidentIds, RayQuery};
-use crate::geometry::HitId;
-use crate::scene::SurfaceClass;
-use crate::simd::{Lanes, OutlinedKernel, Simd};
+use crate::bvh::aabb::Aabb;
+use crate::bvh::bvh8::Bvh8;
+use crate::bvh::coincident::CoincidentGroup;
+use crate::bvh::huge_pages::HugePageArray;
+use crate::bvh::surface_flags::SurfaceFlags;
+use crate::bvh::triangle_ids::TriangleIdMap;
+use crate::bvh::triangle4::{COINCIDENT, TRIANGLE_LANES, Triangle4};
+use crate::report::BuildReport;
+use crate::traverse::box_test::{BoxTestRay, SimdNodeTest};
+use crate::traverse::bvh8_traversal::{LeafVisitor, TraversalStack};
+use crate::traverse::conservative_triangle_test::TriangleTestRay;
+use crate::traverse::exact_triangle_test::{LocalRay, TriangleHit};
+use crate::traverse::query::{CoincidentIds, RayQuery};
+use blinn_core::geometry::HitId;
+use blinn_core::simd::{Lanes, OutlinedKernel, Simd};
+use blinn_scene::SurfaceClass;
 
 /// No triangle's index, nor that of a set of coincident ones.
 pub(crate) const NO_SOURCE: u32 = u32::MAX;

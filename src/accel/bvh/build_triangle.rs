@@ -3,8 +3,8 @@
 use obvhs::Boundable;
 use obvhs::aabb::Aabb as ObvhsAabb;
 
-use crate::accel::bvh::canonical_triangle::CanonicalTriangle;
-use crate::accel::bvh::surface_flags::SurfaceFlags;
+use crate::bvh::canonical_triangle::CanonicalTriangle;
+use crate::bvh::surface_flags::SurfaceFlags;
 
 /// A triangle in the build: canonical, with its flags and index.
 #[derive(Clone, Copy)]
@@ -13,7 +13,7 @@ pub(crate) struct BuildTriangle {
     pub flags: SurfaceFlags,
     /// Index of the triangle in the input, or a mark and the index of a set of coincident triangles ([`COINCIDENT`]).
     ///
-    /// [`COINCIDENT`]: crate::accel::bvh::triangle4::COINCIDENT
+    /// [`COINCIDENT`]: crate::bvh::triangle4::COINCIDENT
     pub index: u32,
 }
 

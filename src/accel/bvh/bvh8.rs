@@ -4,9 +4,9 @@
 
 use glam::Vec3;
 
-use crate::accel::bvh::aabb::Aabb;
-use crate::accel::bvh::huge_pages::HugePageArray;
-use crate::accel::bvh::occlusion_order::OcclusionCost;
+use crate::bvh::aabb::Aabb;
+use crate::bvh::huge_pages::HugePageArray;
+use crate::bvh::occlusion_order::OcclusionCost;
 
 /// Children of a node.
 pub(crate) const WIDTH: usize = 8;

@@ -2,8 +2,8 @@
 
 use glam::{BVec3, DVec3, Vec3};
 
-use crate::accel::bvh::aabb::Aabb;
-use crate::geometry::EPSILON;
+use crate::bvh::aabb::Aabb;
+use blinn_core::geometry::EPSILON;
 
 /// Larger coordinates are rejected: their products would overflow.
 pub(crate) const MAX_COORDINATE: f32 = 1e18;

@@ -1,6 +1,6 @@
 //! Coincident triangles: equal vertices, of either winding. They share one lane of a block.
 
-use crate::accel::bvh::surface_flags::SurfaceFlags;
+use crate::bvh::surface_flags::SurfaceFlags;
 
 /// Coincident triangles with equal surface flags, by ascending index.
 #[derive(Clone, Debug)]

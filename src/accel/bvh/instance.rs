@@ -2,8 +2,8 @@
 
 use glam::{DAffine3, DMat3, DVec3};
 
-use crate::accel::bvh::canonical_triangle::MAX_COORDINATE;
-use crate::accel::traverse::exact_triangle_test::{LocalRay, floor_power_of_two};
+use crate::bvh::canonical_triangle::MAX_COORDINATE;
+use crate::traverse::exact_triangle_test::{LocalRay, floor_power_of_two};
 
 /// An instance of a BLAS.
 #[derive(Clone, Copy, Debug)]

@@ -4,8 +4,8 @@
 //! descending order of hit probability per cost, not front to back: a wall before the furniture. (Ize and
 //! Hansen, RTSAH Traversal Order for Occlusion Rays, 2011, weigh the two children of binary nodes.)
 
-use crate::accel::bvh::aabb::Aabb;
-use crate::scene::SurfaceClass;
+use crate::bvh::aabb::Aabb;
+use blinn_scene::SurfaceClass;
 
 /// Expected behaviour of random lines through a subtree's bounds.
 #[derive(Clone, Copy, Debug, PartialEq)]

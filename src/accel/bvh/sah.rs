@@ -4,10 +4,10 @@
 //! A line that hits a convex body hits a box inside it with the ratio of the boxes' surface areas (Goldsmith
 //! and Salmon, Automatic Creation of Object Hierarchies for Ray Tracing, 1987).
 
-use crate::accel::bvh::aabb::Aabb;
-use crate::accel::bvh::blas::Blas;
-use crate::accel::bvh::bvh8::{Bvh8, LEAF_BIT};
-use crate::accel::bvh::scene_bvh::SceneBvh;
+use crate::bvh::aabb::Aabb;
+use crate::bvh::blas::Blas;
+use crate::bvh::bvh8::{Bvh8, LEAF_BIT};
+use crate::bvh::scene_bvh::SceneBvh;
 
 /// Returns the expected number of nodes that a line through the tree's bounds visits, plus `leaf_cost` of each
 /// leaf that it visits. Nothing ends the line.

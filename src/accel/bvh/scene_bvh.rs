@@ -2,8 +2,8 @@
 
 use std::collections::BTreeMap;
 
-use crate::accel::bvh::blas::Blas;
-use crate::accel::bvh::tlas::Tlas;
+use crate::bvh::blas::Blas;
+use crate::bvh::tlas::Tlas;
 
 /// All BVHs of a posed scene.
 #[derive(Debug, Default)]

@@ -1,6 +1,6 @@
 //! Surface flags of a triangle: opaque, alpha tested or translucent; single sided or not.
 
-use crate::scene::SurfaceClass;
+use blinn_scene::SurfaceClass;
 
 /// Properties of a triangle's surface that rays test.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, PartialOrd, Ord)]

@@ -4,14 +4,14 @@ use std::marker::PhantomData;
 
 use glam::DVec3;
 
-use crate::accel::bvh::blas::{Blas, box_limit};
-use crate::accel::bvh::bvh8::{Bvh8, LEAF_BIT};
-use crate::accel::bvh::instance::BlasInstance;
-use crate::accel::traverse::box_test::{BoxTestRay, SimdNodeTest};
-use crate::accel::traverse::bvh8_traversal::{LeafVisitor, TraversalStack};
-use crate::accel::traverse::exact_triangle_test::LocalRay;
-use crate::accel::traverse::query::RayQuery;
-use crate::simd::Simd;
+use crate::bvh::blas::{Blas, box_limit};
+use crate::bvh::bvh8::{Bvh8, LEAF_BIT};
+use crate::bvh::instance::BlasInstance;
+use crate::traverse::box_test::{BoxTestRay, SimdNodeTest};
+use crate::traverse::bvh8_traversal::{LeafVisitor, TraversalStack};
+use crate::traverse::exact_triangle_test::LocalRay;
+use crate::traverse::query::RayQuery;
+use blinn_core::simd::Simd;
 
 /// The BVH over instances.
 ///

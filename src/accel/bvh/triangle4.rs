@@ -2,20 +2,20 @@
 
 use glam::Vec3;
 
-use crate::accel::bvh::aabb::Aabb;
-use crate::accel::bvh::build_triangle::BuildTriangle;
-use crate::accel::bvh::canonical_triangle::padded_bounds;
-use crate::accel::bvh::surface_flags::SurfaceFlags;
-use crate::scene::SurfaceClass;
-use crate::simd::Lanes;
-use crate::simd::vec3::{Vec3Lanes, per_axis};
+use crate::bvh::aabb::Aabb;
+use crate::bvh::build_triangle::BuildTriangle;
+use crate::bvh::canonical_triangle::padded_bounds;
+use crate::bvh::surface_flags::SurfaceFlags;
+use blinn_core::simd::Lanes;
+use blinn_core::simd::vec3::{Vec3Lanes, per_axis};
+use blinn_scene::SurfaceClass;
 
 /// Triangles in a [`Triangle4`].
 pub(crate) const TRIANGLE_LANES: usize = 4;
 
 /// Marks a triangle index as the index of a set of coincident triangles ([`Blas::coincident`]).
 ///
-/// [`Blas::coincident`]: crate::accel::bvh::blas::Blas::coincident
+/// [`Blas::coincident`]: crate::bvh::blas::Blas::coincident
 pub(crate) const COINCIDENT: u32 = 1 << 31;
 
 /// Marks the last block of a leaf in the triangle count.

@@ -1,6 +1,6 @@
 //! Maps between a BLAS's triangle indices and hit ids (instance, triangle).
 
-use crate::geometry::HitId;
+use blinn_core::geometry::HitId;
 
 /// The instances whose triangles a BLAS numbers one after the other.
 #[derive(Clone, Debug, Default)]

@@ -1,10 +1,10 @@
 //! Frustum culling of small boxes, on every SIMD level.
 
 use super::*;
-use crate::accel::SimdLevel;
-use crate::accel::bvh::aabb::Aabb;
-use crate::accel::bvh::bvh8::LEAF_BIT;
-use crate::accel::bvh::huge_pages::HugePageArray;
+use crate::SimdLevel;
+use crate::bvh::aabb::Aabb;
+use crate::bvh::bvh8::LEAF_BIT;
+use crate::bvh::huge_pages::HugePageArray;
 
 /// A BVH of small boxes around `points`.
 fn bvh(points: &[Vec3]) -> Bvh8 {

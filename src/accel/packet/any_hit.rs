@@ -2,19 +2,19 @@
 
 use std::ops::Range;
 
-use crate::accel::bvh::blas::Blas;
-use crate::accel::bvh::triangle4::Triangle4;
-use crate::accel::packet::packet_query::{CertainHit, PacketQuery};
-use crate::accel::packet::packet_traversal::PacketScratch;
-use crate::accel::packet::per_ray::{GROUPS_PER_PACKET, PerRay, RAYS_PER_GROUP, RayMask};
-use crate::accel::packet::ray_packet::{RayPacket, pad_to_packet, prefetch_next_packet};
-use crate::accel::packet::shared_vector::SharedVector;
-use crate::accel::ray_batch::{Coherence, HitFilter, ShadowRayBatch};
-use crate::accel::single_ray_tracer::shadow_ray_query;
-use crate::accel::traverse::bvh8_traversal::TraversalStack;
-use crate::accel::traverse::conservative_triangle_test::LIGHT_MARGIN;
-use crate::accel::traverse::translucent_hits::Transmittance;
-use crate::simd::{Lanes, Simd};
+use crate::bvh::blas::Blas;
+use crate::bvh::triangle4::Triangle4;
+use crate::packet::packet_query::{CertainHit, PacketQuery};
+use crate::packet::packet_traversal::PacketScratch;
+use crate::packet::per_ray::{GROUPS_PER_PACKET, PerRay, RAYS_PER_GROUP, RayMask};
+use crate::packet::ray_packet::{RayPacket, pad_to_packet, prefetch_next_packet};
+use crate::packet::shared_vector::SharedVector;
+use crate::ray_batch::{Coherence, HitFilter, ShadowRayBatch};
+use crate::single_ray_tracer::shadow_ray_query;
+use crate::traverse::bvh8_traversal::TraversalStack;
+use crate::traverse::conservative_triangle_test::LIGHT_MARGIN;
+use crate::traverse::translucent_hits::Transmittance;
+use blinn_core::simd::{Lanes, Simd};
 
 /// The result of [`occluded`] for the rays of a packet.
 #[derive(Debug)]

@@ -4,21 +4,21 @@ use std::ops::Range;
 
 use glam::Vec3;
 
-use crate::accel::bvh::blas::Blas;
-use crate::accel::bvh::triangle_ids::TriangleIdMap;
-use crate::accel::bvh::triangle4::{TRIANGLE_LANES, Triangle4};
-use crate::accel::packet::exact_hits::{BLOCKS_PER_TABLE, ExactHits, GroupHits, compute_by_ray};
-use crate::accel::packet::packet_query::{CertainHit, PacketQuery};
-use crate::accel::packet::packet_traversal::PacketScratch;
-use crate::accel::packet::per_ray::{GROUPS_PER_QUAD, PerRay, RAYS_PER_GROUP};
-use crate::accel::packet::ray_packet::{RayPacket, pad_to_packet, prefetch_next_packet};
-use crate::accel::packet::shared_vector::SharedVector;
-use crate::accel::ray_batch::{Coherence, HitFilter, RayBatch};
-use crate::accel::traverse::bvh8_traversal::TraversalStack;
-use crate::accel::traverse::exact_triangle_test::LocalRay;
-use crate::accel::traverse::query::{ClosestHit, FilteredRay, RayQuery};
-use crate::geometry::{EPSILON, Hit, HitId};
-use crate::simd::{Lanes, Simd};
+use crate::bvh::blas::Blas;
+use crate::bvh::triangle_ids::TriangleIdMap;
+use crate::bvh::triangle4::{TRIANGLE_LANES, Triangle4};
+use crate::packet::exact_hits::{BLOCKS_PER_TABLE, ExactHits, GroupHits, compute_by_ray};
+use crate::packet::packet_query::{CertainHit, PacketQuery};
+use crate::packet::packet_traversal::PacketScratch;
+use crate::packet::per_ray::{GROUPS_PER_QUAD, PerRay, RAYS_PER_GROUP};
+use crate::packet::ray_packet::{RayPacket, pad_to_packet, prefetch_next_packet};
+use crate::packet::shared_vector::SharedVector;
+use crate::ray_batch::{Coherence, HitFilter, RayBatch};
+use crate::traverse::bvh8_traversal::TraversalStack;
+use crate::traverse::exact_triangle_test::LocalRay;
+use crate::traverse::query::{ClosestHit, FilteredRay, RayQuery};
+use blinn_core::geometry::{EPSILON, Hit, HitId};
+use blinn_core::simd::{Lanes, Simd};
 
 /// In [`ClosestHits::triangle_slot`]: the ray has hit nothing yet.
 const NO_TRIANGLE: u32 = u32::MAX;

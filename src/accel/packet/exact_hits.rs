@@ -2,15 +2,15 @@
 
 use glam::DVec3;
 
-use crate::accel::bvh::blas::Blas;
-use crate::accel::bvh::triangle_ids::TriangleIdMap;
-use crate::accel::bvh::triangle4::{TRIANGLE_LANES, Triangle4};
-use crate::accel::packet::per_ray::RAYS_PER_GROUP;
-use crate::accel::packet::ray_packet::RayPacket;
-use crate::accel::packet::shared_vector::SharedVector;
-use crate::accel::traverse::exact_triangle_test::invert_power_of_two;
-use crate::simd::Simd;
-use crate::simd::vec3::per_axis;
+use crate::bvh::blas::Blas;
+use crate::bvh::triangle_ids::TriangleIdMap;
+use crate::bvh::triangle4::{TRIANGLE_LANES, Triangle4};
+use crate::packet::per_ray::RAYS_PER_GROUP;
+use crate::packet::ray_packet::RayPacket;
+use crate::packet::shared_vector::SharedVector;
+use crate::traverse::exact_triangle_test::invert_power_of_two;
+use blinn_core::simd::Simd;
+use blinn_core::simd::vec3::per_axis;
 
 /// Leaf blocks whose triangles an [`ExactHits`] holds.
 pub(super) const BLOCKS_PER_TABLE: usize = RAYS_PER_GROUP / TRIANGLE_LANES;
@@ -19,7 +19,7 @@ pub(super) const BLOCKS_PER_TABLE: usize = RAYS_PER_GROUP / TRIANGLE_LANES;
 /// is that of [`LocalRay::intersect_inside`], to the bit. What depends on a triangle alone is computed once for all
 /// rays; each ray looks up the triangle that it hits.
 ///
-/// [`LocalRay::intersect_inside`]: crate::accel::traverse::exact_triangle_test::LocalRay::intersect_inside
+/// [`LocalRay::intersect_inside`]: crate::traverse::exact_triangle_test::LocalRay::intersect_inside
 #[derive(Clone, Debug)]
 pub(super) struct ExactHits {
     shared: SharedVectorF64,

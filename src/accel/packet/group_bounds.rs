@@ -10,14 +10,14 @@
 
 use glam::Vec3;
 
-use crate::accel::bvh::bvh8::WIDTH;
-use crate::accel::packet::packet_frustum::{AxisProjection, MAX_SPREAD};
-use crate::accel::packet::per_ray::{GROUPS_PER_QUAD, QUADS_PER_PACKET, RAYS_PER_GROUP};
-use crate::accel::packet::ray_packet::RayPacket;
-use crate::accel::traverse::box_test::{FAR_FACTOR, NEAR_FACTOR};
-use crate::geometry::EPSILON;
-use crate::simd::vec3::per_axis;
-use crate::simd::{Lanes, Simd};
+use crate::bvh::bvh8::WIDTH;
+use crate::packet::packet_frustum::{AxisProjection, MAX_SPREAD};
+use crate::packet::per_ray::{GROUPS_PER_QUAD, QUADS_PER_PACKET, RAYS_PER_GROUP};
+use crate::packet::ray_packet::RayPacket;
+use crate::traverse::box_test::{FAR_FACTOR, NEAR_FACTOR};
+use blinn_core::geometry::EPSILON;
+use blinn_core::simd::vec3::per_axis;
+use blinn_core::simd::{Lanes, Simd};
 
 /// Bounds of a node's children on the projection plane, a child in each lane.
 #[derive(Clone, Copy)]

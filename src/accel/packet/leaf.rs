@@ -1,14 +1,14 @@
 //! Intersection of a packet with the triangles of a leaf.
 
-use crate::accel::bvh::triangle4::{TRIANGLE_LANES, Triangle4};
-use crate::accel::packet::group_bounds::{GroupBounds, LinearFunction};
-use crate::accel::packet::packet_kind::PacketKind;
-use crate::accel::packet::packet_query::{CertainHit, PacketQuery};
-use crate::accel::packet::per_ray::{GROUPS_PER_PACKET, GROUPS_PER_QUAD, QUADS_PER_PACKET, RAYS_PER_GROUP};
-use crate::accel::packet::prepared_triangles::PreparedTriangles;
-use crate::accel::packet::ray_packet::RayPacket;
-use crate::accel::traverse::error_bounds::{BlockErrorBounds, W_SCALE};
-use crate::simd::{Lanes, Simd};
+use crate::bvh::triangle4::{TRIANGLE_LANES, Triangle4};
+use crate::packet::group_bounds::{GroupBounds, LinearFunction};
+use crate::packet::packet_kind::PacketKind;
+use crate::packet::packet_query::{CertainHit, PacketQuery};
+use crate::packet::per_ray::{GROUPS_PER_PACKET, GROUPS_PER_QUAD, QUADS_PER_PACKET, RAYS_PER_GROUP};
+use crate::packet::prepared_triangles::PreparedTriangles;
+use crate::packet::ray_packet::RayPacket;
+use crate::traverse::error_bounds::{BlockErrorBounds, W_SCALE};
+use blinn_core::simd::{Lanes, Simd};
 
 /// A block prepared for a packet.
 struct PreparedBlock<'a, S: Simd, K> {

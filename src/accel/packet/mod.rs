@@ -19,7 +19,7 @@
 //! Compare Wald et al., "Ray tracing deformable scenes using dynamic bounding volume hierarchies" (2007), for packets
 //! in a BVH, and Reshetov et al., "Multi-level ray tracing algorithm" (2005), for culling by the frustum of a packet.
 //!
-//! [`exact_triangle_test`]: crate::accel::traverse::exact_triangle_test
+//! [`exact_triangle_test`]: crate::traverse::exact_triangle_test
 
 mod any_hit;
 mod closest_hit;

@@ -2,9 +2,9 @@
 
 use glam::Vec3;
 
-use crate::accel::packet::per_ray::{GROUPS_PER_QUAD, PerRay, QUADS_PER_PACKET, RAYS_PER_GROUP};
-use crate::geometry::EPSILON;
-use crate::simd::{Lanes, Simd};
+use crate::packet::per_ray::{GROUPS_PER_QUAD, PerRay, QUADS_PER_PACKET, RAYS_PER_GROUP};
+use blinn_core::geometry::EPSILON;
+use blinn_core::simd::{Lanes, Simd};
 
 /// The largest spread of a packet: of the tangents of its directions, and of its origins in radii of the BVH. Beyond it,
 /// some group meets nearly every node.

@@ -1,20 +1,20 @@
 //! The operations that depend on what the rays of a packet share.
 
-use crate::accel::bvh::bvh8::Bvh8Node;
-use crate::accel::bvh::triangle4::Triangle4;
-use crate::accel::packet::group_bounds::{LinearFunction, ProjectedBoxes};
-use crate::accel::packet::prepared_triangles::{EdgeFunctions, PreparedTriangles};
-use crate::accel::packet::ray_packet::RayPacket;
-use crate::accel::traverse::error_bounds::BlockErrorBounds;
-use crate::simd::Simd;
+use crate::bvh::bvh8::Bvh8Node;
+use crate::bvh::triangle4::Triangle4;
+use crate::packet::group_bounds::{LinearFunction, ProjectedBoxes};
+use crate::packet::prepared_triangles::{EdgeFunctions, PreparedTriangles};
+use crate::packet::ray_packet::RayPacket;
+use crate::traverse::error_bounds::BlockErrorBounds;
+use blinn_core::simd::Simd;
 
 /// The planes of a box by axis and side, in the form that the packet kind tests.
 pub(super) type BoxPlanes = [[f32; 2]; 3];
 
 /// A kind of packet: [`SharedOrigin`] or [`SharedDirection`].
 ///
-/// [`SharedOrigin`]: crate::accel::packet::shared_origin::SharedOrigin
-/// [`SharedDirection`]: crate::accel::packet::shared_direction::SharedDirection
+/// [`SharedOrigin`]: crate::packet::shared_origin::SharedOrigin
+/// [`SharedDirection`]: crate::packet::shared_direction::SharedDirection
 pub(super) trait PacketKind<S: Simd> {
     /// Projects the boxes of a node's children onto the plane across the rays.
     fn project_children(&self, node: &Bvh8Node) -> ProjectedBoxes<S::F32x8>;

@@ -1,11 +1,11 @@
 //! Handling of hits in packet traversal: keep the closest ([`closest_hit`]) or end the ray ([`any_hit`]).
 //!
-//! [`closest_hit`]: crate::accel::packet::closest_hit
-//! [`any_hit`]: crate::accel::packet::any_hit
+//! [`closest_hit`]: crate::packet::closest_hit
+//! [`any_hit`]: crate::packet::any_hit
 
-use crate::accel::bvh::triangle4::Triangle4;
-use crate::accel::packet::ray_packet::RayPacket;
-use crate::simd::Simd;
+use crate::bvh::triangle4::Triangle4;
+use crate::packet::ray_packet::RayPacket;
+use blinn_core::simd::Simd;
 
 /// Receives the hits of a packet.
 pub(super) trait PacketQuery<S: Simd> {

@@ -1,14 +1,14 @@
 //! BVH traversal of a ray packet.
 
-use crate::accel::bvh::blas::Blas;
-use crate::accel::bvh::bvh8::{Bvh8Node, LEAF_BIT, Octant, SLOTS_IN_ORDER, SLOTS_REVERSED, WIDTH};
-use crate::accel::bvh::triangle4::Triangle4;
-use crate::accel::packet::group_bounds::{FarLimit, GroupBounds, ProjectedBox, ProjectedBoxes};
-use crate::accel::packet::packet_kind::PacketKind;
-use crate::accel::packet::packet_query::PacketQuery;
-use crate::accel::packet::per_ray::{GROUPS_PER_PACKET, RAYS_PER_GROUP, RayMask};
-use crate::accel::packet::ray_packet::RayPacket;
-use crate::simd::{Lanes, OutlinedKernel, Simd, prefetch_all_lines};
+use crate::bvh::blas::Blas;
+use crate::bvh::bvh8::{Bvh8Node, LEAF_BIT, Octant, SLOTS_IN_ORDER, SLOTS_REVERSED, WIDTH};
+use crate::bvh::triangle4::Triangle4;
+use crate::packet::group_bounds::{FarLimit, GroupBounds, ProjectedBox, ProjectedBoxes};
+use crate::packet::packet_kind::PacketKind;
+use crate::packet::packet_query::PacketQuery;
+use crate::packet::per_ray::{GROUPS_PER_PACKET, RAYS_PER_GROUP, RayMask};
+use crate::packet::ray_packet::RayPacket;
+use blinn_core::simd::{Lanes, OutlinedKernel, Simd, prefetch_all_lines};
 
 /// This many rays or fewer continue as single rays.
 const MAX_RAYS_TO_CONTINUE_SINGLY: u32 = 3;

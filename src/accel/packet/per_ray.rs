@@ -1,6 +1,6 @@
 //! The shape of a ray packet, and arrays with an element for each of its rays.
 
-use crate::simd::Lanes;
+use blinn_core::simd::Lanes;
 
 /// Rays in a ray group, each in a SIMD lane.
 pub(crate) const RAYS_PER_GROUP: usize = 16;

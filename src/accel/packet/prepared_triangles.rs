@@ -1,8 +1,8 @@
 //! Per-triangle terms of the edge functions that all rays of a packet share.
 
-use crate::accel::bvh::triangle4::TRIANGLE_LANES;
-use crate::simd::vec3::per_axis;
-use crate::simd::{Lanes, Simd};
+use crate::bvh::triangle4::TRIANGLE_LANES;
+use blinn_core::simd::vec3::per_axis;
+use blinn_core::simd::{Lanes, Simd};
 
 /// The triangles of a block, prepared for rays with a shared origin or direction.
 #[repr(C, align(64))]

@@ -2,14 +2,14 @@
 
 use glam::{DVec3, Vec3};
 
-use crate::accel::packet::packet_frustum::PacketFrustum;
-use crate::accel::packet::per_ray::{
+use crate::packet::packet_frustum::PacketFrustum;
+use crate::packet::per_ray::{
     GROUPS_PER_PACKET, GROUPS_PER_QUAD, PACKET_SIZE, PerRay, RAYS_PER_GROUP, RayMask,
 };
-use crate::accel::traverse::box_test::MIN_DIRECTION;
-use crate::accel::traverse::exact_triangle_test::{floor_power_of_two, invert_power_of_two};
-use crate::geometry::EPSILON;
-use crate::simd::{Lanes, Simd, prefetch};
+use crate::traverse::box_test::MIN_DIRECTION;
+use crate::traverse::exact_triangle_test::{floor_power_of_two, invert_power_of_two};
+use blinn_core::geometry::EPSILON;
+use blinn_core::simd::{Lanes, Simd, prefetch};
 
 /// Directions whose largest component is between these are used as they are; others are scaled.
 const UNSCALED_DIRECTIONS: [f32; 2] = [1.0 / 4096.0, 4096.0];

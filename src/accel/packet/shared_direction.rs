@@ -2,17 +2,17 @@
 
 use glam::Vec3;
 
-use crate::accel::bvh::bvh8::{Bvh8Node, plane_row};
-use crate::accel::bvh::triangle4::Triangle4;
-use crate::accel::packet::group_bounds::{LinearFunction, ProjectedBoxes};
-use crate::accel::packet::packet_frustum::AxisProjection;
-use crate::accel::packet::packet_kind::{BoxPlanes, PacketKind};
-use crate::accel::packet::prepared_triangles::{EdgeFunctions, PreparedTriangles};
-use crate::accel::packet::ray_packet::RayPacket;
-use crate::accel::traverse::box_test::{FAR_FACTOR, NEAR_FACTOR, direction_reciprocal};
-use crate::accel::traverse::error_bounds::{BlockErrorBounds, EdgeFunctionBounds};
-use crate::simd::vec3::{cross, dot, per_axis, splat, sub};
-use crate::simd::{Lanes, Simd};
+use crate::bvh::bvh8::{Bvh8Node, plane_row};
+use crate::bvh::triangle4::Triangle4;
+use crate::packet::group_bounds::{LinearFunction, ProjectedBoxes};
+use crate::packet::packet_frustum::AxisProjection;
+use crate::packet::packet_kind::{BoxPlanes, PacketKind};
+use crate::packet::prepared_triangles::{EdgeFunctions, PreparedTriangles};
+use crate::packet::ray_packet::RayPacket;
+use crate::traverse::box_test::{FAR_FACTOR, NEAR_FACTOR, direction_reciprocal};
+use crate::traverse::error_bounds::{BlockErrorBounds, EdgeFunctionBounds};
+use blinn_core::simd::vec3::{cross, dot, per_axis, splat, sub};
+use blinn_core::simd::{Lanes, Simd};
 
 /// The four vectors of a [`PreparedTriangles`]: edge functions and the depth are dot products of the first three with
 /// v₀ − o.

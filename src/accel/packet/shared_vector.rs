@@ -2,16 +2,16 @@
 
 use glam::Vec3;
 
-use crate::accel::bvh::blas::Blas;
-use crate::accel::bvh::bvh8::Octant;
-use crate::accel::packet::group_bounds::GroupBounds;
-use crate::accel::packet::packet_query::PacketQuery;
-use crate::accel::packet::packet_traversal::{PacketStack, TraversePacketKernel};
-use crate::accel::packet::ray_packet::RayPacket;
-use crate::accel::packet::shared_direction::SharedDirection;
-use crate::accel::packet::shared_origin::SharedOrigin;
-use crate::accel::traverse::error_bounds::EdgeFunctionBounds;
-use crate::simd::Simd;
+use crate::bvh::blas::Blas;
+use crate::bvh::bvh8::Octant;
+use crate::packet::group_bounds::GroupBounds;
+use crate::packet::packet_query::PacketQuery;
+use crate::packet::packet_traversal::{PacketStack, TraversePacketKernel};
+use crate::packet::ray_packet::RayPacket;
+use crate::packet::shared_direction::SharedDirection;
+use crate::packet::shared_origin::SharedOrigin;
+use crate::traverse::error_bounds::EdgeFunctionBounds;
+use blinn_core::simd::Simd;
 
 /// The origin or direction that the rays of a packet share. Directions are divided by the packet's `t_scale`.
 #[derive(Clone, Copy, Debug)]

@@ -5,20 +5,20 @@ use std::marker::PhantomData;
 
 use glam::Vec3;
 
-use crate::accel::bvh::blas::Blas;
-use crate::accel::bvh::bvh8::LEAF_BIT;
-use crate::accel::bvh::instance::BlasInstance;
-use crate::accel::bvh::tlas::Tlas;
-use crate::accel::packet::RAYS_PER_GROUP;
-use crate::accel::stream::leaf::TriangleVisitor;
-use crate::accel::stream::list_visitor::ListVisitor;
-use crate::accel::stream::prepared_rays::{BoxPadding, MIN_STREAM_RAYS, NO_OCTANT, PreparedRays, RayGroup};
-use crate::accel::stream::query::{SingleRayTask, StreamQuery};
-use crate::accel::stream::traversal::{TraversalScratch, TraverseKernel};
-use crate::accel::traverse::bvh8_traversal::TraversalStack;
-use crate::accel::traverse::exact_triangle_test::LocalRay;
-use crate::accel::traverse::query::RayQuery;
-use crate::simd::{Lanes, OutlinedKernel, Simd};
+use crate::bvh::blas::Blas;
+use crate::bvh::bvh8::LEAF_BIT;
+use crate::bvh::instance::BlasInstance;
+use crate::bvh::tlas::Tlas;
+use crate::packet::RAYS_PER_GROUP;
+use crate::stream::leaf::TriangleVisitor;
+use crate::stream::list_visitor::ListVisitor;
+use crate::stream::prepared_rays::{BoxPadding, MIN_STREAM_RAYS, NO_OCTANT, PreparedRays, RayGroup};
+use crate::stream::query::{SingleRayTask, StreamQuery};
+use crate::stream::traversal::{TraversalScratch, TraverseKernel};
+use crate::traverse::bvh8_traversal::TraversalStack;
+use crate::traverse::exact_triangle_test::LocalRay;
+use crate::traverse::query::RayQuery;
+use blinn_core::simd::{Lanes, OutlinedKernel, Simd};
 
 /// Scales of t that f32 represents with room to spare.
 const T_SCALES: [f64; 2] = [1e-30, 1e30];

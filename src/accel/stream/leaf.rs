@@ -1,17 +1,17 @@
 //! Intersection of a list of rays with the triangles of a leaf.
 
-use crate::accel::bvh::blas::Blas;
-use crate::accel::bvh::instance::BlasInstance;
-use crate::accel::bvh::triangle4::{TRIANGLE_LANES, Triangle4};
-use crate::accel::stream::list_visitor::ListVisitor;
-use crate::accel::stream::prepared_rays::{PreparedRays, STREAM_RAYS, TriangleTestData};
-use crate::accel::stream::query::{SingleRayTask, StreamQuery};
-use crate::accel::traverse::conservative_triangle_test::Candidates;
-use crate::accel::traverse::error_bounds::{EdgeFunctionBounds, W_SCALE};
-use crate::accel::traverse::exact_triangle_test::LocalRay;
-use crate::accel::traverse::query::RayQuery;
-use crate::simd::vec3::{Vec3Lanes, cross, dot, splat, sub};
-use crate::simd::{Lanes, Simd, prefetch_all_lines};
+use crate::bvh::blas::Blas;
+use crate::bvh::instance::BlasInstance;
+use crate::bvh::triangle4::{TRIANGLE_LANES, Triangle4};
+use crate::stream::list_visitor::ListVisitor;
+use crate::stream::prepared_rays::{PreparedRays, STREAM_RAYS, TriangleTestData};
+use crate::stream::query::{SingleRayTask, StreamQuery};
+use crate::traverse::conservative_triangle_test::Candidates;
+use crate::traverse::error_bounds::{EdgeFunctionBounds, W_SCALE};
+use crate::traverse::exact_triangle_test::LocalRay;
+use crate::traverse::query::RayQuery;
+use blinn_core::simd::vec3::{Vec3Lanes, cross, dot, splat, sub};
+use blinn_core::simd::{Lanes, Simd, prefetch_all_lines};
 
 /// Intersects lists with the triangles of one BLAS.
 pub(super) struct TriangleVisitor<'a, Q> {
@@ -61,7 +61,7 @@ impl<S: Simd> PreparedBlock<S> {
     /// [`TriangleTestRay::candidates`] does. u and v are computed from one cross product, (v₀ − o)×d, which has the
     /// same error bounds.
     ///
-    /// [`TriangleTestRay::candidates`]: crate::accel::traverse::conservative_triangle_test::TriangleTestRay::candidates
+    /// [`TriangleTestRay::candidates`]: crate::traverse::conservative_triangle_test::TriangleTestRay::candidates
     #[inline(always)]
     fn candidates<const ANY_HIT: bool>(&self, ray: &TriangleTestData) -> Candidates {
         let lanes = S::F32x4::splat;

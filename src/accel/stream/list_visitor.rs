@@ -1,7 +1,7 @@
 //! Visitors of leaves, for traversal by streams.
 
-use crate::accel::stream::prepared_rays::PreparedRays;
-use crate::simd::Simd;
+use crate::stream::prepared_rays::PreparedRays;
+use blinn_core::simd::Simd;
 
 /// Intersects lists of rays with the contents of leaves.
 pub(super) trait ListVisitor<S: Simd> {

@@ -1,8 +1,8 @@
 //! The lists of rays that have yet to visit a node or a leaf.
 
-use crate::accel::bvh::bvh8::{Bvh8Node, WIDTH};
-use crate::accel::stream::prepared_rays::STREAM_RAYS;
-use crate::simd::Simd;
+use crate::bvh::bvh8::{Bvh8Node, WIDTH};
+use crate::stream::prepared_rays::STREAM_RAYS;
+use blinn_core::simd::Simd;
 
 /// Rays of a list that are moved at a time.
 const CHUNK: usize = 16;

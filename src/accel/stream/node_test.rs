@@ -1,10 +1,10 @@
 //! Ray–box test: the rays of a list against the eight child boxes of a node, one after the other.
 
-use crate::accel::bvh::bvh8::Bvh8Node;
-use crate::accel::stream::lists::MASKS;
-use crate::accel::stream::prepared_rays::{BoxTestData, STREAM_RAYS};
-use crate::accel::traverse::box_test::NEAR_FACTOR;
-use crate::simd::{Lanes, Simd};
+use crate::bvh::bvh8::Bvh8Node;
+use crate::stream::lists::MASKS;
+use crate::stream::prepared_rays::{BoxTestData, STREAM_RAYS};
+use crate::traverse::box_test::NEAR_FACTOR;
+use blinn_core::simd::{Lanes, Simd};
 
 /// The planes of a node by which rays of an octant enter boxes, and those by which they leave them.
 #[derive(Clone, Copy)]

@@ -3,14 +3,14 @@
 use bytemuck::{Pod, Zeroable};
 use glam::{DVec3, Vec3};
 
-use crate::accel::bvh::bvh8::OCTANTS;
-use crate::accel::packet::RAYS_PER_GROUP;
-use crate::accel::traverse::box_test::{BoxTestRay, FAR_FACTOR, MAX_SHIFT, MIN_DIRECTION, NEAR_FACTOR};
-use crate::accel::traverse::conservative_triangle_test::LIGHT_MARGIN;
-use crate::accel::traverse::error_bounds::EdgeFunctionBounds;
-use crate::geometry::EPSILON;
-use crate::simd::vec3::{Vec3Lanes, dot};
-use crate::simd::{Lanes, Simd};
+use crate::bvh::bvh8::OCTANTS;
+use crate::packet::RAYS_PER_GROUP;
+use crate::traverse::box_test::{BoxTestRay, FAR_FACTOR, MAX_SHIFT, MIN_DIRECTION, NEAR_FACTOR};
+use crate::traverse::conservative_triangle_test::LIGHT_MARGIN;
+use crate::traverse::error_bounds::EdgeFunctionBounds;
+use blinn_core::geometry::EPSILON;
+use blinn_core::simd::vec3::{Vec3Lanes, dot};
+use blinn_core::simd::{Lanes, Simd};
 
 /// Maximum number of rays in a stream.
 pub(crate) const STREAM_RAYS: usize = 1024;
@@ -35,7 +35,7 @@ const OCTANT_BASE: f32 = (1 << 23) as f32;
 /// multiplied by [`NEAR_FACTOR`]: the relative error of the reciprocal is one of the distance, which is not negative, being
 /// no less than `t_min`.
 ///
-/// [`BoxTestRay`]: crate::accel::traverse::box_test::BoxTestRay
+/// [`BoxTestRay`]: crate::traverse::box_test::BoxTestRay
 #[derive(Clone, Copy, Debug, Pod, Zeroable)]
 #[repr(C, align(64))]
 pub(super) struct BoxTestData {
@@ -53,7 +53,7 @@ pub(super) struct BoxTestData {
 
 /// A ray prepared for triangle tests, as a [`TriangleTestRay`] is.
 ///
-/// [`TriangleTestRay`]: crate::accel::traverse::conservative_triangle_test::TriangleTestRay
+/// [`TriangleTestRay`]: crate::traverse::conservative_triangle_test::TriangleTestRay
 #[derive(Clone, Copy, Debug, Pod, Zeroable)]
 #[repr(C, align(64))]
 pub(super) struct TriangleTestData {

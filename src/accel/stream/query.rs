@@ -2,13 +2,13 @@
 
 use glam::Vec3;
 
-use crate::accel::ray_batch::{Coherence, HitBatch, HitFilter, RayBatch, ShadowRayBatch};
-use crate::accel::single_ray_tracer::shadow_ray_query;
-use crate::accel::stream::prepared_rays::STREAM_RAYS;
-use crate::accel::traverse::exact_triangle_test::LocalRay;
-use crate::accel::traverse::query::{ClosestHit, FilteredRay, RayQuery};
-use crate::accel::traverse::translucent_hits::Transmittance;
-use crate::geometry::{Hit, HitId};
+use crate::ray_batch::{Coherence, HitBatch, HitFilter, RayBatch, ShadowRayBatch};
+use crate::single_ray_tracer::shadow_ray_query;
+use crate::stream::prepared_rays::STREAM_RAYS;
+use crate::traverse::exact_triangle_test::LocalRay;
+use crate::traverse::query::{ClosestHit, FilteredRay, RayQuery};
+use crate::traverse::translucent_hits::Transmittance;
+use blinn_core::geometry::{Hit, HitId};
 
 /// A test or a traversal of a single ray, which reports hits to the ray's query.
 pub(crate) trait SingleRayTask {

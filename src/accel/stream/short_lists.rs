@@ -3,12 +3,12 @@
 //! Each turn takes a ray to one node or leaf and prefetches its next one. While that is on its way, other rays take their
 //! turns.
 
-use crate::accel::bvh::bvh8::{Bvh8, Bvh8Node, LEAF_BIT, Octant, WIDTH};
-use crate::accel::stream::list_visitor::ListVisitor;
-use crate::accel::stream::node_test::NodePlanes;
-use crate::accel::stream::prepared_rays::{PreparedRays, STREAM_RAYS, boxed_array};
-use crate::accel::traverse::bvh8_traversal::TraversalStack;
-use crate::simd::{Lanes, OutlinedKernel, Simd, prefetch_all_lines};
+use crate::bvh::bvh8::{Bvh8, Bvh8Node, LEAF_BIT, Octant, WIDTH};
+use crate::stream::list_visitor::ListVisitor;
+use crate::stream::node_test::NodePlanes;
+use crate::stream::prepared_rays::{PreparedRays, STREAM_RAYS, boxed_array};
+use crate::traverse::bvh8_traversal::TraversalStack;
+use blinn_core::simd::{Lanes, OutlinedKernel, Simd, prefetch_all_lines};
 
 /// Rays that take turns.
 const TURNS: usize = 8;

@@ -2,12 +2,12 @@
 
 use std::ops::Range;
 
-use crate::accel::bvh::scene_bvh::SceneBvh;
-use crate::accel::single_ray_tracer::SingleRayTracer;
-use crate::accel::stream::prepared_rays::{MIN_STREAM_RAYS, STREAM_RAYS};
-use crate::accel::stream::query::StreamQuery;
-use crate::accel::stream::tracer::{StreamScratch, StreamTracer, trace_single};
-use crate::simd::Simd;
+use crate::bvh::scene_bvh::SceneBvh;
+use crate::single_ray_tracer::SingleRayTracer;
+use crate::stream::prepared_rays::{MIN_STREAM_RAYS, STREAM_RAYS};
+use crate::stream::query::StreamQuery;
+use crate::stream::tracer::{StreamScratch, StreamTracer, trace_single};
+use blinn_core::simd::Simd;
 
 /// Indices of rays that are pending until there are enough for a stream, and memory to trace it.
 pub(crate) struct Streams<'s> {

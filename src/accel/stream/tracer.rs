@@ -4,18 +4,18 @@ use std::marker::PhantomData;
 
 use glam::Vec3;
 
-use crate::accel::bvh::blas::Blas;
-use crate::accel::bvh::scene_bvh::SceneBvh;
-use crate::accel::packet::RAYS_PER_GROUP;
-use crate::accel::single_ray_tracer::SingleRayTracer;
-use crate::accel::stream::instances::InstanceVisitor;
-use crate::accel::stream::leaf::TriangleVisitor;
-use crate::accel::stream::prepared_rays::{BoxPadding, NO_OCTANT, PreparedRays, RayGroup};
-use crate::accel::stream::query::{SingleRayTask, StreamQuery};
-use crate::accel::stream::traversal::{TraversalScratch, TraverseKernel};
-use crate::accel::traverse::exact_triangle_test::LocalRay;
-use crate::accel::traverse::query::RayQuery;
-use crate::simd::{Lanes, OutlinedKernel, Simd};
+use crate::bvh::blas::Blas;
+use crate::bvh::scene_bvh::SceneBvh;
+use crate::packet::RAYS_PER_GROUP;
+use crate::single_ray_tracer::SingleRayTracer;
+use crate::stream::instances::InstanceVisitor;
+use crate::stream::leaf::TriangleVisitor;
+use crate::stream::prepared_rays::{BoxPadding, NO_OCTANT, PreparedRays, RayGroup};
+use crate::stream::query::{SingleRayTask, StreamQuery};
+use crate::stream::traversal::{TraversalScratch, TraverseKernel};
+use crate::traverse::exact_triangle_test::LocalRay;
+use crate::traverse::query::RayQuery;
+use blinn_core::simd::{Lanes, OutlinedKernel, Simd};
 
 /// Memory for one stream at a time.
 #[derive(Debug, Default)]
@@ -30,7 +30,7 @@ pub(crate) struct StreamScratch {
 
 /// Traces a stream: the rays of `query`, no more than [`STREAM_RAYS`].
 ///
-/// [`STREAM_RAYS`]: crate::accel::stream::STREAM_RAYS
+/// [`STREAM_RAYS`]: crate::stream::STREAM_RAYS
 pub(crate) struct StreamTracer<'a, 'b, Q> {
     pub bvh: &'b SceneBvh,
     /// True if the world BVHs have been traversed already.

@@ -1,12 +1,12 @@
 //! Traversal of a BVH by a stream of rays.
 
-use crate::accel::bvh::bvh8::{Bvh8, Bvh8Node, LEAF_BIT, OCTANTS, Octant, WIDTH};
-use crate::accel::stream::list_visitor::ListVisitor;
-use crate::accel::stream::lists::ListStack;
-use crate::accel::stream::node_test::test_boxes;
-use crate::accel::stream::prepared_rays::PreparedRays;
-use crate::accel::stream::short_lists::ShortLists;
-use crate::simd::{OutlinedKernel, Simd};
+use crate::bvh::bvh8::{Bvh8, Bvh8Node, LEAF_BIT, OCTANTS, Octant, WIDTH};
+use crate::stream::list_visitor::ListVisitor;
+use crate::stream::lists::ListStack;
+use crate::stream::node_test::test_boxes;
+use crate::stream::prepared_rays::PreparedRays;
+use crate::stream::short_lists::ShortLists;
+use blinn_core::simd::{OutlinedKernel, Simd};
 
 /// Rays of lists that are no longer than this go on one by one.
 const SHORT_LIST: usize = 4;

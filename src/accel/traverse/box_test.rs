@@ -2,10 +2,10 @@
 
 use glam::{DVec3, Vec3};
 
-use crate::accel::bvh::bvh8::{Bvh8Node, Octant, WIDTH};
-use crate::geometry::EPSILON;
-use crate::simd::vec3::splat;
-use crate::simd::{Lanes, Simd};
+use crate::bvh::bvh8::{Bvh8Node, Octant, WIDTH};
+use blinn_core::geometry::EPSILON;
+use blinn_core::simd::vec3::splat;
+use blinn_core::simd::{Lanes, Simd};
 
 /// Rounding slack of exit distances: multiply by it to enlarge.
 pub(crate) const FAR_FACTOR: f32 = 1.0 + 8.0 * EPSILON;

@@ -3,8 +3,8 @@
 //! These two loops serve all queries that are not ray packets: single rays in BLAS and TLAS, traversal statistics and
 //! frustum culling. What they do with nodes and leaves is the node test's and the leaf visitor's part.
 
-use crate::accel::bvh::bvh8::{Bvh8, Bvh8Node, LEAF_BIT, WIDTH};
-use crate::accel::traverse::box_test::{NodeTest, OrderedNodeTest};
+use crate::bvh::bvh8::{Bvh8, Bvh8Node, LEAF_BIT, WIDTH};
+use crate::traverse::box_test::{NodeTest, OrderedNodeTest};
 
 /// The nodes and leaves that a ray has yet to visit. One serves a whole batch, ray after ray; traversals nest
 /// (TLAS, then BLAS).

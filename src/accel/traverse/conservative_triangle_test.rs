@@ -5,12 +5,12 @@
 
 use glam::{DVec3, Vec3};
 
-use crate::accel::bvh::triangle4::Triangle4;
-use crate::accel::traverse::error_bounds::{EdgeFunctionBounds, W_SCALE};
-use crate::accel::traverse::exact_triangle_test::LocalRay;
-use crate::geometry::EPSILON;
-use crate::simd::vec3::{Vec3Lanes, cross, dot, splat, sub};
-use crate::simd::{Lanes, Simd};
+use crate::bvh::triangle4::Triangle4;
+use crate::traverse::error_bounds::{EdgeFunctionBounds, W_SCALE};
+use crate::traverse::exact_triangle_test::LocalRay;
+use blinn_core::geometry::EPSILON;
+use blinn_core::simd::vec3::{Vec3Lanes, cross, dot, splat, sub};
+use blinn_core::simd::{Lanes, Simd};
 
 /// A fraction of the distance from a light: a hit nearer to the light than this may round to the light itself.
 pub(crate) const LIGHT_MARGIN: f32 = 1.0 / (1u32 << 22) as f32;

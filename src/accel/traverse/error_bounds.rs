@@ -23,10 +23,10 @@
 //!
 //! Compare "Managing Rounding Error" in *Physically Based Rendering* (pbrt-v4, section 6.8).
 //!
-//! [`MIN_PADDING`]: crate::accel::bvh::canonical_triangle::MIN_PADDING
+//! [`MIN_PADDING`]: crate::bvh::canonical_triangle::MIN_PADDING
 
-use crate::accel::traverse::exact_triangle_test::GRAZING_DETERMINANT;
-use crate::geometry::EPSILON;
+use crate::traverse::exact_triangle_test::GRAZING_DETERMINANT;
+use blinn_core::geometry::EPSILON;
 
 /// w is scaled by this so that the bound on u and v holds for it, too.
 pub(crate) const W_SCALE: f32 = 5.0 / 12.0;

@@ -24,9 +24,9 @@ mod tests;
 
 use glam::{DVec3, Vec3};
 
-use crate::accel::bvh::aabb::Aabb;
-use crate::accel::bvh::canonical_triangle::MIN_PADDING;
-use crate::geometry::EPSILON;
+use crate::bvh::aabb::Aabb;
+use crate::bvh::canonical_triangle::MIN_PADDING;
+use blinn_core::geometry::EPSILON;
 
 /// An edge function in f64 counts as zero up to this multiple of the product of its factors' magnitudes.
 const EDGE_TOLERANCE: f64 = 48.0 * f64::EPSILON;

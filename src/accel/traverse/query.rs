@@ -4,13 +4,13 @@ use std::ops::ControlFlow;
 
 use glam::Vec3;
 
-use crate::accel::bvh::surface_flags::SurfaceFlags;
-use crate::accel::bvh::triangle_ids::TriangleIdMap;
-use crate::accel::bvh::triangle4::Triangle4;
-use crate::accel::ray_batch::HitFilter;
-use crate::accel::traverse::translucent_hits::Transmittance;
-use crate::geometry::{Hit, HitId};
-use crate::scene::SurfaceClass;
+use crate::bvh::surface_flags::SurfaceFlags;
+use crate::bvh::triangle_ids::TriangleIdMap;
+use crate::bvh::triangle4::Triangle4;
+use crate::ray_batch::HitFilter;
+use crate::traverse::translucent_hits::Transmittance;
+use blinn_core::geometry::{Hit, HitId};
+use blinn_scene::SurfaceClass;
 
 /// Coincident triangles with equal surface flags, by ascending id.
 #[derive(Clone, Copy)]

@@ -1,6 +1,6 @@
 //! Transmittance of shadow rays through translucent surfaces.
 
-use crate::geometry::{Hit, Rgb};
+use blinn_core::geometry::{Hit, Rgb};
 
 /// A transmittance below this counts as zero.
 const MIN_TRANSMITTANCE: f32 = 1.0 / (1 << 17) as f32;
@@ -78,7 +78,7 @@ fn exp_minus(x: Rgb) -> Rgb {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::geometry::HitId;
+    use blinn_core::geometry::HitId;
 
     fn transmittance(crossings: &[(f32, f32)], t_max: f32) -> f32 {
         let mut ray = Transmittance::default();

@@ -4,25 +4,25 @@
 //! [`Bvh8::traverse_any`]), but with a node test in f64 that counts. So counts do not depend on the SIMD level, and
 //! other rays do not pay for counting.
 //!
-//! [`Bvh8::traverse_closest`]: crate::accel::bvh::bvh8::Bvh8::traverse_closest
-//! [`Bvh8::traverse_any`]: crate::accel::bvh::bvh8::Bvh8::traverse_any
+//! [`Bvh8::traverse_closest`]: crate::bvh::bvh8::Bvh8::traverse_closest
+//! [`Bvh8::traverse_any`]: crate::bvh::bvh8::Bvh8::traverse_any
 
 use std::cell::Cell;
 
 use glam::DVec3;
 
-use crate::accel::bvh::aabb::Aabb;
-use crate::accel::bvh::blas::{Blas, box_limit};
-use crate::accel::bvh::bvh8::{Bvh8, Bvh8Node, Octant, WIDTH};
-use crate::accel::bvh::instance::BlasInstance;
-use crate::accel::bvh::scene_bvh::SceneBvh;
-use crate::accel::ray_batch::{HitFilter, RayBatch, ShadowRayBatch};
-use crate::accel::single_ray_tracer::shadow_ray_query;
-use crate::accel::traverse::box_test::{NEAR_FACTOR, NodeTest, OrderedNodeTest, direction_reciprocal};
-use crate::accel::traverse::bvh8_traversal::{LeafVisitor, TraversalStack};
-use crate::accel::traverse::exact_triangle_test::LocalRay;
-use crate::accel::traverse::query::{ClosestHit, FilteredRay, RayQuery};
-use crate::geometry::{EPSILON, Hit, HitId};
+use crate::bvh::aabb::Aabb;
+use crate::bvh::blas::{Blas, box_limit};
+use crate::bvh::bvh8::{Bvh8, Bvh8Node, Octant, WIDTH};
+use crate::bvh::instance::BlasInstance;
+use crate::bvh::scene_bvh::SceneBvh;
+use crate::ray_batch::{HitFilter, RayBatch, ShadowRayBatch};
+use crate::single_ray_tracer::shadow_ray_query;
+use crate::traverse::box_test::{NEAR_FACTOR, NodeTest, OrderedNodeTest, direction_reciprocal};
+use crate::traverse::bvh8_traversal::{LeafVisitor, TraversalStack};
+use crate::traverse::exact_triangle_test::LocalRay;
+use crate::traverse::query::{ClosestHit, FilteredRay, RayQuery};
+use blinn_core::geometry::{EPSILON, Hit, HitId};
 
 /// Number of nodes, blocks and triangles that a ray visits until its answer is known.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]

@@ -1,7 +1,7 @@
 use super::*;
-use crate::bench::interleaved_timer::Timing;
-use crate::bench::results::BvhResults;
-use crate::bench::stage_record::{StageKey, StageRecord, StageWork};
+use crate::interleaved_timer::Timing;
+use crate::results::BvhResults;
+use crate::stage_record::{StageKey, StageRecord, StageWork};
 
 /// A run of five scenes whose rounds scatter by about 1 %. All times are multiplied by `factor`.
 fn run(factor: f64, rounds: usize, seed: usize) -> BenchResults {

@@ -1,6 +1,6 @@
 //! The contents of a manifest.
 
-use crate::bench::camera::BenchCamera;
+use crate::camera::BenchCamera;
 
 /// Public scenes that a benchmark measures where their files exist.
 #[derive(Clone, Debug, Default, PartialEq)]

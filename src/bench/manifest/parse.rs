@@ -5,7 +5,7 @@ use std::collections::BTreeMap;
 use serde::Deserialize;
 
 use super::definition::{Manifest, ManifestScene};
-use crate::bench::camera::{BenchCamera, CameraPlacement};
+use crate::camera::{BenchCamera, CameraPlacement};
 
 /// The manifest that is built in.
 const BUILT_IN: &str = include_str!("scenes.toml");

@@ -4,13 +4,13 @@ use glam::{DVec3, UVec2, Vec3};
 use rayon::prelude::*;
 
 use super::ray_set::{RaySet, TileBatch, TileRays};
-use crate::accel::{Coherence, HitBatch, RayBatch, ShadowRayBatch};
-use crate::bench::scenes::noise::mix;
-use crate::bench::stage::BenchStage;
-use crate::geometry::{HitId, Ray, cosine_hemisphere, offset_ray_origin};
-use crate::integrator::{Frame, SurfacePoint};
-use crate::render::{Film, PixelRect, RenderSettings};
-use crate::scene::{PosedLightKind, Projection};
+use crate::scenes::noise::mix;
+use crate::stage::BenchStage;
+use blinn_accel::{Coherence, HitBatch, RayBatch, ShadowRayBatch};
+use blinn_core::geometry::{HitId, Ray, cosine_hemisphere, offset_ray_origin};
+use blinn_render::integrator::{Frame, SurfacePoint};
+use blinn_render::{Film, PixelRect, RenderSettings};
+use blinn_scene::{PosedLightKind, Projection};
 
 /// The length of ambient occlusion segments as a fraction of the scene's diagonal, as `blinn render --ao` has it.
 const OCCLUSION_DISTANCE: f64 = 0.25;

@@ -3,11 +3,11 @@
 use glam::UVec2;
 use rayon::prelude::*;
 
-use crate::accel::{Accel, HitBatch, RayBatch, ShadowRayBatch, TraversalStats};
-use crate::bench::stage::BenchStage;
-use crate::bench::work_hash::WorkHash;
-use crate::integrator::MaterialHitFilter;
-use crate::scene::PosedScene;
+use crate::stage::BenchStage;
+use crate::work_hash::WorkHash;
+use blinn_accel::{Accel, HitBatch, RayBatch, ShadowRayBatch, TraversalStats};
+use blinn_render::integrator::MaterialHitFilter;
+use blinn_scene::PosedScene;
 
 /// Traversal steps are counted in about this many tiles, since counting is slow.
 const COUNTED_TILES: usize = 64;
@@ -17,7 +17,7 @@ const COUNTED_TILES: usize = 64;
 pub struct RaySet {
     /// The stage.
     pub stage: BenchStage,
-    /// The tiles in the order of [`crate::render::Film::tiles`].
+    /// The tiles in the order of [`blinn_render::Film::tiles`].
     pub tiles: Vec<TileRays>,
 }
 

@@ -4,8 +4,8 @@ use base64::Engine;
 use base64::prelude::BASE64_STANDARD;
 
 use super::svg::Svg;
-use crate::output::{encode_png, escape_html, heat_color, heat_map_max, preview_layer};
-use crate::render::AovLayer;
+use blinn_output::{encode_png, escape_html, heat_color, heat_map_max, preview_layer};
+use blinn_render::AovLayer;
 
 /// The heat map of a scene, as `blinn render --heatmap steps` renders it.
 #[derive(Clone, Debug)]
@@ -19,7 +19,7 @@ pub struct HeatMap {
 }
 
 impl HeatMap {
-    /// Renders a layer of [`crate::integrator::Aov::Steps`] of this size.
+    /// Renders a layer of [`blinn_render::integrator::Aov::Steps`] of this size.
     ///
     /// # Errors
     /// The PNG encoder fails.

@@ -3,10 +3,10 @@
 use super::table::Table;
 use super::units::format_duration;
 use super::{HEAD, date};
-use crate::bench::bootstrap::ratio_interval;
-use crate::bench::results::{BenchResults, Machine, SceneResults, StageResults};
-use crate::bench::stage::BenchStage;
-use crate::output::escape_html;
+use crate::bootstrap::ratio_interval;
+use crate::results::{BenchResults, Machine, SceneResults, StageResults};
+use crate::stage::BenchStage;
+use blinn_output::escape_html;
 
 /// The results of a machine with a name for tables.
 #[derive(Clone, Debug)]
@@ -247,7 +247,7 @@ fn ratio(first: &StageResults, other: &StageResults) -> String {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::bench::results::RecordedSettings;
+    use crate::results::RecordedSettings;
 
     fn stage(stage: BenchStage, seconds: f64, hash: Option<&str>) -> StageResults {
         let text = format!(r#"{{"stage": "{}", "threads": 1, "width": 8, "height": 4}}"#, stage.name());

@@ -12,7 +12,7 @@ mod units;
 
 use super::compare::Comparison;
 use super::results::{BenchResults, Machine, RecordedSettings, StageResults};
-use crate::output::escape_html;
+use blinn_output::escape_html;
 use rays_plot::rays_plot;
 use scaling_plot::scaling_plot;
 use stage_plot::stage_plot;

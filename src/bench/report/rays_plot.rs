@@ -2,8 +2,8 @@
 
 use super::svg::{AXIS_STYLE, GRID_STYLE, Scale, Svg, color, round_ticks};
 use super::units::format_count;
-use crate::bench::results::BenchResults;
-use crate::bench::stage::BenchStage;
+use crate::results::BenchResults;
+use crate::stage::BenchStage;
 
 const KINDS: [BenchStage; 7] = [
     BenchStage::Eye,

@@ -2,9 +2,9 @@
 
 use super::stage_plot::thread_counts;
 use super::svg::{AXIS_STYLE, GRID_STYLE, Scale, Svg, color, round_ticks};
-use crate::bench::results::{BenchResults, SceneResults, StageResults};
-use crate::bench::stage::BenchStage;
-use crate::bench::stats::median;
+use crate::results::{BenchResults, SceneResults, StageResults};
+use crate::stage::BenchStage;
+use crate::stats::median;
 
 const LEFT: f64 = 56.0;
 const RIGHT: f64 = 460.0;

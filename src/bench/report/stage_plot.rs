@@ -2,9 +2,9 @@
 
 use super::svg::{AXIS_STYLE, GRID_STYLE, Scale, Svg, color, round_ticks};
 use super::units::{format_duration, format_threads};
-use crate::bench::results::{SceneResults, StageResults};
-use crate::bench::stage::BenchStage;
-use crate::output::escape_html;
+use crate::results::{SceneResults, StageResults};
+use crate::stage::BenchStage;
+use blinn_output::escape_html;
 
 const BAR_HEIGHT: f64 = 13.0;
 /// Space between the groups of bars.

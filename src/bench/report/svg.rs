@@ -2,7 +2,7 @@
 
 use std::fmt::Write;
 
-use crate::output::escape_html;
+use blinn_output::escape_html;
 
 /// Stroke of the axes.
 pub(super) const AXIS_STYLE: &str = "stroke=\"#999\"";

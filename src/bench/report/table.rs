@@ -1,6 +1,6 @@
 //! Tables as HTML, Markdown, LaTeX and text.
 
-use crate::output::escape_html;
+use blinn_output::escape_html;
 
 /// A table with a title. Its first column is aligned to the left.
 #[derive(Clone, Debug, Default, PartialEq)]

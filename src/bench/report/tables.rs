@@ -1,9 +1,9 @@
 //! The tables of the report.
 
 use super::units::format_duration;
-use crate::bench::compare::{Comparison, Verdict};
-use crate::bench::results::{BenchResults, SceneResults};
-use crate::output::escape_html;
+use crate::compare::{Comparison, Verdict};
+use crate::results::{BenchResults, SceneResults};
+use blinn_output::escape_html;
 
 fn table(head: &[&str], rows: &[Vec<String>]) -> String {
     let head: String = head.iter().map(|h| format!("<th>{h}</th>")).collect();

@@ -7,7 +7,7 @@ use clap::Command;
 
 use super::command_tree::find_flag;
 use super::{help, values};
-use crate::batch::FrameList;
+use blinn_session::FrameList;
 
 /// Joins a flag and the argument after it with `=` in two cases. Only then clap takes the argument for the value.
 ///

@@ -7,7 +7,7 @@ use clap::Args;
 use super::choices::{DirectionArg, LoopArg};
 use super::process::LogArgs;
 use super::values;
-use crate::display::Background;
+use blinn_render::display::Background;
 
 #[derive(Debug, Args)]
 pub struct AssembleArgs {

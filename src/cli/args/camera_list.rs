@@ -5,7 +5,7 @@ use std::path::PathBuf;
 use clap::Args;
 
 use super::choices::UpArg;
-use crate::batch::FrameList;
+use blinn_session::FrameList;
 
 #[derive(Debug, Args)]
 #[command(next_help_heading = "Camera")]

@@ -66,7 +66,7 @@ static FLAGS: [(&[&str], Equivalent); 42] = [
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::cli::args::command_tree::{built, find_flag};
+    use crate::args::command_tree::{built, find_flag};
 
     #[test]
     fn equivalents_exist_and_foreign_flags_do_not() {

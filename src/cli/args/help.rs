@@ -239,7 +239,7 @@ fn possible_values(arg: &Arg, separator: &str) -> String {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::cli::args::command_tree::{built, find_flag};
+    use crate::args::command_tree::{built, find_flag};
 
     #[test]
     fn common_options_exist() {

@@ -6,7 +6,7 @@ use clap::Args;
 
 use super::process::CommonArgs;
 use super::values;
-use crate::bench::BenchStage;
+use blinn_bench::BenchStage;
 
 #[derive(Debug, Args)]
 pub struct RaysArgs {

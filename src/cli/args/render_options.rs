@@ -8,10 +8,10 @@ use glam::{DVec2, DVec3};
 use super::choices::*;
 use super::values;
 use super::values::{AoArg, AovSelection, BackgroundArg, Exposure, HdriArg};
-use crate::geometry::Rgb;
-use crate::integrator::DEFAULT_BOUNCES;
-use crate::render::PixelRect;
-use crate::scene::{ClipPlanes, Glob, Intrinsics, LightSet, Orbit, UserLight, ViewRect};
+use blinn_core::geometry::Rgb;
+use blinn_render::PixelRect;
+use blinn_render::integrator::DEFAULT_BOUNCES;
+use blinn_scene::{ClipPlanes, Glob, Intrinsics, LightSet, Orbit, UserLight, ViewRect};
 
 #[derive(Debug, Args)]
 pub struct RenderOptionArgs {

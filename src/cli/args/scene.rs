@@ -6,7 +6,7 @@ use clap::Args;
 
 use super::choices::{FormatArg, GlassArg, UpArg};
 use super::values;
-use crate::import::NormalMode;
+use blinn_import::NormalMode;
 
 #[derive(Clone, Debug, Args)]
 #[command(next_help_heading = "Scene")]

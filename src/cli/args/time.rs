@@ -3,7 +3,7 @@
 use clap::Args;
 
 use super::values;
-use crate::batch::{Chunk, FrameList};
+use blinn_session::{Chunk, FrameList};
 
 /// A time in an animation.
 #[derive(Clone, Debug, Args)]

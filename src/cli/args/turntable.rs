@@ -11,7 +11,7 @@ use super::scene::SceneArgs;
 use super::time::TimeArgs;
 use super::values::{self, CategoryRule, DatasetFormats};
 use super::view_sampling::ViewSamplingArgs;
-use crate::batch::{Chunk, FrameList};
+use blinn_session::{Chunk, FrameList};
 
 #[derive(Debug, Args)]
 pub struct TurntableArgs {

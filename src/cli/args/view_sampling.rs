@@ -4,7 +4,7 @@ use clap::Args;
 
 use super::choices::UnitShapeArg;
 use super::values;
-use crate::scene::{DistanceRange, ViewLayout};
+use blinn_scene::{DistanceRange, ViewLayout};
 
 /// The views of a dataset. All random choices follow from `--seed` and the number of the view.
 #[derive(Debug, Args)]

@@ -2,9 +2,9 @@
 
 use super::output::{fail, print, write};
 use super::table;
-use crate::bench::{MachineResults, Table, different_work, machines_page, result_tables};
-use crate::cli::args::BenchArgs;
-use crate::cli::summary::Summary;
+use crate::args::BenchArgs;
+use crate::summary::Summary;
+use blinn_bench::{MachineResults, Table, different_work, machines_page, result_tables};
 
 /// Prints and writes tables of several machines. Different hashes are an error: the machines did different work.
 pub fn show(args: &BenchArgs, machines: &[MachineResults], summary: &mut Summary) {

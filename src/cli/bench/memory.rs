@@ -3,9 +3,9 @@
 
 use std::process::{Command, Stdio};
 
-use crate::bench::{BenchResults, BenchSettings, SceneResults, Workload};
-use crate::cli::args::BenchArgs;
-use crate::cli::console::{eprint_line, single_line};
+use crate::args::BenchArgs;
+use crate::console::{eprint_line, single_line};
+use blinn_bench::{BenchResults, BenchSettings, SceneResults, Workload};
 
 /// Maximum number of rounds: memory varies little.
 const MAX_ROUNDS: u32 = 3;

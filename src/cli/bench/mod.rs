@@ -19,14 +19,14 @@ use super::run::panics;
 use super::scene_file::is_stdin;
 use super::summary::Summary;
 use super::usage::UsageError;
-use crate::bench::manifest::sha256_of_file;
-use crate::bench::{
+use blinn_bench::manifest::sha256_of_file;
+use blinn_bench::{
     BenchResults, BenchRun, BenchSettings, Comparison, HeatMap, MachineResults, Verdict, Workload, compare,
     measure, report_page, result_tables, standard_suite,
 };
-use crate::import::LoadOptions;
-use crate::output::{Overwrite, check_writable};
-use crate::render::RenderSettings;
+use blinn_import::LoadOptions;
+use blinn_output::{Overwrite, check_writable};
+use blinn_render::RenderSettings;
 use observer::ConsoleObserver;
 use output::{fail, output_files, print, write};
 use public_scenes::PublicScenes;

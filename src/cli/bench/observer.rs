@@ -1,9 +1,9 @@
 //! Reports the progress of a benchmark on standard error.
 
-use crate::bench::{BenchObserver, Workload};
-use crate::cli::console::{eprint_line, single_line, strict_error};
-use crate::cli::warning_filter::WarningFilter;
-use crate::import::Warning;
+use crate::console::{eprint_line, single_line, strict_error};
+use crate::warning_filter::WarningFilter;
+use blinn_bench::{BenchObserver, Workload};
+use blinn_import::Warning;
 
 pub struct ConsoleObserver {
     pub quiet: bool,

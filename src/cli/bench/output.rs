@@ -4,11 +4,11 @@ use std::path::{Path, PathBuf};
 
 use anyhow::Context;
 
-use crate::cli::args::BenchArgs;
-use crate::cli::console::{eprint_line, is_stdout, print_error, print_stdout, single_line};
-use crate::cli::files::create_parent_folder;
-use crate::cli::summary::Summary;
-use crate::output::{Overwrite, write_atomically};
+use crate::args::BenchArgs;
+use crate::console::{eprint_line, is_stdout, print_error, print_stdout, single_line};
+use crate::files::create_parent_folder;
+use crate::summary::Summary;
+use blinn_output::{Overwrite, write_atomically};
 
 /// The files that results are written to, by their flags.
 pub fn output_files(args: &BenchArgs) -> [(&'static str, &Option<PathBuf>); 4] {

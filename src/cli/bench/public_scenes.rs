@@ -2,10 +2,10 @@
 
 use std::path::{Path, PathBuf};
 
-use crate::bench::Workload;
-use crate::bench::manifest::{Manifest, ManifestScene, find_scene_file, parse_manifest};
-use crate::cli::console::{eprint_line, single_line};
-use crate::cli::usage::UsageError;
+use crate::console::{eprint_line, single_line};
+use crate::usage::UsageError;
+use blinn_bench::Workload;
+use blinn_bench::manifest::{Manifest, ManifestScene, find_scene_file, parse_manifest};
 
 /// A larger manifest is not read.
 const MAX_MANIFEST_BYTES: u64 = 1 << 20;

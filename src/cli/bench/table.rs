@@ -1,9 +1,9 @@
 //! Benchmark results as text tables.
 
-use crate::bench::{
+use crate::console::single_line;
+use blinn_bench::{
     BenchResults, Change, Comparison, SceneResults, StageResults, Table, Verdict, format_duration,
 };
-use crate::cli::console::single_line;
 
 /// Aligns columns: the first to the left, the others to the right.
 fn align(rows: &[Vec<String>]) -> String {

@@ -4,12 +4,12 @@ use std::path::Path;
 
 use glam::DVec3;
 
-use crate::cli::args::CompareArgs;
-use crate::compare::{
+use crate::args::CompareArgs;
+use blinn_output::compare::{
     DifferenceMap, DifferenceSummary, FLIP_PIXELS_PER_DEGREE, JsonDifference, ObjectDifference, flip,
 };
-use crate::output::heat_color;
-use crate::render::PixelRect;
+use blinn_output::heat_color;
+use blinn_render::PixelRect;
 
 /// The files of a comparison and how they were compared, for reports.
 pub struct Heading<'a> {

@@ -9,9 +9,9 @@ use base64::prelude::BASE64_STANDARD;
 
 use super::comparison::{Comparison, Heading, ViewComparison};
 use super::text::{change_text, value_text};
-use crate::compare::{JsonDifference, ObjectDifference};
-use crate::output::{Overwrite, encode_png, escape_html, write_atomically};
-use crate::render::PixelRect;
+use blinn_output::compare::{JsonDifference, ObjectDifference};
+use blinn_output::{Overwrite, encode_png, escape_html, write_atomically};
+use blinn_render::PixelRect;
 
 /// The page, with placeholders for the title and the contents.
 const PAGE: &str = include_str!("page.html");

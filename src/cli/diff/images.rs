@@ -6,10 +6,10 @@ use anyhow::Result;
 use glam::DVec3;
 
 use super::comparison::{Comparison, PicturePair};
-use crate::cli::args::CompareArgs;
-use crate::compare::compare_pictures;
-use crate::import::{Limits, PictureEncoding, StoredPicture};
-use crate::scene::linear_to_srgb;
+use crate::args::CompareArgs;
+use blinn_import::{Limits, PictureEncoding, StoredPicture};
+use blinn_output::compare::compare_pictures;
+use blinn_scene::linear_to_srgb;
 
 /// Compares two image files. Pictures of other sizes or channels are different.
 pub fn compare(old: &Path, new: &Path, args: &CompareArgs, limits: &Limits) -> Result<Comparison> {

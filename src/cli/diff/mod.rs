@@ -25,10 +25,10 @@ use super::run::{panics, runtime};
 use super::scene_file::{is_stdin, scene_path};
 use super::summary::Summary;
 use super::usage::UsageError;
-use crate::display::Background;
-use crate::geometry::Rgb;
-use crate::import::StoredPicture;
-use crate::output::{Overwrite, check_writable, write_atomically};
+use blinn_core::geometry::Rgb;
+use blinn_import::StoredPicture;
+use blinn_output::{Overwrite, check_writable, write_atomically};
+use blinn_render::display::Background;
 use comparison::{Comparison, Heading};
 
 /// The background without --background.

@@ -6,21 +6,21 @@ use anyhow::{Context, Result};
 use glam::{DMat3, DVec2, DVec3};
 
 use super::comparison::{Comparison, PicturePair, ViewComparison};
-use crate::cancellation::CancelToken;
-use crate::cli::args::CompareArgs;
-use crate::cli::info::comparable_properties;
-use crate::cli::plan::{RenderPlan, load_limits, natural_size, scaled_to};
-use crate::cli::run::imported_scene::prepare_scene;
-use crate::cli::run::memory_estimate;
-use crate::cli::run::posed_frame::PosedFrame;
-use crate::cli::run::progress::{ImageMonitor, Reporter, SceneLog};
-use crate::cli::run::session::{RenderSession, RenderedImage};
-use crate::cli::scene_file::load_scene_file;
-use crate::compare::{DifferenceMap, ObjectDifference, compare_objects, json_differences};
-use crate::geometry::Aabb;
-use crate::import::{LoadOptions, Warning};
-use crate::render::PixelRect;
-use crate::scene::{Camera, PoseSettings, PosedScene, Projection, Scene, StandardView, View, pose};
+use crate::args::CompareArgs;
+use crate::info::comparable_properties;
+use crate::plan::{RenderPlan, load_limits, natural_size, scaled_to};
+use crate::run::imported_scene::prepare_scene;
+use crate::run::memory_estimate;
+use crate::run::posed_frame::PosedFrame;
+use crate::run::progress::{ImageMonitor, Reporter, SceneLog};
+use crate::run::session::{RenderSession, RenderedImage};
+use crate::scene_file::load_scene_file;
+use blinn_core::cancellation::CancelToken;
+use blinn_core::geometry::Aabb;
+use blinn_import::{LoadOptions, Warning};
+use blinn_output::compare::{DifferenceMap, ObjectDifference, compare_objects, json_differences};
+use blinn_render::PixelRect;
+use blinn_scene::{Camera, PoseSettings, PosedScene, Projection, Scene, StandardView, View, pose};
 
 /// Cameras of the file that are compared.
 const MAX_CAMERAS: usize = 8;
@@ -114,7 +114,7 @@ pub fn compare(
 }
 
 fn in_file(file: &Path, error: anyhow::Error) -> anyhow::Error {
-    anyhow::Error::msg(crate::cli::console::scene_error(file, &error))
+    anyhow::Error::msg(crate::console::scene_error(file, &error))
 }
 
 fn load(plan: &RenderPlan, file: &Path) -> Result<Loaded> {

@@ -5,7 +5,7 @@ use std::io;
 use glam::DVec2;
 
 use super::comparison::Comparison;
-use crate::output::{Anchor, Canvas, TextStyle, encode_png};
+use blinn_output::{Anchor, Canvas, TextStyle, encode_png};
 
 /// Space between pictures in pixels.
 const GAP: u32 = 4;

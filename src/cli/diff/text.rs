@@ -3,9 +3,9 @@
 use serde_json::{Value, json};
 
 use super::comparison::{Comparison, Heading};
-use crate::cli::info::inline;
-use crate::compare::{JsonDifference, ObjectChange, ObjectDifference};
-use crate::render::PixelRect;
+use crate::info::inline;
+use blinn_output::compare::{JsonDifference, ObjectChange, ObjectDifference};
+use blinn_render::PixelRect;
 
 /// Longest value that a line of text shows in full, in characters.
 const MAX_VALUE: usize = 60;

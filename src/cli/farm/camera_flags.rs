@@ -2,9 +2,9 @@
 
 use glam::DVec2;
 
-use crate::scene::{Camera, ClipPlanes, Projection};
+use blinn_scene::{Camera, ClipPlanes, Projection};
 
-/// Flags that the resolved camera replaces, besides [`CAMERA_FLAGS`](crate::cli::args::CAMERA_FLAGS).
+/// Flags that the resolved camera replaces, besides [`CAMERA_FLAGS`](crate::args::CAMERA_FLAGS).
 pub const FRAMING_FLAGS: [&str; 3] = ["elevation", "clip", "fit"];
 
 /// The flags that give exactly this camera. `None` if there are none: for an empty view, for an off-centre view

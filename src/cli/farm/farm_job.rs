@@ -3,7 +3,7 @@
 use std::path::Path;
 
 use super::job_paths::JobPath;
-use crate::batch::FrameList;
+use blinn_session::FrameList;
 
 /// A job whose tasks each render a part of the frames, and keep images that are up to date.
 #[derive(Debug)]

@@ -3,11 +3,11 @@
 use std::path::{Path, PathBuf};
 
 use super::job_text::single_line_text;
-use crate::batch::PathTemplate;
-use crate::cli::args::JobCommand;
-use crate::cli::plan::{AnimationOutput, OutputKind, PlannedFrame, RenderPlan, Target};
-use crate::cli::usage::UsageError;
-use crate::output::AnimationFormat;
+use crate::args::JobCommand;
+use crate::plan::{AnimationOutput, OutputKind, PlannedFrame, RenderPlan, Target};
+use crate::usage::UsageError;
+use blinn_output::AnimationFormat;
+use blinn_session::PathTemplate;
 
 /// Folder and names of the files that a job writes.
 pub struct JobOutput {

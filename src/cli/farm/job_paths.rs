@@ -3,7 +3,7 @@
 use std::path::{Component, Path, PathBuf, absolute};
 
 use super::job_text::single_line_text;
-use crate::cli::usage::UsageError;
+use crate::usage::UsageError;
 
 /// The folder that a job's paths are relative to.
 #[derive(Clone, Debug)]

@@ -2,8 +2,8 @@
 
 use std::ffi::OsStr;
 
-use crate::cli::args::ExplicitFlags;
-use crate::cli::usage::UsageError;
+use crate::args::ExplicitFlags;
+use crate::usage::UsageError;
 
 /// The text of a value. `what` names it in the error.
 ///

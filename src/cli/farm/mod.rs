@@ -25,7 +25,7 @@ use super::run::panics;
 use super::run::progress::{Reporter, SceneLog};
 use super::summary::Summary;
 use super::usage::UsageError;
-use crate::output::{Overwrite, SaveError, write_atomically};
+use blinn_output::{Overwrite, SaveError, write_atomically};
 use job_paths::JobFolder;
 use resolve::JobPlan;
 

@@ -7,7 +7,7 @@ use serde_json::{Value, json};
 
 use super::farm_job::{Assembly, FarmJob};
 use super::job_paths::JobPath;
-use crate::cli::run::progress::Reporter;
+use crate::run::progress::Reporter;
 
 /// Maximum length of a parameter's value in characters.
 const MAX_VALUE: usize = 1024;

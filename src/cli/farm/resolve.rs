@@ -11,17 +11,17 @@ use super::farm_job::{Assembly, FarmJob, InputFile};
 use super::job_output::{JobAnimation, JobOutput, assemble_args};
 use super::job_paths::{JobFolder, JobPath};
 use super::job_text::text_args;
-use crate::batch::{FrameList, PathTemplate};
-use crate::cancellation::CancelToken;
-use crate::cli::args::values::HdriArg;
-use crate::cli::args::{CAMERA_FLAGS, EngineArgs, ExplicitFlags, JobCommand};
-use crate::cli::plan::RenderPlan;
-use crate::cli::run::imported_scene::load_scene;
-use crate::cli::run::progress::SceneLog;
-use crate::cli::run::session::RenderSession;
-use crate::cli::scene_file::is_stdin;
-use crate::cli::usage::UsageError;
-use crate::scene::{ClipBoundsCache, PosedScene, Scene};
+use crate::args::values::HdriArg;
+use crate::args::{CAMERA_FLAGS, EngineArgs, ExplicitFlags, JobCommand};
+use crate::plan::RenderPlan;
+use crate::run::imported_scene::load_scene;
+use crate::run::progress::SceneLog;
+use crate::run::session::RenderSession;
+use crate::scene_file::is_stdin;
+use crate::usage::UsageError;
+use blinn_core::cancellation::CancelToken;
+use blinn_scene::{ClipBoundsCache, PosedScene, Scene};
+use blinn_session::{FrameList, PathTemplate};
 
 /// Flags that a job sets itself or drops.
 const JOB_FLAGS: [&str; 14] = [

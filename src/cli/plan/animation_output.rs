@@ -5,11 +5,11 @@ use std::path::Path;
 use super::frames::DEFAULT_FPS;
 use super::render_options::RenderOptions;
 use super::sequence_info::SequenceInfo;
-use crate::batch::PathTemplate;
-use crate::cli::args::{LoopArg, OutputArgs};
-use crate::cli::usage::UsageError;
-use crate::display::Background;
-use crate::output::{ANIMATION_QUALITY, AnimationFormat};
+use crate::args::{LoopArg, OutputArgs};
+use crate::usage::UsageError;
+use blinn_output::{ANIMATION_QUALITY, AnimationFormat};
+use blinn_render::display::Background;
+use blinn_session::PathTemplate;
 
 /// Settings of an animation file.
 #[derive(Clone, Copy, Debug, PartialEq)]

@@ -9,7 +9,7 @@ use twox_hash::XxHash3_128;
 use super::camera_list::CameraList;
 use super::frames::PlannedFrame;
 use super::outputs::{OutputKind, Outputs};
-use crate::cli::usage::UsageError;
+use crate::usage::UsageError;
 
 /// Checks that every camera has a size that suits the other options, and that no two images of `scene` have the
 /// same file. Returns the size with the most pixels.

@@ -2,12 +2,12 @@
 
 use std::path::Path;
 
-use crate::batch::WorldUp;
-use crate::cli::args::{CameraListArgs, ImageArgs, UpArg};
-use crate::cli::usage::UsageError;
-use crate::import::{CameraFile, Limits, ListedCamera, LoadError, RecordedView, UpAxis};
-use crate::render::PixelRect;
-use crate::scene::{Camera, ClipPlanes, LightRotation, Normalization};
+use crate::args::{CameraListArgs, ImageArgs, UpArg};
+use crate::usage::UsageError;
+use blinn_import::{CameraFile, Limits, ListedCamera, LoadError, RecordedView, UpAxis};
+use blinn_output::datasets::WorldUp;
+use blinn_render::PixelRect;
+use blinn_scene::{Camera, ClipPlanes, LightRotation, Normalization};
 
 /// The cameras of a list, each for an image.
 #[derive(Debug)]

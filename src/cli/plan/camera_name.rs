@@ -1,6 +1,6 @@
 //! Names of the file's cameras, as flags give them.
 
-use crate::scene::Scene;
+use blinn_scene::Scene;
 
 /// A name that finds the file's camera number `index`: the index, unless that is the name of another camera.
 pub fn camera_name(scene: &Scene, index: usize) -> String {

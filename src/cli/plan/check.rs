@@ -5,9 +5,9 @@ use std::ffi::OsStr;
 use std::path::{Path, PathBuf};
 
 use super::outputs::{OutputKind, Outputs};
-use crate::cli::args::{CheckArgs, CompareArgs};
-use crate::cli::usage::UsageError;
-use crate::output::canonical_path;
+use crate::args::{CheckArgs, CompareArgs};
+use crate::usage::UsageError;
+use blinn_output::canonical_path;
 
 /// Compares images with those in a folder, or writes them there.
 #[derive(Clone, Debug)]

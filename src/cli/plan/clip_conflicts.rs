@@ -5,9 +5,9 @@ use std::path::Path;
 use super::command_files::NumberedScene;
 use super::path_conflicts::{PathConflicts, Writer};
 use super::{OutputKind, PlannedFrame, RenderPlan, load_limits};
-use crate::cli::usage::UsageError;
-use crate::import::{LoadOptions, load};
-use crate::scene::clip_duration;
+use crate::usage::UsageError;
+use blinn_import::{LoadOptions, load};
+use blinn_scene::clip_duration;
 
 impl RenderPlan {
     /// Checks that no two frames of a clip have the same file. Only scenes whose names differ just by digits next to

@@ -6,11 +6,11 @@ use super::animation_output::animation_format;
 use super::frames::PlannedFrame;
 use super::outputs::{Outputs, Target};
 use super::render_options::RenderOptions;
-use crate::batch::WorldUp;
-use crate::cli::args::{TurntableArgs, UnitShapeArg, UpArg, ViewSamplingArgs};
-use crate::cli::usage::UsageError;
-use crate::integrator::Aov;
-use crate::scene::{Projection, UnitShape, ViewLayout, ViewSampling, icosphere};
+use crate::args::{TurntableArgs, UnitShapeArg, UpArg, ViewSamplingArgs};
+use crate::usage::UsageError;
+use blinn_output::datasets::WorldUp;
+use blinn_render::integrator::Aov;
+use blinn_scene::{Projection, UnitShape, ViewLayout, ViewSampling, icosphere};
 
 /// The views of a dataset.
 #[derive(Clone, Copy, Debug)]

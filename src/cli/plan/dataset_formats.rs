@@ -5,10 +5,10 @@ use std::path::{Path, PathBuf};
 use super::dataset::DatasetPlan;
 use super::frames::PlannedFrame;
 use super::outputs::{OutputKind, Outputs, Target};
-use crate::batch::{CocoMasks, ColmapForm};
-use crate::cli::args::TurnArgs;
-use crate::cli::args::values::{CategoryRule, DatasetFormat, DatasetFormats};
-use crate::cli::usage::UsageError;
+use crate::args::TurnArgs;
+use crate::args::values::{CategoryRule, DatasetFormat, DatasetFormats};
+use crate::usage::UsageError;
+use blinn_output::datasets::{CocoMasks, ColmapForm};
 
 /// The formats of a dataset.
 #[derive(Clone, Debug, Default)]

@@ -3,8 +3,8 @@
 use super::camera_list::CameraList;
 use super::frames::{DEFAULT_FPS, PlannedFrame};
 use super::render_options::RenderOptions;
-use crate::cli::args::FrameArgs;
-use crate::cli::usage::UsageError;
+use crate::args::FrameArgs;
+use crate::usage::UsageError;
 
 /// The frames before and after each frame, whichever frames are rendered.
 #[derive(Clone, Debug, PartialEq)]

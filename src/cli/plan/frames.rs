@@ -5,10 +5,10 @@ use std::sync::Arc;
 use anyhow::{Result, bail};
 
 use super::camera_list::CameraList;
-use crate::batch::{Chunk, FrameList, MAX_FRAMES};
-use crate::cli::args::{CameraListArgs, FrameArgs, TimeArgs};
-use crate::cli::usage::UsageError;
-use crate::scene::SampledView;
+use crate::args::{CameraListArgs, FrameArgs, TimeArgs};
+use crate::usage::UsageError;
+use blinn_scene::SampledView;
+use blinn_session::{Chunk, FrameList, MAX_FRAMES};
 
 /// Frames per second without --fps.
 pub const DEFAULT_FPS: f64 = 24.0;

@@ -1,7 +1,7 @@
 //! Limits for reading files.
 
-use crate::bench::memory::limit_bytes;
-use crate::import::Limits;
+use blinn_bench::memory::limit_bytes;
+use blinn_import::Limits;
 
 /// Limits within `--max-memory`, else within the memory that this process may allocate.
 pub fn load_limits(max_memory: Option<u64>) -> Limits {

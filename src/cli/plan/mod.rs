@@ -31,11 +31,12 @@ use super::args::values::{AovSelection, HdriArg};
 use super::args::{ProcessArgs, RenderArgs, RenderOptionArgs, TurntableArgs};
 use super::console::is_stdout;
 use super::usage::UsageError;
-use crate::accel::AccelSettings;
-use crate::batch::{Chunk, SettingsHash, WorldUp};
-use crate::import::file_version;
-use crate::render::RenderSettings;
-use crate::scene::View;
+use blinn_accel::AccelSettings;
+use blinn_import::file_version;
+use blinn_output::datasets::WorldUp;
+use blinn_render::RenderSettings;
+use blinn_scene::View;
+use blinn_session::{Chunk, SettingsHash};
 
 pub use animation_output::AnimationOutput;
 pub use camera_list::{CameraList, ImageCamera};

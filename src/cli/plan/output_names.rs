@@ -8,8 +8,8 @@ use std::path::{Path, PathBuf};
 use super::command_files::{NumberedScene, OptionFiles};
 use super::path_conflicts::{PathConflicts, Writer};
 use super::{FrameSet, PlannedFrame, RenderPlan, ShardPlan, Target};
-use crate::cli::usage::UsageError;
-use crate::import::has_tar_extension;
+use crate::usage::UsageError;
+use blinn_import::has_tar_extension;
 
 /// A frame number that no clip has, to find its digits in a name.
 pub(super) const PLACEHOLDER: i64 = i64::MAX;

@@ -9,13 +9,13 @@ use super::frames::{FrameSet, PlannedFrame};
 use super::render_options::RenderOptions;
 use super::sequence_info::SequenceInfo;
 use super::shards::{self, ShardPlan};
-use crate::batch::{FileDigests, PathTemplate, SettingsHash, TemplateFields, is_marked_empty};
-use crate::cli::args::OutputArgs;
-use crate::cli::console::is_stdout;
-use crate::cli::usage::UsageError;
-use crate::display::Background;
-use crate::integrator::Aov;
-use crate::output::{BitDepth, ImageFormat, Overwrite, read_fingerprint};
+use crate::args::OutputArgs;
+use crate::console::is_stdout;
+use crate::usage::UsageError;
+use blinn_output::{BitDepth, ImageFormat, Overwrite, read_fingerprint};
+use blinn_render::display::Background;
+use blinn_render::integrator::Aov;
+use blinn_session::{FileDigests, PathTemplate, SettingsHash, TemplateFields, is_marked_empty};
 
 /// Where one image is written.
 #[derive(Clone, Debug, PartialEq, Eq, Hash)]

@@ -4,7 +4,7 @@ use std::collections::HashMap;
 use std::fmt;
 use std::path::{Path, PathBuf};
 
-use crate::output::canonical_path;
+use blinn_output::canonical_path;
 
 /// Inputs and outputs by the identity of their files, however their paths are written.
 #[derive(Debug, Default)]

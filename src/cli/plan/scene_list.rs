@@ -4,10 +4,10 @@ use std::fs::File;
 use std::io::{self, BufRead, BufReader, Cursor, Read};
 use std::path::{Path, PathBuf};
 
-use crate::batch::{PathList, PathListBuilder, decode_path, has_scene_extension, visit_scenes};
-use crate::cli::scene_file::{is_stdin, scene_path};
-use crate::cli::usage::UsageError;
-use crate::import::{has_tar_extension, scenes_in_tar};
+use crate::scene_file::{is_stdin, scene_path};
+use crate::usage::UsageError;
+use blinn_import::{has_tar_extension, scenes_in_tar};
+use blinn_session::{PathList, PathListBuilder, decode_path, has_scene_extension, visit_scenes};
 
 /// Bytes at the start of a list that its encoding and its separators are detected from.
 const HEAD_BYTES: u64 = 1 << 16;

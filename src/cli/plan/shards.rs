@@ -4,9 +4,9 @@ use std::ops::Range;
 use std::path::{Path, PathBuf};
 
 use super::frames::FrameSet;
-use crate::batch::{PathTemplate, TemplateFields};
-use crate::cli::args::values::ShardSize;
-use crate::cli::usage::UsageError;
+use crate::args::values::ShardSize;
+use crate::usage::UsageError;
+use blinn_session::{PathTemplate, TemplateFields};
 
 /// The size without --shard-size.
 const DEFAULT_SIZE: ShardSize = ShardSize::Images(1000);

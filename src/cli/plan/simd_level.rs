@@ -2,8 +2,8 @@
 
 use std::ffi::OsString;
 
-use crate::accel::SimdLevel;
-use crate::cli::usage::UsageError;
+use crate::usage::UsageError;
+use blinn_accel::SimdLevel;
 
 /// The SIMD level that the value of `BLINN_SIMD` names, else the highest that this processor has.
 pub fn simd_level(value: Option<OsString>) -> Result<SimdLevel, UsageError> {

@@ -9,10 +9,10 @@ use super::frame_neighbours::FrameNeighbours;
 use super::frames::{FrameSet, PlannedFrame};
 use super::render_options::{RenderOptions, TurntableRotation};
 use super::sequence_info::SequenceInfo;
-use crate::batch::{Chunk, FrameList};
-use crate::cli::args::{DirectionArg, EaseArg, TurnArg, TurnArgs};
-use crate::cli::usage::UsageError;
-use crate::scene::{DEFAULT_VIEW_DIR, Orbit};
+use crate::args::{DirectionArg, EaseArg, TurnArg, TurnArgs};
+use crate::usage::UsageError;
+use blinn_scene::{DEFAULT_VIEW_DIR, Orbit};
+use blinn_session::{Chunk, FrameList};
 
 pub fn rotation(args: &TurnArgs) -> TurntableRotation {
     TurntableRotation { axis: args.axis.unwrap_or(DVec3::Y), rotates_camera: args.turn == TurnArg::Camera }

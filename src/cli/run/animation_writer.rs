@@ -6,8 +6,8 @@ use std::time::Duration;
 use anyhow::Result;
 
 use super::report::THUMBNAIL_SIDE;
-use crate::cli::plan::AnimationOutput;
-use crate::output::{AnimationFile, AnimationSettings, Overwrite, Picture, encode_thumbnail};
+use crate::plan::AnimationOutput;
+use blinn_output::{AnimationFile, AnimationSettings, Overwrite, Picture, encode_thumbnail};
 
 /// An animation that takes frames as they are finished. The file appears when all frames are in it.
 pub struct AnimationWriter {

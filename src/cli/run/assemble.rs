@@ -9,15 +9,15 @@ use image::ImageReader;
 use super::frame_files::{frame_files, missing_numbers};
 use super::panics;
 use super::progress::{ImageMonitor, Reporter};
-use crate::cancellation::CancelToken;
-use crate::cli::args::{AssembleArgs, DirectionArg, LoopArg};
-use crate::cli::console::{scene_error, single_line, strict_error};
-use crate::cli::files::create_parent_folder;
-use crate::cli::summary::Summary;
-use crate::cli::usage::UsageError;
-use crate::display::{Background, composite_over};
-use crate::import::image::jpeg;
-use crate::output::{ANIMATION_QUALITY, AnimationFile, AnimationFormat, AnimationSettings, Overwrite};
+use crate::args::{AssembleArgs, DirectionArg, LoopArg};
+use crate::console::{scene_error, single_line, strict_error};
+use crate::files::create_parent_folder;
+use crate::summary::Summary;
+use crate::usage::UsageError;
+use blinn_core::cancellation::CancelToken;
+use blinn_import::image::jpeg;
+use blinn_output::{ANIMATION_QUALITY, AnimationFile, AnimationFormat, AnimationSettings, Overwrite};
+use blinn_render::display::{Background, composite_over};
 
 /// Memory limit for decoding a frame, in bytes.
 const MAX_DECODE_BYTES: u64 = 4 << 30;

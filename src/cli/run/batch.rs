@@ -13,14 +13,14 @@ use super::progress::{Reporter, SceneLog};
 use super::report::Report;
 use super::scene_job::SceneJob;
 use super::scene_ledger::SceneLedger;
-use crate::batch::FileDigests;
-use crate::cancellation::{CancelToken, Cancelled};
-use crate::cli::console::{scene_error, single_line};
-use crate::cli::plan::{NumberedScene, RenderPlan, load_limits};
-use crate::cli::summary::Summary;
-use crate::import::LoadError;
-use crate::output::{SaveError, ShardWriter};
-use crate::scene::ClipBoundsCache;
+use crate::console::{scene_error, single_line};
+use crate::plan::{NumberedScene, RenderPlan, load_limits};
+use crate::summary::Summary;
+use blinn_core::cancellation::{CancelToken, Cancelled};
+use blinn_import::LoadError;
+use blinn_output::{SaveError, ShardWriter};
+use blinn_scene::ClipBoundsCache;
+use blinn_session::FileDigests;
 
 /// The scenes of a run, and what is written about them.
 pub struct Batch<'a> {

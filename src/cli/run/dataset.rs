@@ -5,13 +5,13 @@ use std::path::{Path, PathBuf};
 
 use anyhow::Result;
 
-use crate::batch::{Dataset, DatasetView};
-use crate::cli::plan::{DatasetPlan, ImageCamera, PlannedFrame, RenderPlan, Target};
-use crate::integrator::Aov;
-use crate::output::{Overwrite, SaveError, check_overwrite, write_atomically};
-use crate::render::RenderSettings;
-use crate::scene::pose;
-use crate::scene::{
+use crate::plan::{DatasetPlan, ImageCamera, PlannedFrame, RenderPlan, Target};
+use blinn_output::datasets::{Dataset, DatasetView};
+use blinn_output::{Overwrite, SaveError, check_overwrite, write_atomically};
+use blinn_render::RenderSettings;
+use blinn_render::integrator::Aov;
+use blinn_scene::pose;
+use blinn_scene::{
     ClipBoundsCache, DEFAULT_BASELINE, DistanceRange, LightRotation, Normalization, PoseSettings, PosedScene,
     SampledView, Scene, StereoEye, clip_duration,
 };

@@ -3,8 +3,8 @@
 use anyhow::Result;
 
 use super::progress::SceneLog;
-use crate::integrator::Aov;
-use crate::render::AovLayer;
+use blinn_render::AovLayer;
+use blinn_render::integrator::Aov;
 
 /// Warns of depths that a 16-bit image with `step` metres per unit cannot store. They become 65535.
 pub fn check_depth_range(layers: &[AovLayer], step: Option<f64>, frame: i64, log: &SceneLog) -> Result<()> {

@@ -5,11 +5,11 @@ use std::sync::Mutex;
 
 use glam::{DVec2, DVec3};
 
-use crate::cancellation::{CancelToken, Cancelled};
-use crate::geometry::Aabb;
-use crate::integrator::{Aov, Frame};
-use crate::render::{Pixels, RenderSettings, render_aovs};
-use crate::scene::{Camera, ClipPlanes, Projection};
+use blinn_core::cancellation::{CancelToken, Cancelled};
+use blinn_core::geometry::Aabb;
+use blinn_render::integrator::{Aov, Frame};
+use blinn_render::{Pixels, RenderSettings, render_aovs};
+use blinn_scene::{Camera, ClipPlanes, Projection};
 
 /// The reason why an image shows nothing.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]

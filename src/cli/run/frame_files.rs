@@ -8,8 +8,8 @@ use std::path::{Display, Path, PathBuf};
 
 use anyhow::{Context, Result, bail};
 
-use crate::cli::args::values::AovSelection;
-use crate::output::canonical_path;
+use crate::args::values::AovSelection;
+use blinn_output::canonical_path;
 
 /// Extensions of frames.
 const EXTENSIONS: [&str; 4] = ["png", "jpg", "jpeg", "webp"];

@@ -8,11 +8,11 @@ use glam::DVec3;
 
 use super::dataset::depth_step;
 use super::progress::SceneLog;
-use crate::cancellation::Cancelled;
-use crate::cli::args::values::AoArg;
-use crate::cli::plan::RenderPlan;
-use crate::integrator::AmbientOcclusion;
-use crate::scene::{Camera, Ground, PosedScene, ViewNotes};
+use crate::args::values::AoArg;
+use crate::plan::RenderPlan;
+use blinn_core::cancellation::Cancelled;
+use blinn_render::integrator::AmbientOcclusion;
+use blinn_scene::{Camera, Ground, PosedScene, ViewNotes};
 
 /// Runs a function and logs the time for the bounds over the clip, if the function is the first that needs them.
 ///

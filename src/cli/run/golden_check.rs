@@ -6,12 +6,12 @@ use std::path::{Path, PathBuf};
 use anyhow::{Context, Result, bail};
 
 use super::progress::Reporter;
-use crate::cli::diff::comparison::{Comparison, Heading};
-use crate::cli::diff::{html, images};
-use crate::cli::files::create_parent_folder;
-use crate::cli::plan::CheckPlan;
-use crate::import::Limits;
-use crate::output::{Overwrite, write_atomically};
+use crate::diff::comparison::{Comparison, Heading};
+use crate::diff::{html, images};
+use crate::files::create_parent_folder;
+use crate::plan::CheckPlan;
+use blinn_import::Limits;
+use blinn_output::{Overwrite, write_atomically};
 
 /// Images that the error names.
 const NAMED: usize = 4;

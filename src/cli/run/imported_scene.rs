@@ -7,11 +7,11 @@ use anyhow::Result;
 
 use super::panics;
 use super::progress::SceneLog;
-use crate::cancellation::CancelToken;
-use crate::cli::plan::{BackFaceCulling, RenderPlan, load_limits};
-use crate::cli::scene_file::{is_stdin, load_scene_file};
-use crate::import::{Limits, LoadOptions, Warning};
-use crate::scene::Scene;
+use crate::plan::{BackFaceCulling, RenderPlan, load_limits};
+use crate::scene_file::{is_stdin, load_scene_file};
+use blinn_core::cancellation::CancelToken;
+use blinn_import::{Limits, LoadOptions, Warning};
+use blinn_scene::Scene;
 
 /// A scene without its hidden objects, and what is to be reported about it in its turn.
 pub struct ImportedScene {

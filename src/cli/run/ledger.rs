@@ -10,12 +10,12 @@ use anyhow::{Context, Result, bail};
 use serde::Deserialize;
 use serde_json::{Value, json};
 
-use crate::batch::SettingsHash;
-use crate::cli::console::single_line;
-use crate::cli::files::create_parent_folder;
-use crate::cli::plan::{PlannedFrame, RenderPlan};
-use crate::import::file_version;
-use crate::output::{Overwrite, check_overwrite};
+use crate::console::single_line;
+use crate::files::create_parent_folder;
+use crate::plan::{PlannedFrame, RenderPlan};
+use blinn_import::file_version;
+use blinn_output::{Overwrite, check_overwrite};
+use blinn_session::SettingsHash;
 
 /// The start of every line.
 const LINE_START: &[u8] = b"{\"scene\":";

@@ -12,11 +12,11 @@ use serde_json::Value;
 use super::batch::{Batch, fail, is_disk_full};
 use super::ledger::PastOutcome;
 use super::shard_batch::is_description;
-use crate::batch::FileDigests;
-use crate::cli::files::create_parent_folder;
-use crate::cli::plan::{NumberedScene, ShardPlan, load_limits, sample_key};
-use crate::cli::usage::UsageError;
-use crate::output::{ShardWriter, check_overwrite, read_shard};
+use crate::files::create_parent_folder;
+use crate::plan::{NumberedScene, ShardPlan, load_limits, sample_key};
+use crate::usage::UsageError;
+use blinn_output::{ShardWriter, check_overwrite, read_shard};
+use blinn_session::FileDigests;
 
 /// Scenes one after the other.
 type Scenes<'s> = Box<dyn Iterator<Item = Result<NumberedScene, UsageError>> + 's>;

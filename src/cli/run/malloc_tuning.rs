@@ -13,7 +13,7 @@ use std::os::unix::ffi::OsStrExt;
 use std::os::unix::process::CommandExt;
 use std::path::PathBuf;
 
-use crate::cli::plan::{RenderPlan, load_limits};
+use crate::plan::{RenderPlan, load_limits};
 
 /// From this number of scenes on, memory matters more than time.
 const MANY_SCENES: usize = 8;

@@ -2,10 +2,10 @@
 
 use anyhow::{Result, bail};
 
-use crate::accel::FlattenBudget;
-use crate::bench::memory::limit_bytes;
-use crate::cli::plan::RenderPlan;
-use crate::scene::{Mesh, Scene};
+use crate::plan::RenderPlan;
+use blinn_accel::FlattenBudget;
+use blinn_bench::memory::limit_bytes;
+use blinn_scene::{Mesh, Scene};
 
 /// The program itself, its threads and their working memory.
 const PROGRAM: u64 = 48 << 20;

@@ -6,12 +6,12 @@ use anyhow::Result;
 
 use super::framing::log_clip_bounds;
 use super::posed_frame::{PosedFrame, SceneSetup};
-use crate::cli::args::values::Exposure;
-use crate::cli::plan::natural_size;
-use crate::geometry::Rgb;
-use crate::integrator::{Phong, Stage};
-use crate::render::{MID_GREY, Metering, meter};
-use crate::scene::{Camera, ResolvedLighting, View};
+use crate::args::values::Exposure;
+use crate::plan::natural_size;
+use blinn_core::geometry::Rgb;
+use blinn_render::integrator::{Phong, Stage};
+use blinn_render::{MID_GREY, Metering, meter};
+use blinn_scene::{Camera, ResolvedLighting, View};
 
 /// The exposure of all images of a scene.
 #[derive(Clone, Copy, Debug, Default)]

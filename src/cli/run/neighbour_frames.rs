@@ -4,9 +4,9 @@ use anyhow::Result;
 
 use super::posed_frame::{PosedFrame, SceneSetup};
 use super::session::RenderSession;
-use crate::cli::plan::PlannedFrame;
-use crate::integrator::{Aov, Frame};
-use crate::scene::Camera;
+use crate::plan::PlannedFrame;
+use blinn_render::integrator::{Aov, Frame};
+use blinn_scene::Camera;
 
 /// A frame before or after another one.
 pub struct NeighbourFrame<'p, 'a> {

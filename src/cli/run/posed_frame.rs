@@ -7,11 +7,11 @@ use glam::DAffine3;
 
 use super::framing::Framing;
 use super::progress::SceneLog;
-use crate::accel::{Accel, AccelSettings, BuildReport};
-use crate::cancellation::CancelToken;
-use crate::cli::plan::{BackFaceCulling, RenderOptions, TurntableRotation};
-use crate::integrator::Frame;
-use crate::scene::{AxisRotation, Camera, Environment, Lighting, PosedScene, ResolvedLighting};
+use crate::plan::{BackFaceCulling, RenderOptions, TurntableRotation};
+use blinn_accel::{Accel, AccelSettings, BuildReport};
+use blinn_core::cancellation::CancelToken;
+use blinn_render::integrator::Frame;
+use blinn_scene::{AxisRotation, Camera, Environment, Lighting, PosedScene, ResolvedLighting};
 
 /// A scene at one time.
 pub struct PosedFrame<'s> {

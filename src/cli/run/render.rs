@@ -7,10 +7,10 @@ use super::progress::Reporter;
 use super::runtime;
 use super::scenes::render_scenes;
 use super::watch;
-use crate::cli::args::{ProcessArgs, RenderArgs, TurntableArgs};
-use crate::cli::plan::RenderPlan;
-use crate::cli::summary::Summary;
-use crate::cli::usage::UsageError;
+use crate::args::{ProcessArgs, RenderArgs, TurntableArgs};
+use crate::plan::RenderPlan;
+use crate::summary::Summary;
+use crate::usage::UsageError;
 
 pub fn render(args: &RenderArgs, restart_argv: Option<&[OsString]>) -> Result<Summary, UsageError> {
     let plan = RenderPlan::for_render(args)?;

@@ -9,10 +9,10 @@ use anyhow::{Context, Error, Result};
 use base64::Engine;
 use base64::prelude::BASE64_STANDARD;
 
-use crate::cli::console::{finish_stdout, is_stdout};
-use crate::cli::files::create_parent_folder;
-use crate::cli::plan::{PathConflicts, Writer};
-use crate::output::{
+use crate::console::{finish_stdout, is_stdout};
+use crate::files::create_parent_folder;
+use crate::plan::{PathConflicts, Writer};
+use blinn_output::{
     Overwrite, SaveError, check_writable, escape_html, unnamed_temp_file, write_atomically_with,
 };
 

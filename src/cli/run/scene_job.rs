@@ -20,22 +20,23 @@ use super::posed_frame::{PosedFrame, SceneSetup};
 use super::progress::{ImageMonitor, SceneLog};
 use super::report::{Report, THUMBNAIL_SIDE};
 use super::session::{RenderSession, RenderedImage};
-use crate::batch::{Dataset, DatasetView, FileDigests, fingerprint, mark_empty, run_pipeline};
-use crate::cancellation::CancelToken;
-use crate::cli::args::values::DatasetFormat;
-use crate::cli::console::print_stdout;
-use crate::cli::files::create_parent_folder;
-use crate::cli::plan::{
+use crate::args::values::DatasetFormat;
+use crate::console::print_stdout;
+use crate::files::create_parent_folder;
+use crate::plan::{
     ImageCamera, OutputKind, PathConflicts, PlannedFrame, RenderPlan, Target, Writer, load_limits,
 };
-use crate::cli::scene_file::is_stdin;
-use crate::cli::watched_files::scene_files;
-use crate::import::{is_in_archive, open_input_file, open_scene_file};
-use crate::output::{
+use crate::scene_file::is_stdin;
+use crate::watched_files::scene_files;
+use blinn_core::cancellation::CancelToken;
+use blinn_import::{is_in_archive, open_input_file, open_scene_file};
+use blinn_output::datasets::{Dataset, DatasetView};
+use blinn_output::{
     EncodedFile, SaveError, ShardWriter, check_overwrite, check_writable, encode_files, encode_thumbnail,
     save,
 };
-use crate::scene::{ClipBoundsCache, Scene, clip_duration};
+use blinn_scene::{ClipBoundsCache, Scene, clip_duration};
+use blinn_session::{FileDigests, fingerprint, mark_empty, run_pipeline};
 
 /// Frames whose output files are checked at once.
 const FILES_AT_ONCE: usize = 1024;

@@ -7,11 +7,11 @@ use anyhow::Result;
 
 use super::ledger::{ImageCounts, Ledger, LedgerEntry, PastOutcome, SceneKey};
 use super::memory_estimate::format_bytes;
-use crate::batch::SettingsHash;
-use crate::cli::args::ProcessArgs;
-use crate::cli::plan::{RenderPlan, Target};
-use crate::cli::scene_file::is_stdin;
-use crate::cli::summary::Summary;
+use crate::args::ProcessArgs;
+use crate::plan::{RenderPlan, Target};
+use crate::scene_file::is_stdin;
+use crate::summary::Summary;
+use blinn_session::SettingsHash;
 
 /// The ledger of a plan.
 pub struct SceneLedger<'a> {

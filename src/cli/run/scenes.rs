@@ -10,11 +10,11 @@ use super::progress::Reporter;
 use super::report::Report;
 use super::scene_ledger::SceneLedger;
 use super::shard_batch::render_shards;
-use crate::bench::memory::peak_bytes;
-use crate::cli::args::ProcessArgs;
-use crate::cli::plan::RenderPlan;
-use crate::cli::summary::Summary;
-use crate::cli::usage::UsageError;
+use crate::args::ProcessArgs;
+use crate::plan::RenderPlan;
+use crate::summary::Summary;
+use crate::usage::UsageError;
+use blinn_bench::memory::peak_bytes;
 
 /// Renders each scene of the plan's share, and returns the files that the last one was made from. The failure of a scene
 /// does not affect the others.

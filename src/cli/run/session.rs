@@ -14,22 +14,22 @@ use super::memory_estimate::bvh_triangles;
 use super::metering::{ResolvedExposure, resolve_exposure};
 use super::posed_frame::{PosedFrame, SceneSetup};
 use super::progress::SceneLog;
-use crate::accel::{AccelSettings, Preset};
-use crate::batch::WorldUp;
-use crate::cancellation::CancelToken;
-use crate::cli::plan::{CameraList, FrameNeighbours, ImageCamera, PlannedFrame, RenderOptions, RenderPlan};
-use crate::display::{Display, ViewTransform};
-use crate::integrator::{Aov, Frame, NeighbourFrames, Phong};
-use crate::output::{CropWindow, IdNames, Picture};
-use crate::render::{
+use crate::plan::{CameraList, FrameNeighbours, ImageCamera, PlannedFrame, RenderOptions, RenderPlan};
+use blinn_accel::{AccelSettings, Preset};
+use blinn_core::cancellation::CancelToken;
+use blinn_output::datasets::WorldUp;
+use blinn_output::{CropWindow, IdNames, Picture};
+use blinn_render::display::{Display, ViewTransform};
+use blinn_render::integrator::{Aov, Frame, NeighbourFrames, Phong};
+use blinn_render::{
     AdaptiveSampling, AovLayer, ProgressMonitor, RenderMemory, RenderSettings, render_mattes,
     render_moving_aovs, render_with_memory,
 };
-use crate::scene::{
+use blinn_scene::{
     Animation, AnimationChoice, AxisRotation, Camera, ClipBoundsCache, Environment, GroundKind,
     LightRotation, Lighting, Normalization, PoseSettings, PosedScene, ResolvedLighting, Scene,
 };
-use crate::scene::{active_animations, clip_duration, pose};
+use blinn_scene::{active_animations, clip_duration, pose};
 
 /// A scene with everything that its images share.
 pub struct RenderSession<'a> {

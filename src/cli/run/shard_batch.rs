@@ -8,12 +8,12 @@ use serde_json::Value;
 
 use super::batch::{Batch, fail, is_disk_full};
 use super::ledger::PastOutcome;
-use crate::batch::FileDigests;
-use crate::cli::console::print_stdout;
-use crate::cli::files::create_parent_folder;
-use crate::cli::plan::{NumberedScene, PlannedFrame, ShardPlan, load_limits, sample_key};
-use crate::cli::usage::UsageError;
-use crate::output::{ShardMember, ShardWriter, check_overwrite, read_shard};
+use crate::console::print_stdout;
+use crate::files::create_parent_folder;
+use crate::plan::{NumberedScene, PlannedFrame, ShardPlan, load_limits, sample_key};
+use crate::usage::UsageError;
+use blinn_output::{ShardMember, ShardWriter, check_overwrite, read_shard};
+use blinn_session::FileDigests;
 
 /// Renders scenes into archives. With --resume, archives that are up to date are kept, and all others are made anew.
 pub fn render_shards(

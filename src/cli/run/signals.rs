@@ -4,9 +4,9 @@
 use std::io::IsTerminal;
 use std::time::Duration;
 
-use crate::bench::remove_generated_scenes;
-use crate::cli::console::eprint_line;
-use crate::output::block_writes;
+use crate::console::eprint_line;
+use blinn_bench::remove_generated_scenes;
+use blinn_output::block_writes;
 
 /// A process that ends by a signal exits with this plus the signal's number.
 const EXIT_SIGNAL: i32 = 128;

@@ -5,14 +5,14 @@ use std::path::PathBuf;
 use super::progress::Reporter;
 use super::runtime;
 use super::scenes::render_scenes;
-use crate::cli::args::values::HdriArg;
-use crate::cli::args::{CameraArgs, RenderArgs};
-use crate::cli::console::print_error;
-use crate::cli::plan::RenderPlan;
-use crate::cli::scene_file::is_stdin;
-use crate::cli::summary::Summary;
-use crate::cli::usage::UsageError;
-use crate::cli::watched_files::WatchedFiles;
+use crate::args::values::HdriArg;
+use crate::args::{CameraArgs, RenderArgs};
+use crate::console::print_error;
+use crate::plan::RenderPlan;
+use crate::scene_file::is_stdin;
+use crate::summary::Summary;
+use crate::usage::UsageError;
+use crate::watched_files::WatchedFiles;
 
 /// Checks that a plan can be watched.
 ///

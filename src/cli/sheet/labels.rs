@@ -3,8 +3,8 @@
 use glam::DVec2;
 
 use super::layout::{Cell, SheetLayout};
-use crate::output::{Anchor, Canvas, TextStyle};
-use crate::scene::StandardView;
+use blinn_output::{Anchor, Canvas, TextStyle};
+use blinn_scene::StandardView;
 
 /// Text and lines on light and on dark backgrounds, 8-bit sRGB.
 const DARK: [u8; 3] = [0x2b, 0x30, 0x38];

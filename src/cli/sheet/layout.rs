@@ -3,8 +3,8 @@
 
 use glam::{DVec2, DVec3};
 
-use crate::geometry::{Aabb, Basis};
-use crate::scene::{Camera, StandardView};
+use blinn_core::geometry::{Aabb, Basis};
+use blinn_scene::{Camera, StandardView};
 
 /// The positions of the views: column and row.
 const CELLS: [(StandardView, [u32; 2]); 4] = [

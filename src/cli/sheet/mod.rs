@@ -22,11 +22,11 @@ use super::run::session::RenderSession;
 use super::run::{memory_estimate, panics, runtime};
 use super::summary::Summary;
 use super::usage::UsageError;
-use crate::cancellation::CancelToken;
-use crate::display::Background;
-use crate::geometry::Rgb;
-use crate::output::{Canvas, ImageFormat, check_writable, write_atomically};
-use crate::scene::{PoseSettings, SourceFormat, linear_to_srgb8, pose};
+use blinn_core::cancellation::CancelToken;
+use blinn_core::geometry::Rgb;
+use blinn_output::{Canvas, ImageFormat, check_writable, write_atomically};
+use blinn_render::display::Background;
+use blinn_scene::{PoseSettings, SourceFormat, linear_to_srgb8, pose};
 use labels::{Labels, Unit};
 use layout::{MIN_SIDE, SheetLayout};
 

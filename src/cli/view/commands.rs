@@ -4,7 +4,7 @@ use std::borrow::Cow;
 use std::ffi::{OsStr, OsString};
 use std::path::{Path, PathBuf};
 
-use crate::cli::render_flags::turntable_plan;
+use crate::render_flags::turntable_plan;
 
 /// Animation formats of turntables. The first that suits the picture is used.
 const ANIMATIONS: [&str; 3] = ["mp4", "apng", "gif"];

@@ -7,17 +7,17 @@ use anyhow::{Result, bail};
 use serde_json::{Value, json};
 
 use super::view_scene::ViewScene;
-use crate::cancellation::CancelToken;
-use crate::cli::args::values::AoArg;
-use crate::cli::plan::{OutputKind, PlannedFrame, RenderPlan};
-use crate::cli::run::empty_images::EmptyImages;
-use crate::cli::run::memory_estimate;
-use crate::cli::run::progress::{SceneLog, quiet_reporter};
-use crate::cli::run::scene_job::image_fingerprint;
-use crate::cli::run::session::RenderSession;
-use crate::display::Background;
-use crate::output::{BitDepth, ImageFormat, Picture};
-use crate::scene::{Camera, Projection};
+use crate::args::values::AoArg;
+use crate::plan::{OutputKind, PlannedFrame, RenderPlan};
+use crate::run::empty_images::EmptyImages;
+use crate::run::memory_estimate;
+use crate::run::progress::{SceneLog, quiet_reporter};
+use crate::run::scene_job::image_fingerprint;
+use crate::run::session::RenderSession;
+use blinn_core::cancellation::CancelToken;
+use blinn_output::{BitDepth, ImageFormat, Picture};
+use blinn_render::display::Background;
+use blinn_scene::{Camera, Projection};
 
 /// JPEG quality of all frames but the last.
 const DRAFT_QUALITY: u8 = 82;

@@ -7,7 +7,7 @@ use std::time::{Duration, Instant};
 use super::messages::{PickMessage, ViewMessage};
 use super::outbox::Outbox;
 use super::quality::NextFrame;
-use crate::cancellation::CancelToken;
+use blinn_core::cancellation::CancelToken;
 
 /// Maximum number of times that other viewers interrupt the refinement of a frame, unless it takes [`LONG_REFINEMENT`].
 const MAX_INTERRUPTIONS: u32 = 3;
@@ -299,7 +299,7 @@ impl HubState {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::cli::view::state::{CameraState, ViewState};
+    use crate::view::state::{CameraState, ViewState};
 
     fn message(serial: u64) -> ViewMessage {
         let view = ViewState {

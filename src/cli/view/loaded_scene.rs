@@ -4,11 +4,11 @@ use std::path::Path;
 
 use anyhow::Result;
 
-use crate::cancellation::CancelToken;
-use crate::cli::plan::{BackFaceCulling, RenderPlan, load_limits};
-use crate::cli::scene_file::load_scene_file;
-use crate::import::LoadOptions;
-use crate::scene::{Animation, Instance, Light, Scene, Selection};
+use crate::plan::{BackFaceCulling, RenderPlan, load_limits};
+use crate::scene_file::load_scene_file;
+use blinn_core::cancellation::CancelToken;
+use blinn_import::LoadOptions;
+use blinn_scene::{Animation, Instance, Light, Scene, Selection};
 
 /// A scene, and the parts that a selection removes from it.
 pub struct LoadedScene {

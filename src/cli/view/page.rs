@@ -51,7 +51,7 @@ mod tests {
 
     #[test]
     fn all_files_of_the_page_are_served() {
-        let folder = concat!(env!("CARGO_MANIFEST_DIR"), "/src/cli/view/page");
+        let folder = concat!(env!("CARGO_MANIFEST_DIR"), "/view/page");
         let mut on_disk: Vec<String> = std::fs::read_dir(folder)
             .unwrap()
             .map(|entry| entry.unwrap().file_name().into_string().unwrap())

@@ -6,12 +6,12 @@ use anyhow::{Context, Result};
 
 use super::frame::planned_frame;
 use super::view_scene::ViewScene;
-use crate::accel::RayBatch;
-use crate::cancellation::CancelToken;
-use crate::cli::plan::{BackFaceCulling, RenderPlan};
-use crate::cli::run::progress::{SceneLog, quiet_reporter};
-use crate::cli::run::session::RenderSession;
-use crate::integrator::MaterialHitFilter;
+use crate::plan::{BackFaceCulling, RenderPlan};
+use crate::run::progress::{SceneLog, quiet_reporter};
+use crate::run::session::RenderSession;
+use blinn_accel::RayBatch;
+use blinn_core::cancellation::CancelToken;
+use blinn_render::integrator::MaterialHitFilter;
 
 /// An object by its index from 0, and the point that is visible.
 pub type Picked = (u32, [f64; 3]);

@@ -12,11 +12,11 @@ use super::scene_cache::SceneCache;
 use super::start_flags::StartFlags;
 use super::state::ExposureState;
 use super::visibility::HidePatterns;
-use crate::cancellation::CancelToken;
-use crate::cli::plan::RenderPlan;
-use crate::cli::render_flags::render_plan;
-use crate::cli::run::metering::ResolvedExposure;
-use crate::cli::usage::UsageError;
+use crate::plan::RenderPlan;
+use crate::render_flags::render_plan;
+use crate::run::metering::ResolvedExposure;
+use crate::usage::UsageError;
+use blinn_core::cancellation::CancelToken;
 
 /// Maximum number of metered exposures that are kept.
 const MAX_EXPOSURES: usize = 64;

@@ -21,11 +21,11 @@ use super::start_state::start_state;
 use super::state::{CameraState, ViewState};
 use super::view_scene::ViewScene;
 use super::visibility::HidePatterns;
-use crate::cancellation::CancelToken;
-use crate::cli::console::{print_error, scene_error, single_line};
-use crate::cli::run::panics;
-use crate::cli::watched_files::{WatchedFiles, scene_files};
-use crate::scene::Scene;
+use crate::console::{print_error, scene_error, single_line};
+use crate::run::panics;
+use crate::watched_files::{WatchedFiles, scene_files};
+use blinn_core::cancellation::CancelToken;
+use blinn_scene::Scene;
 
 /// Size of the picture that is rendered before there is a viewer.
 const FIRST_SIZE: (u32, u32) = (1280, 720);

@@ -5,9 +5,9 @@ use std::path::Path;
 use anyhow::{Context, Result};
 
 use super::view_scene::ViewScene;
-use crate::cancellation::CancelToken;
-use crate::cli::plan::RenderPlan;
-use crate::scene::Scene;
+use crate::plan::RenderPlan;
+use blinn_core::cancellation::CancelToken;
+use blinn_scene::Scene;
 
 /// Maximum number of scenes in memory.
 const MAX_SCENES: usize = 2;

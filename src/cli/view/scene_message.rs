@@ -6,8 +6,8 @@ use serde_json::{Value, json};
 
 use super::start_flags::StartFlags;
 use super::state::ViewState;
-use crate::geometry::Aabb;
-use crate::scene::{FileProjection, PosedScene, Scene};
+use blinn_core::geometry::Aabb;
+use blinn_scene::{FileProjection, PosedScene, Scene};
 
 /// Instances that one task measures.
 const TASK_INSTANCES: usize = 64;

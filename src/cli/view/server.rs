@@ -13,7 +13,7 @@ use super::request::{Head, Refusal, Request};
 use super::response;
 use super::socket;
 use super::token::Token;
-use crate::cli::run::panics;
+use crate::run::panics;
 
 /// Maximum number of connections.
 const MAX_CONNECTIONS: usize = 160;

@@ -132,7 +132,7 @@ fn is_timeout(kind: ErrorKind) -> bool {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::cli::view::state::{CameraState, ExposureState};
+    use crate::view::state::{CameraState, ExposureState};
 
     #[test]
     fn null_and_missing_fields_are_defaults() {

@@ -2,7 +2,7 @@
 
 use std::ffi::OsString;
 
-use crate::cli::args::{CAMERA_FLAGS, ExplicitFlags};
+use crate::args::{CAMERA_FLAGS, ExplicitFlags};
 
 /// Flags of the page and of the process, which no picture has.
 const OWN: [&str; 9] =

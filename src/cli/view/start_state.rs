@@ -5,11 +5,11 @@ use glam::DVec3;
 
 use super::start_flags::StartFlags;
 use super::state::{CameraState, ExposureState, OrbitState, ProjectionState, ViewState};
-use crate::cli::args::values::Exposure;
-use crate::cli::plan::RenderPlan;
-use crate::cli::run::framing::Framing;
-use crate::display::ViewTransform;
-use crate::scene::{
+use crate::args::values::Exposure;
+use crate::plan::RenderPlan;
+use crate::run::framing::Framing;
+use blinn_render::display::ViewTransform;
+use blinn_scene::{
     AnimationChoice, Camera, DEFAULT_YFOV, LightSet, PosedScene, Projection, Scene, View, active_animations,
 };
 

@@ -5,14 +5,14 @@ use std::path::Path;
 use anyhow::{Context, Result};
 
 use super::loaded_scene::LoadedScene;
-use crate::cancellation::CancelToken;
-use crate::cli::plan::{BackFaceCulling, RenderPlan};
-use crate::cli::run::memory_estimate;
-use crate::cli::run::metering::ResolvedExposure;
-use crate::cli::run::posed_frame::{PosedFrame, SceneSetup};
-use crate::cli::run::progress::{SceneLog, quiet_reporter};
-use crate::cli::run::session::RenderSession;
-use crate::scene::{AnimationChoice, PoseSettings, Scene, Selection, pose};
+use crate::plan::{BackFaceCulling, RenderPlan};
+use crate::run::memory_estimate;
+use crate::run::metering::ResolvedExposure;
+use crate::run::posed_frame::{PosedFrame, SceneSetup};
+use crate::run::progress::{SceneLog, quiet_reporter};
+use crate::run::session::RenderSession;
+use blinn_core::cancellation::CancelToken;
+use blinn_scene::{AnimationChoice, PoseSettings, Scene, Selection, pose};
 
 self_cell::self_cell!(
     /// A scene that owns its poses.

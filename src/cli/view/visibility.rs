@@ -5,7 +5,7 @@ use std::ops::Range;
 
 use glob::Pattern;
 
-use crate::scene::Scene;
+use blinn_scene::Scene;
 
 /// Objects and nodes by their names, to find the pattern that hides an object and the fewest others.
 #[derive(Default)]
@@ -119,7 +119,7 @@ impl HidePatterns {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::scene::{Glob, Instance, Node};
+    use blinn_scene::{Glob, Instance, Node};
 
     /// car ─┬─ wheel, └─ wheel; wheel; and a [1]: five objects, the first of the car itself.
     fn scene() -> Scene {

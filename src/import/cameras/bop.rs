@@ -13,8 +13,8 @@ use super::lens::Lens;
 use super::listed_camera::{ListedCamera, MAX_CAMERAS};
 use super::matrix::Matrix;
 use super::pose::{CameraAxes, RigidTransform};
-use crate::import::error::LoadError;
-use crate::scene::LightRotation;
+use crate::error::LoadError;
+use blinn_scene::LightRotation;
 
 /// Metres per millimetre.
 const MILLIMETRE: f64 = 1e-3;

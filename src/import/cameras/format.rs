@@ -10,8 +10,8 @@ use serde::de::{Deserializer, IgnoredAny, MapAccess, Visitor};
 use super::colmap::ColmapModel;
 use super::json;
 use super::lines::MAX_LINE;
-use crate::import::error::LoadError;
-use crate::import::files::read_file::open_scene_file;
+use crate::error::LoadError;
+use crate::files::read_file::open_scene_file;
 
 /// The format of a list, and its files.
 #[derive(Debug)]

@@ -5,8 +5,8 @@ use std::path::Path;
 
 use serde::de::DeserializeOwned;
 
-use crate::import::error::LoadError;
-use crate::import::files::read_file::open_scene_file;
+use crate::error::LoadError;
+use crate::files::read_file::open_scene_file;
 
 /// Reads a JSON document without holding its text.
 pub(super) fn read_document<T: DeserializeOwned>(path: &Path, limit: u64) -> Result<T, LoadError> {

@@ -19,9 +19,9 @@ use super::names::picture_name;
 use super::picture_size::picture_size;
 use super::pose::CameraAxes;
 use super::records::{RecordFile, RecordFormat};
-use crate::import::error::LoadError;
-use crate::import::files::read_file::open_scene_file;
-use crate::scene::LightRotation;
+use crate::error::LoadError;
+use crate::files::read_file::open_scene_file;
+use blinn_scene::LightRotation;
 
 /// A line. Other keys are ignored.
 #[derive(Deserialize)]

@@ -1,6 +1,6 @@
 //! Lenses of listed cameras.
 
-use crate::scene::{Intrinsics, ViewRect};
+use blinn_scene::{Intrinsics, ViewRect};
 
 /// A pinhole lens. Parts that a file leaves out follow from the size of the picture.
 #[derive(Clone, Copy, Debug, PartialEq)]

@@ -3,9 +3,9 @@
 use glam::DVec3;
 
 use super::lens::Lens;
-use crate::geometry::Basis;
-use crate::import::options::UpAxis;
-use crate::scene::{Camera, LightRotation};
+use crate::options::UpAxis;
+use blinn_core::geometry::Basis;
+use blinn_scene::{Camera, LightRotation};
 
 /// Most cameras of a list: as many as frames.
 pub const MAX_CAMERAS: usize = 1_000_000;

@@ -6,7 +6,7 @@ use glam::{DMat3, DVec3};
 use serde::de::{Deserialize, Deserializer, Error, SeqAccess, Visitor};
 
 use super::pose::RigidTransform;
-use crate::scene::Intrinsics;
+use blinn_scene::Intrinsics;
 
 /// Up to 16 numbers of a matrix in JSON, with the lengths of its rows.
 #[derive(Clone, Debug, PartialEq)]

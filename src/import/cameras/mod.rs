@@ -30,7 +30,7 @@ use std::path::{Path, PathBuf};
 use super::error::LoadError;
 use super::files::limits::Limits;
 use super::options::UpAxis;
-use crate::scene::Normalization;
+use blinn_scene::Normalization;
 use format::CameraFormat;
 pub use lens::Lens;
 pub use listed_camera::{ListedCamera, MAX_CAMERAS};

@@ -2,7 +2,7 @@
 
 use glam::{DMat3, DVec3};
 
-use crate::geometry::Basis;
+use blinn_core::geometry::Basis;
 
 /// The axes of camera space.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

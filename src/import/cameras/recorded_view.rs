@@ -4,8 +4,8 @@ use glam::{DVec2, DVec3};
 use serde::Deserialize;
 
 use super::picture_size::picture_size;
-use crate::import::options::UpAxis;
-use crate::scene::{Camera, ClipPlanes, Intrinsics, Normalization};
+use crate::options::UpAxis;
+use blinn_scene::{Camera, ClipPlanes, Intrinsics, Normalization};
 
 /// The lens of all cameras as it was rendered, and the world of the file.
 #[derive(Clone, Copy, Debug, PartialEq)]

@@ -9,7 +9,7 @@ use std::sync::Mutex;
 use twox_hash::XxHash3_128;
 
 use super::listed_camera::{ListedCamera, MAX_CAMERAS};
-use crate::import::error::LoadError;
+use crate::error::LoadError;
 
 /// Bytes that are read of a record at first.
 const RECORD_BYTES: usize = 1024;

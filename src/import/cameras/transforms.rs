@@ -15,8 +15,8 @@ use super::matrix::Matrix;
 use super::names::picture_name;
 use super::pose::{CameraAxes, FARTHEST, RigidTransform};
 use super::recorded_view::{RecordedKeys, RecordedView};
-use crate::import::error::LoadError;
-use crate::scene::LightRotation;
+use crate::error::LoadError;
+use blinn_scene::LightRotation;
 
 /// The document. Other keys are ignored.
 #[derive(Default)]

@@ -31,7 +31,7 @@ mod tests {
             dir.path().join(name)
         };
         let pointer = "version https://git-lfs.github.com/spec/v1\noid sha256:00\nsize 30\n";
-        let load = |path: &std::path::Path| crate::import::load(path, &Default::default());
+        let load = |path: &std::path::Path| crate::load(path, &Default::default());
         for name in ["a.gltf", "a.glb", "a.obj", "a"] {
             let error = load(&write(name, pointer)).unwrap_err().to_string();
             assert!(error.contains("'git lfs pull'"), "{name}: {error}");

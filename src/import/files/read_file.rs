@@ -4,10 +4,10 @@ use std::fs::File;
 use std::io::{self, Read};
 use std::path::{Path, PathBuf};
 
-use crate::import::error::LoadError;
-use crate::import::files::escape::printable;
-use crate::import::files::git_lfs;
-use crate::import::files::tar_archive::ArchivePath;
+use crate::error::LoadError;
+use crate::files::escape::printable;
+use crate::files::git_lfs;
+use crate::files::tar_archive::ArchivePath;
 
 /// Name of the limit on a file's size.
 pub(crate) const FILE_SIZE: &str = "file size in bytes";
@@ -26,7 +26,7 @@ pub(crate) fn read_scene_file(path: &Path, limit: u64) -> Result<Vec<u8>, LoadEr
 ///
 /// # Errors
 /// As [`open_regular_file`].
-pub(crate) fn open_input_file(path: &Path, limit: u64) -> io::Result<Box<dyn Read>> {
+pub fn open_input_file(path: &Path, limit: u64) -> io::Result<Box<dyn Read>> {
     let is_folder = path.as_os_str().as_encoded_bytes().ends_with(b"/");
     if let Some(inside) = ArchivePath::of(path) {
         let inside = inside?;
@@ -42,7 +42,7 @@ pub(crate) fn open_input_file(path: &Path, limit: u64) -> io::Result<Box<dyn Rea
 }
 
 /// Opens the scene's own file for at most `limit` bytes.
-pub(crate) fn open_scene_file(path: &Path, limit: u64) -> Result<io::Take<File>, LoadError> {
+pub fn open_scene_file(path: &Path, limit: u64) -> Result<io::Take<File>, LoadError> {
     open_regular_file(path, limit).map(|file| file.take(limit)).map_err(|e| match std::fs::metadata(path) {
         Ok(file) if e.kind() == io::ErrorKind::FileTooLarge => {
             LoadError::Limit { name: FILE_SIZE, requested: file.len(), allowed: limit }

@@ -8,9 +8,9 @@ use std::sync::PoisonError;
 
 use percent_encoding::percent_decode_str;
 
-use crate::import::files::data_uri;
-use crate::import::files::scene_folder::{ReferenceError, SceneFolder};
-use crate::scene::FileDigest;
+use crate::files::data_uri;
+use crate::files::scene_folder::{ReferenceError, SceneFolder};
+use blinn_scene::FileDigest;
 
 #[cfg(test)]
 mod tests;

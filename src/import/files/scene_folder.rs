@@ -5,14 +5,14 @@ use std::io;
 use std::path::{Component, MAIN_SEPARATOR, Path, PathBuf};
 use std::sync::{Mutex, PoisonError};
 
-use crate::cancellation::CancelToken;
-use crate::import::error::LoadError;
-use crate::import::files::escape::printable;
-use crate::import::files::name_match;
-use crate::import::files::read_file::{FILE_SIZE, read_limited, reject_lfs_pointer};
-use crate::import::files::source_tracker::SourceTracker;
-use crate::import::files::tar_archive::{ArchivePath, file_version};
-use crate::scene::FileDigest;
+use crate::error::LoadError;
+use crate::files::escape::printable;
+use crate::files::name_match;
+use crate::files::read_file::{FILE_SIZE, read_limited, reject_lfs_pointer};
+use crate::files::source_tracker::SourceTracker;
+use crate::files::tar_archive::{ArchivePath, file_version};
+use blinn_core::cancellation::CancelToken;
+use blinn_scene::FileDigest;
 
 #[cfg(test)]
 mod tests;

@@ -4,8 +4,8 @@ use std::borrow::Cow;
 use std::io::Read;
 use std::path::Path;
 
-use crate::import::error::LoadError;
-use crate::import::files::read_file::{FILE_SIZE, open_scene_file, read_scene_file};
+use crate::error::LoadError;
+use crate::files::read_file::{FILE_SIZE, open_scene_file, read_scene_file};
 
 /// A scene's own file, or its content.
 #[derive(Clone, Copy, Debug)]

@@ -3,7 +3,7 @@
 use std::collections::BTreeMap;
 use std::sync::{Mutex, PoisonError};
 
-use crate::scene::{FileDigest, SourceFile};
+use blinn_scene::{FileDigest, SourceFile};
 
 /// Contents of the scene's own file and of all files that it refers to, including missing ones.
 #[derive(Debug, Default)]

@@ -81,14 +81,14 @@ impl ArchivePath {
 ///
 /// # Errors
 /// The file cannot be read or is no tar file.
-pub(crate) fn scenes_in_tar(path: &Path, is_scene: impl Fn(&Path) -> bool) -> io::Result<Vec<PathBuf>> {
+pub fn scenes_in_tar(path: &Path, is_scene: impl Fn(&Path) -> bool) -> io::Result<Vec<PathBuf>> {
     let archive = TarArchive::open_cached(path)?;
     Ok(archive.names().map(Path::new).filter(|name| is_scene(name)).map(|name| path.join(name)).collect())
 }
 
 /// Returns what changes when a file is replaced: its size, its time of modification, and its place in the archive that
 /// the path leads into. `None` if it does not exist.
-pub(crate) fn file_version(path: &Path) -> Option<(u64, Option<SystemTime>, u64)> {
+pub fn file_version(path: &Path) -> Option<(u64, Option<SystemTime>, u64)> {
     let of_file = |path: &Path| {
         let metadata = std::fs::metadata(path).ok()?;
         Some((metadata.len(), metadata.modified().ok()))
@@ -104,12 +104,12 @@ pub(crate) fn file_version(path: &Path) -> Option<(u64, Option<SystemTime>, u64)
 }
 
 /// Returns true for a path that leads into a tar file.
-pub(crate) fn is_in_archive(path: &Path) -> bool {
+pub fn is_in_archive(path: &Path) -> bool {
     ArchivePath::of(path).is_some()
 }
 
 /// Returns true for the names of tar files.
-pub(crate) fn has_tar_extension(path: &Path) -> bool {
+pub fn has_tar_extension(path: &Path) -> bool {
     path.extension().is_some_and(|extension| extension.eq_ignore_ascii_case("tar"))
 }
 

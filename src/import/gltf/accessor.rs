@@ -5,7 +5,7 @@ use ::gltf::json::accessor::{ComponentType, Type};
 use ::gltf::json::validation::Checked;
 
 use super::document::Document;
-use crate::import::error::{LoadError, Warnings};
+use crate::error::{LoadError, Warnings};
 
 /// An accessor whose elements are proven to lie within its buffer views.
 #[derive(Debug)]

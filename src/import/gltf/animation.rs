@@ -12,9 +12,9 @@ use super::keys;
 use super::keys::KeyShape;
 use super::pointer;
 use super::pointer::PointerTarget;
-use crate::import::error::{LoadError, Warnings};
-use crate::import::files::escape::printable;
-use crate::scene::{Animation, Channel, ChannelTarget, Interpolation, Keyframes};
+use crate::error::{LoadError, Warnings};
+use crate::files::escape::printable;
+use blinn_scene::{Animation, Channel, ChannelTarget, Interpolation, Keyframes};
 
 /// Limit on the numbers in all channels together, counted for each target.
 const MAX_KEY_NUMBERS: u64 = 1 << 28;

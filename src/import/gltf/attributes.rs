@@ -9,9 +9,9 @@ use super::accessor::{Accessor, Elements};
 use super::color;
 use super::document::Document;
 use super::draco::DecodedPrimitive;
-use crate::import::error::{LoadError, Warnings};
-use crate::import::finite_uvs::replace_nonfinite;
-use crate::scene::{Influences, Mesh, MorphTarget};
+use crate::error::{LoadError, Warnings};
+use crate::finite_uvs::replace_nonfinite;
+use blinn_scene::{Influences, Mesh, MorphTarget};
 
 /// Supported sets of texture coordinates (TEXCOORD_n).
 const UV_SETS: u32 = 32;

@@ -6,8 +6,8 @@ use ::gltf::json as gltf;
 use glam::{DMat3, Vec3};
 
 use super::material;
-use crate::import::error::Warnings;
-use crate::scene::{
+use crate::error::Warnings;
+use blinn_scene::{
     Channel, ChannelTarget, Interpolation, Keyframes, LightKind, LightProperty, Material, Mesh, Reflectance,
     Reflection, Scene,
 };
@@ -78,7 +78,7 @@ fn restore_normals(scene: &mut Scene) {
     for (mesh, skin) in skins {
         let Some(bind) = scene.skins[skin as usize].inverse_bind.first() else { continue };
         let correction = bind.matrix3.transpose() * bind.matrix3;
-        scene.meshes[mesh as usize].transform_normals(&correction);
+        transform_normals(&mut scene.meshes[mesh as usize], &correction);
     }
 }
 
@@ -156,17 +156,15 @@ fn restore_cones(scene: &mut Scene) {
     }
 }
 
-impl Mesh {
-    /// Transforms the normals of the base shape and of all morph targets.
-    fn transform_normals(&mut self, by: &DMat3) {
-        let transform = |n: Vec3| (*by * n.as_dvec3()).try_normalize().map_or(n, |n| n.as_vec3());
-        let Mesh { normals, morph_targets, .. } = self;
-        let transformed: Vec<Vec3> = normals.iter().map(|&n| transform(n)).collect();
-        for target in morph_targets {
-            for ((d, &n), &to) in target.normals.iter_mut().zip(&*normals).zip(&transformed) {
-                *d = transform(n + *d) - to;
-            }
+/// Transforms the normals of the base shape and of all morph targets.
+fn transform_normals(mesh: &mut Mesh, by: &DMat3) {
+    let transform = |n: Vec3| (*by * n.as_dvec3()).try_normalize().map_or(n, |n| n.as_vec3());
+    let Mesh { normals, morph_targets, .. } = mesh;
+    let transformed: Vec<Vec3> = normals.iter().map(|&n| transform(n)).collect();
+    for target in morph_targets {
+        for ((d, &n), &to) in target.normals.iter_mut().zip(&*normals).zip(&transformed) {
+            *d = transform(n + *d) - to;
         }
-        *normals = transformed;
     }
+    *normals = transformed;
 }

@@ -6,9 +6,9 @@ use std::collections::{HashMap, HashSet};
 use ::gltf::json::{Buffer, Root};
 
 use super::meshopt_extension::{buffer_of, is_fallback};
-use crate::import::error::{LoadError, Warnings};
-use crate::import::files::scene_folder::{ReferenceError, SceneFolder};
-use crate::import::memory::MemoryBudget;
+use crate::error::{LoadError, Warnings};
+use crate::files::scene_folder::{ReferenceError, SceneFolder};
+use crate::memory::MemoryBudget;
 
 /// The contents of all buffers. Buffers with the same URI share their content, which is read once.
 pub(super) struct Buffers<'a> {

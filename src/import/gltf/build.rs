@@ -18,10 +18,10 @@ use super::primitive::PrimitiveId;
 use super::{
     animation, blender, extensions, forest, graph, image_based_light, instancing, topology, variants,
 };
-use crate::cancellation::{CancelToken, Cancelled};
-use crate::import::error::{LoadError, Warnings};
-use crate::import::options::{LoadOptions, UpAxis};
-use crate::scene::{LocalTransform, Mesh, Node, Scene, Source, SourceFormat, unit_quaternion};
+use crate::error::{LoadError, Warnings};
+use crate::options::{LoadOptions, UpAxis};
+use blinn_core::cancellation::{CancelToken, Cancelled};
+use blinn_scene::{LocalTransform, Mesh, Node, Scene, Source, SourceFormat, unit_quaternion};
 
 /// Builds the scene that `options` select.
 pub(super) fn scene(
@@ -55,14 +55,14 @@ pub(super) fn scene(
     warnings.extend(material_warnings);
 
     let mut scene = Scene { source, ..Scene::default() };
-    let mesh_ids = scene.add_meshes(meshes?, &primitives, &materials);
+    let mesh_ids = add_meshes(&mut scene, meshes?, &primitives, &materials);
     let material_ids = materials.by_index;
     scene.materials = materials.materials;
     scene.images = materials.textures.images;
     scene.textures = materials.textures.textures;
     let selected = graph::selected_scene(root, &options.scene)?;
     scene.environment = image_based_light::read(doc, selected, options.up, warnings)?;
-    let scene_nodes = scene.add_nodes(doc, &nodes, options.up);
+    let scene_nodes = add_nodes(&mut scene, doc, &nodes, options.up);
     let objects = ObjectBuilder::new(doc, mesh_ids, &scene_nodes);
     let attached = objects.attach_all(&mut scene, &nodes, warnings)?;
     let ids = SceneIds {
@@ -75,7 +75,7 @@ pub(super) fn scene(
     if is_blender {
         blender::restore(&mut scene);
     }
-    scene.add_tangents(&options.cancel)?;
+    add_tangents(&mut scene, &options.cancel)?;
     Ok(scene)
 }
 
@@ -171,67 +171,61 @@ fn read_meshes(doc: &Document<'_>, primitives: &[PrimitiveId]) -> (Meshes, Warni
     (meshes.into_iter().collect(), all)
 }
 
-impl Scene {
-    /// Adds the meshes that have triangles. Returns the scene's meshes for each mesh of the file.
-    fn add_meshes(
-        &mut self,
-        meshes: Vec<Option<Mesh>>,
-        primitives: &[PrimitiveId],
-        materials: &MaterialTable,
-    ) -> HashMap<usize, Vec<u32>> {
-        let mut ids: HashMap<usize, Vec<u32>> = HashMap::new();
-        for (primitive, mesh) in primitives.iter().zip(meshes) {
-            let list = ids.entry(primitive.mesh).or_default();
-            if let Some(mut mesh) = mesh {
-                mesh.material = materials.by_primitive[primitive];
-                list.push(self.meshes.len() as u32);
-                self.meshes.push(mesh);
-            }
+/// Adds the meshes that have triangles. Returns the scene's meshes for each mesh of the file.
+fn add_meshes(
+    scene: &mut Scene,
+    meshes: Vec<Option<Mesh>>,
+    primitives: &[PrimitiveId],
+    materials: &MaterialTable,
+) -> HashMap<usize, Vec<u32>> {
+    let mut ids: HashMap<usize, Vec<u32>> = HashMap::new();
+    for (primitive, mesh) in primitives.iter().zip(meshes) {
+        let list = ids.entry(primitive.mesh).or_default();
+        if let Some(mut mesh) = mesh {
+            mesh.material = materials.by_primitive[primitive];
+            list.push(scene.meshes.len() as u32);
+            scene.meshes.push(mesh);
         }
-        ids
     }
+    ids
+}
 
-    /// Generates tangents for meshes with normal maps.
-    fn add_tangents(&mut self, cancel: &CancelToken) -> Result<(), Cancelled> {
-        let Scene { meshes, materials, source, .. } = self;
-        meshes.par_iter_mut().try_for_each(|mesh| {
-            if let Some(map) = &materials[mesh.material as usize].normal {
-                cancel.check()?;
-                tangents::generate(mesh, &map.texture, source);
-            }
-            Ok(())
-        })
-    }
+/// Generates tangents for meshes with normal maps.
+fn add_tangents(scene: &mut Scene, cancel: &CancelToken) -> Result<(), Cancelled> {
+    let Scene { meshes, materials, source, .. } = scene;
+    meshes.par_iter_mut().try_for_each(|mesh| {
+        if let Some(map) = &materials[mesh.material as usize].normal {
+            cancel.check()?;
+            tangents::generate(mesh, &map.texture, source);
+        }
+        Ok(())
+    })
+}
 
-    /// Adds the nodes, below a root that rotates the scene if the file's up axis is +Z. Returns the scene's
-    /// node for each node of the file.
-    fn add_nodes(&mut self, doc: &Document<'_>, nodes: &[SceneNode], up: UpAxis) -> Vec<Option<u32>> {
-        if up == UpAxis::Z {
-            let rotation = DAffine3::from_cols(DVec3::X, DVec3::NEG_Z, DVec3::Y, DVec3::ZERO);
-            self.nodes.push(Node {
-                local: LocalTransform::Matrix(rotation),
-                visible: true,
-                ..Node::default()
-            });
-        }
-        let offset = self.nodes.len() as u32;
-        let top = (up == UpAxis::Z).then_some(0);
-        let mut scene_nodes = vec![None; doc.root().nodes.len()];
-        for (id, node) in (offset..).zip(nodes) {
-            let json = &doc.root().nodes[node.node];
-            let others = json.extensions.as_ref().map(|e| &e.others);
-            let visible = others.and_then(|o| o.get("KHR_node_visibility")).and_then(|v| v.get("visible"));
-            self.nodes.push(Node {
-                name: json.name.clone().unwrap_or_default(),
-                parent: node.parent.map(|parent| parent + offset).or(top),
-                local: local_transform(json),
-                weights: json.weights.clone().unwrap_or_default(),
-                visible: visible.and_then(|v| v.as_bool()).unwrap_or(true),
-            });
-            scene_nodes[node.node] = Some(id);
-        }
-        scene_nodes
+/// Adds the nodes, below a root that rotates the scene if the file's up axis is +Z. Returns the scene's
+/// node for each node of the file.
+fn add_nodes(scene: &mut Scene, doc: &Document<'_>, nodes: &[SceneNode], up: UpAxis) -> Vec<Option<u32>> {
+    if up == UpAxis::Z {
+        let rotation = DAffine3::from_cols(DVec3::X, DVec3::NEG_Z, DVec3::Y, DVec3::ZERO);
+        scene.nodes.push(Node { local: LocalTransform::Matrix(rotation), visible: true, ..Node::default() });
     }
+    let offset = scene.nodes.len() as u32;
+    let top = (up == UpAxis::Z).then_some(0);
+    let mut scene_nodes = vec![None; doc.root().nodes.len()];
+    for (id, node) in (offset..).zip(nodes) {
+        let json = &doc.root().nodes[node.node];
+        let others = json.extensions.as_ref().map(|e| &e.others);
+        let visible = others.and_then(|o| o.get("KHR_node_visibility")).and_then(|v| v.get("visible"));
+        scene.nodes.push(Node {
+            name: json.name.clone().unwrap_or_default(),
+            parent: node.parent.map(|parent| parent + offset).or(top),
+            local: local_transform(json),
+            weights: json.weights.clone().unwrap_or_default(),
+            visible: visible.and_then(|v| v.as_bool()).unwrap_or(true),
+        });
+        scene_nodes[node.node] = Some(id);
+    }
+    scene_nodes
 }
 
 fn local_transform(json: &JsonNode) -> LocalTransform {

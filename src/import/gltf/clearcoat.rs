@@ -5,8 +5,8 @@ use serde::Deserialize;
 use serde_json::Value;
 
 use super::json_tree::Object;
-use crate::import::error::Warnings;
-use crate::import::files::escape::printable;
+use crate::error::Warnings;
+use crate::files::escape::printable;
 
 pub(super) const NAME: &str = "KHR_materials_clearcoat";
 

@@ -4,7 +4,7 @@ use ::gltf::json::accessor::ComponentType;
 use glam::{Vec3, Vec4};
 
 use super::accessor::{Accessor, Elements};
-use crate::import::error::Warnings;
+use crate::error::Warnings;
 
 /// Numbers of components that a colour may have.
 pub(super) const COMPONENTS: &[usize] = &[3, 4];

@@ -1,7 +1,7 @@
 //! The container: JSON text, or the header and chunks of a GLB.
 
 use super::text_repair;
-use crate::import::error::{LoadError, Warnings};
+use crate::error::{LoadError, Warnings};
 
 const HEADER: usize = 12;
 const CHUNK_HEADER: usize = 8;

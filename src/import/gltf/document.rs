@@ -11,11 +11,11 @@ use super::extensions;
 use super::meshopt_extension::{CompressedView, buffer_of};
 use super::parse;
 use super::parse::ParsedGltf;
-use crate::import::Limits;
-use crate::import::error::{LoadError, Warnings};
-use crate::import::files::scene_folder::SceneFolder;
-use crate::import::memory::MemoryBudget;
-use crate::import::options::LoadOptions;
+use crate::Limits;
+use crate::error::{LoadError, Warnings};
+use crate::files::scene_folder::SceneFolder;
+use crate::memory::MemoryBudget;
+use crate::options::LoadOptions;
 
 /// Limit on the bytes of all accessors without data, which take no space in the file.
 const MAX_ZERO_BYTES: u64 = 1 << 30;

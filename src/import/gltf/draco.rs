@@ -13,7 +13,7 @@ use serde_json::Value;
 use super::accessor::Accessor;
 use super::document::Document;
 use super::topology::MeshSize;
-use crate::import::error::LoadError;
+use crate::error::LoadError;
 
 const NAME: &str = "KHR_draco_mesh_compression";
 /// A stream may have more vertices than its accessors, since encoders split vertices at seams: up to twice as

@@ -8,8 +8,8 @@ use serde_json::{Map, Value};
 
 use super::registry::Support::{Ignored, NotRequirable, Partial, Supported, Unrendered};
 use super::registry::support;
-use crate::import::error::{LoadError, Warnings};
-use crate::import::files::escape::printable;
+use crate::error::{LoadError, Warnings};
+use crate::files::escape::printable;
 
 /// The objects that use an extension.
 #[derive(Debug, Default)]

@@ -3,7 +3,7 @@
 use serde_json::{Value, json};
 
 use super::json_tree::Object;
-use crate::import::error::Warnings;
+use crate::error::Warnings;
 
 /// Names of integer properties in the core and in supported extensions.
 const INTEGERS: &[&str] = &[

@@ -4,7 +4,7 @@
 use ::gltf::json::Root;
 
 use super::graph::{Roots, SceneNode};
-use crate::import::error::Warnings;
+use crate::error::Warnings;
 
 /// The nodes below `roots` in depth-first order, with children in the file's order. Each occurs once:
 ///

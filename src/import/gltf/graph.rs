@@ -2,9 +2,9 @@
 
 use ::gltf::json::Root;
 
-use crate::import::error::{LoadError, Warnings};
-use crate::import::files::escape::printable;
-use crate::import::options::SceneChoice;
+use crate::error::{LoadError, Warnings};
+use crate::files::escape::printable;
+use crate::options::SceneChoice;
 
 /// A node of the scene.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

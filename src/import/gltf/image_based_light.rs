@@ -7,10 +7,10 @@ use serde_json::Value;
 
 use super::document::Document;
 use super::texture::read_image;
-use crate::geometry::Rgb;
-use crate::import::error::{LoadError, Warnings};
-use crate::import::options::UpAxis;
-use crate::scene::{CubeMap, Environment, Image, SkyIrradiance, unit_quaternion};
+use crate::error::{LoadError, Warnings};
+use crate::options::UpAxis;
+use blinn_core::geometry::Rgb;
+use blinn_scene::{CubeMap, Environment, Image, SkyIrradiance, unit_quaternion};
 
 pub(super) const NAME: &str = "EXT_lights_image_based";
 
@@ -119,7 +119,7 @@ fn read_cube(doc: &Document<'_>, light: &Value) -> Result<Result<CubeMap, String
 /// Radiance of an image: of pictures with alpha, which are in RGBD, the colour divided by alpha.
 fn radiance(image: &Image) -> Vec<[f32; 3]> {
     let texel = |i: usize| {
-        let [r, g, b, a] = image.view().decoded(i).to_array();
+        let [r, g, b, a] = image.decoded(i).to_array();
         let divisor = a.max(1.0 / 255.0);
         [r, g, b].map(|v| v / divisor)
     };

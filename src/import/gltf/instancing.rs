@@ -6,8 +6,8 @@ use glam::Vec3;
 use super::accessor::{Accessor, Elements};
 use super::color;
 use super::document::Document;
-use crate::import::error::{LoadError, Warnings};
-use crate::scene::PackedTrs;
+use crate::error::{LoadError, Warnings};
+use blinn_scene::PackedTrs;
 
 const NAME: &str = "EXT_mesh_gpu_instancing";
 

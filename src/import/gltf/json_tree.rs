@@ -2,7 +2,7 @@
 
 use serde_json::{Map, Value};
 
-use crate::import::files::escape::printable;
+use crate::files::escape::printable;
 
 pub(super) type Object = Map<String, Value>;
 

@@ -5,8 +5,8 @@ use ::gltf::json::extensions::scene::khr_lights_punctual::{Light as JsonLight, T
 use ::gltf::json::validation::Checked;
 use glam::Vec3;
 
-use crate::import::error::Warnings;
-use crate::scene::{FileCamera, FileProjection, Light, LightKind};
+use crate::error::Warnings;
+use blinn_scene::{FileCamera, FileProjection, Light, LightKind};
 
 /// Reads the camera of a node; `None`, with a warning, if its projection is invalid.
 pub(super) fn camera(json: &Camera, index: usize, node: u32, warnings: &mut Warnings) -> Option<FileCamera> {

@@ -6,7 +6,7 @@ use ::gltf::json::validation::Checked;
 use glam::Vec3;
 use serde_json::{Map, Value};
 
-use crate::scene::{
+use blinn_scene::{
     AlphaMode, Clearcoat, ColorInput, Dielectric, Material, NormalMap, Reflectance, Reflection, ScalarInput,
     TextureChannel, TextureRef, UvTransform, Volume,
 };

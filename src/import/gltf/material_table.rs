@@ -6,8 +6,8 @@ use super::document::Document;
 use super::primitive::PrimitiveId;
 use super::texture::Textures;
 use super::{blender, material, variants};
-use crate::import::error::{LoadError, Warnings};
-use crate::scene::Material;
+use crate::error::{LoadError, Warnings};
+use blinn_scene::Material;
 
 /// The materials of the primitives, and their textures.
 pub(super) struct MaterialTable {

@@ -4,7 +4,7 @@ use ::gltf::json::{Buffer, buffer};
 use serde_json::Value;
 
 use super::meshopt::{self, Filter, Mode};
-use crate::import::files::escape::printable;
+use crate::files::escape::printable;
 
 /// Names of the extension: ratified, and by its former vendor prefix.
 const NAMES: [&str; 2] = ["KHR_meshopt_compression", "EXT_meshopt_compression"];

@@ -54,7 +54,7 @@ mod version;
 use super::error::{LoadError, Warning, Warnings};
 use super::files::scene_folder::SceneFolder;
 use super::options::LoadOptions;
-use crate::scene::Scene;
+use blinn_scene::Scene;
 
 pub(super) use variants::unknown_variant;
 

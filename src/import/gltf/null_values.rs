@@ -4,7 +4,7 @@
 use serde_json::{Value, json};
 
 use super::json_tree::{Object, Step, for_each_object, path_text};
-use crate::import::error::Warnings;
+use crate::error::Warnings;
 
 /// Names of arrays of objects below the top level, where all arrays hold objects.
 const OBJECT_LISTS: [&str; 8] =

@@ -7,8 +7,8 @@ use super::document::Document;
 use super::graph::SceneNode;
 use super::instancing::InstanceAttributes;
 use super::{instancing, light, skin};
-use crate::import::error::{LoadError, Warnings};
-use crate::scene::{Instance, Scene};
+use crate::error::{LoadError, Warnings};
+use blinn_scene::{Instance, Scene};
 
 /// The scene's cameras and lights for each index of the file: one for each node with it.
 #[derive(Default)]

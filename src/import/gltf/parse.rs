@@ -13,7 +13,7 @@ use super::{
     extensions, float_integers, null_values, references, required, text_repair, undisplayed, validate,
     version,
 };
-use crate::import::error::{LoadError, Warnings};
+use crate::error::{LoadError, Warnings};
 
 /// The typed JSON of a glTF.
 #[derive(Debug)]

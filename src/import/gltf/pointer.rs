@@ -1,7 +1,7 @@
 //! KHR_animation_pointer: the property that a JSON pointer animates.
 
 use super::clearcoat;
-use crate::scene::{CameraProperty, LightProperty, MaterialProperty, TextureSlot};
+use blinn_scene::{CameraProperty, LightProperty, MaterialProperty, TextureSlot};
 
 /// An animated property, by the indices of the file.
 #[derive(Clone, Copy, Debug, PartialEq)]

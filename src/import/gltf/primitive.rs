@@ -12,8 +12,8 @@ use super::draco;
 use super::draco::DecodedPrimitive;
 use super::topology;
 use super::topology::{MeshSize, VertexOrder};
-use crate::import::error::{LoadError, Warnings};
-use crate::scene::Mesh;
+use crate::error::{LoadError, Warnings};
+use blinn_scene::Mesh;
 
 /// A primitive of the file, by its indices.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]

@@ -7,7 +7,7 @@ use std::fmt::{Display, Formatter};
 use serde_json::{Value, json};
 
 use super::json_tree::Object;
-use crate::import::error::Warnings;
+use crate::error::Warnings;
 
 /// Largest plausible colour. Larger integers are bytes, as in MTL files.
 const MAX_COLOR: f64 = 10.0;

@@ -3,8 +3,8 @@
 use serde_json::{Map, Value};
 
 use super::json_tree::{Step, path_text};
-use crate::import::error::LoadError;
-use crate::import::files::escape::printable;
+use crate::error::LoadError;
+use crate::files::escape::printable;
 
 /// Paths of indices and the arrays that they refer to. `[]` stands for every item of an array, `{}` for every
 /// value of an object.

@@ -163,7 +163,7 @@ mod tests {
     /// `GOLDEN=update` writes the table into the page.
     #[test]
     fn the_documentation_has_the_same_table() {
-        let path = concat!(env!("CARGO_MANIFEST_DIR"), "/docs/reference/gltf.md");
+        let path = concat!(env!("CARGO_MANIFEST_DIR"), "/../../docs/reference/gltf.md");
         let page = std::fs::read_to_string(path).unwrap();
         let start = "<!-- extensions -->\n";
         let end = "<!-- end of extensions -->";

@@ -4,7 +4,7 @@
 use serde_json::{Map, Value, json};
 
 use super::json_tree::{Object, as_objects, objects, primitives};
-use crate::import::error::Warnings;
+use crate::error::Warnings;
 
 /// An index for which no object exists.
 const NO_INDEX: u32 = u32::MAX;

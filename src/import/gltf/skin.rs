@@ -5,8 +5,8 @@ use glam::{DAffine3, DMat4, Mat4};
 
 use super::accessor::{Accessor, Elements};
 use super::document::Document;
-use crate::import::error::{LoadError, Warnings};
-use crate::scene::Skin;
+use crate::error::{LoadError, Warnings};
+use blinn_scene::Skin;
 
 /// Reads a skin with its joints as scene nodes. `None`, with a warning, if the scene lacks some of the
 /// joints.

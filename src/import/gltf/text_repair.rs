@@ -1,7 +1,7 @@
 //! Repairs JSON text for the sake of single values that the parser refuses: NaN and numbers beyond f64, half
 //! surrogate pairs, deep nesting.
 
-use crate::import::error::Warnings;
+use crate::error::Warnings;
 
 /// Nesting that is kept. No property that is shown lies deeper than about 15 levels, and the parser and all
 /// recursive functions behind it accept 127.

@@ -9,10 +9,10 @@ use ::gltf::json::validation::Checked;
 use rayon::prelude::*;
 
 use super::document::Document;
-use crate::import::error::{LoadError, Warnings};
-use crate::import::files::escape::printable;
-use crate::import::image;
-use crate::scene::{Image, Texture, TextureFilter, Wrap};
+use crate::error::{LoadError, Warnings};
+use crate::files::escape::printable;
+use crate::image;
+use blinn_scene::{Image, Texture, TextureFilter, Wrap};
 
 /// An encoded image with a name for messages.
 struct EncodedImage<'d> {

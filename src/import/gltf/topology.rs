@@ -2,7 +2,7 @@
 
 use ::gltf::json::mesh::Mode;
 
-use crate::import::error::LoadError;
+use crate::error::LoadError;
 
 /// The order in which a primitive uses its vertices.
 #[derive(Debug)]

@@ -3,8 +3,8 @@
 use serde_json::Value;
 
 use super::json_tree::{Object, for_each_object, objects, path_text};
-use crate::import::error::Warnings;
-use crate::import::files::escape::printable;
+use crate::error::Warnings;
+use crate::files::escape::printable;
 
 type IsValid = fn(&Value) -> bool;
 

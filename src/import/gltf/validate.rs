@@ -12,8 +12,8 @@ use serde_path_to_error::Segment;
 
 use super::json_tree::{Object, as_objects, objects, primitives};
 use super::{clearcoat, material_schema, ranges};
-use crate::import::error::Warnings;
-use crate::import::files::escape::printable;
+use crate::error::Warnings;
+use crate::files::escape::printable;
 
 /// Optional indices, which some exporters write as −1 for none.
 const INDICES: [(&str, &str); 8] = [

@@ -4,8 +4,8 @@ use ::gltf::json::mesh::Primitive;
 use serde_json::Value;
 
 use super::document::Document;
-use crate::import::error::LoadError;
-use crate::import::files::escape::printable;
+use crate::error::LoadError;
+use crate::files::escape::printable;
 
 pub(super) const NAME: &str = "KHR_materials_variants";
 

@@ -2,8 +2,8 @@
 
 use serde_json::{Map, Value, json};
 
-use crate::import::error::{LoadError, Warnings};
-use crate::import::files::escape::printable;
+use crate::error::{LoadError, Warnings};
+use crate::files::escape::printable;
 
 /// The message for files of glTF 1.0.
 pub(super) const VERSION_1: &str =

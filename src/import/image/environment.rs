@@ -3,11 +3,11 @@
 use std::path::Path;
 
 use super::{exr, radiance};
-use crate::import::Limits;
-use crate::import::error::LoadError;
-use crate::import::files::read_file::read_scene_file;
-use crate::import::memory::MemoryBudget;
-use crate::scene::{Environment, Panorama};
+use crate::Limits;
+use crate::error::LoadError;
+use crate::files::read_file::read_scene_file;
+use crate::memory::MemoryBudget;
+use blinn_scene::{Environment, Panorama};
 
 /// Largest environment map: 16384 × 8192 pixels.
 const MAX_PIXELS: u64 = 1 << 27;

@@ -56,7 +56,7 @@ mod tests {
     use super::*;
 
     fn folder() -> std::path::PathBuf {
-        std::path::Path::new(env!("CARGO_MANIFEST_DIR")).join("models/tests/gltf/ktx2")
+        std::path::Path::new(env!("CARGO_MANIFEST_DIR")).join("../../models/tests/gltf/ktx2")
     }
 
     fn file(name: &str) -> Vec<u8> {

@@ -2,7 +2,7 @@
 
 pub(crate) mod environment;
 mod exr;
-pub(crate) mod jpeg;
+pub mod jpeg;
 mod ktx2;
 mod radiance;
 pub(crate) mod stored_picture;
@@ -13,7 +13,7 @@ use std::io::Cursor;
 use image::{DynamicImage, ImageDecoder, ImageFormat, ImageReader};
 
 use super::Limits;
-use crate::scene::{Channels, Image, MipMaps, Texels};
+use blinn_scene::{Channels, Image, MipMaps, Texels};
 
 /// Texture formats besides KTX2. A GIF is its first frame.
 const FORMATS: [ImageFormat; 7] = [
@@ -193,7 +193,7 @@ mod tests {
             ("grey_16.tif", L, light, dark, exact),
             ("frames.gif", Rgba, red, green, exact),
         ];
-        let folder = std::path::Path::new(env!("CARGO_MANIFEST_DIR")).join("models/tests/images");
+        let folder = std::path::Path::new(env!("CARGO_MANIFEST_DIR")).join("../../models/tests/images");
         assert_eq!(std::fs::read_dir(&folder).unwrap().count(), cases.len());
         for (name, channels, left, right, tolerance) in cases {
             let bytes = std::fs::read(folder.join(name)).unwrap();
@@ -220,7 +220,7 @@ mod tests {
         let huge = [&b"\xabKTX 20\xbb\r\n\x1a\n"[..], &[0xff; 68]].concat();
         assert_eq!(decoded_size(&huge), u64::MAX);
         assert!(error(&huge).contains("4294967295x4294967295 pixels"));
-        let path = concat!(env!("CARGO_MANIFEST_DIR"), "/models/tests/images/rgb.png");
+        let path = concat!(env!("CARGO_MANIFEST_DIR"), "/../../models/tests/images/rgb.png");
         let bytes = std::fs::read(path).unwrap();
         let small = Limits { image_pixels: 100, ..Limits::default() };
         assert!(error_within(&bytes, &small).contains("it has 16x8 pixels; 1 to 100 are allowed"));
@@ -234,7 +234,7 @@ mod tests {
         }
         // A truncated file is an error, or all its texels are present.
         for name in ["rgb.tif", "lzw.tif", "grey_16.tif", "palette.tif", "frames.gif"] {
-            let path = format!("{}/models/tests/images/{name}", env!("CARGO_MANIFEST_DIR"));
+            let path = format!("{}/../../models/tests/images/{name}", env!("CARGO_MANIFEST_DIR"));
             let bytes = std::fs::read(path).unwrap();
             let intact = decode("x", &bytes, &Limits::default()).unwrap();
             for end in 0..bytes.len() {

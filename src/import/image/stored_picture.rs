@@ -6,11 +6,11 @@ use std::path::Path;
 use ::exr::prelude::{FlatSamples, ReadChannels, ReadLayers, read};
 
 use super::{decode, exr, radiance, size};
-use crate::import::Limits;
-use crate::import::error::LoadError;
-use crate::import::files::read_file::read_scene_file;
-use crate::import::memory::MemoryBudget;
-use crate::scene::Channels;
+use crate::Limits;
+use crate::error::LoadError;
+use crate::files::read_file::read_scene_file;
+use crate::memory::MemoryBudget;
+use blinn_scene::Channels;
 
 /// Meaning of the values of a picture.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -159,7 +159,7 @@ mod tests {
     #[test]
     fn pictures_are_told_from_scenes() {
         let head = |name: &str| {
-            std::fs::read(Path::new(env!("CARGO_MANIFEST_DIR")).join("models").join(name)).unwrap()
+            std::fs::read(Path::new(env!("CARGO_MANIFEST_DIR")).join("../../models").join(name)).unwrap()
         };
         for name in ["tests/images/rgb.png", "tests/images/rgb.jpg", "tests/images/lossless.webp"] {
             assert!(StoredPicture::is_picture(&head(name)), "{name}");
@@ -172,7 +172,7 @@ mod tests {
 
     #[test]
     fn a_picture_has_four_channels_and_limits_are_checked() {
-        let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("models/tests/images/rgb.png");
+        let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../models/tests/images/rgb.png");
         let picture = StoredPicture::load(&path, &Limits::default()).unwrap();
         let at = |name: &str, i: usize| picture.channel(name).unwrap()[i];
         assert_eq!((at("R", 0), at("G", 0), at("G", 15), at("A", 3)), (1.0, 0.0, 1.0, 1.0));

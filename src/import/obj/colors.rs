@@ -5,7 +5,7 @@ use rayon::prelude::*;
 
 use super::super::error::Warnings;
 use super::chunk::NO_COLOR;
-use crate::scene::{Mesh, srgb_to_linear};
+use blinn_scene::{Mesh, srgb_to_linear};
 
 /// Largest plausible sRGB value: 10 decodes to two hundred times the radiance of white.
 const MAX_SRGB: f32 = 10.0;

@@ -199,7 +199,7 @@ impl Grid {
 
 #[cfg(test)]
 mod tests {
-    use crate::import::obj::polygon::Triangulator;
+    use crate::obj::polygon::Triangulator;
     use glam::Vec3;
 
     fn numbers<const N: usize, T: std::str::FromStr>(text: &str) -> Vec<[T; N]> {

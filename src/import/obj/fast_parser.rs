@@ -10,13 +10,13 @@ use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
 use glam::{DVec3, Vec3, Vec4};
 use rayon::prelude::*;
 
-use crate::import::Limits;
-use crate::import::obj::chunk::{Chunk, Corner, NO_INDEX, Statement};
-use crate::import::obj::digits::parse_digits;
-use crate::import::obj::float::parse_f32;
-use crate::import::obj::line_chunks::LineChunks;
-use crate::import::obj::recenter::parse_relative;
-use crate::import::obj::text;
+use crate::Limits;
+use crate::obj::chunk::{Chunk, Corner, NO_INDEX, Statement};
+use crate::obj::digits::parse_digits;
+use crate::obj::float::parse_f32;
+use crate::obj::line_chunks::LineChunks;
+use crate::obj::recenter::parse_relative;
+use crate::obj::text;
 
 /// A file as the fast parser returns it.
 pub(super) struct ParsedChunks {

@@ -6,16 +6,16 @@ use std::borrow::Cow;
 
 use glam::{DVec3, Vec3, Vec4};
 
-use crate::cancellation::CancelToken;
-use crate::import::Limits;
-use crate::import::error::{LoadError, Warnings};
-use crate::import::files::escape::printable;
-use crate::import::obj::chunk::{Chunk, Corner, NO_INDEX, Statement};
-use crate::import::obj::decimal_comma::{AMBIGUOUS, Commas, Counts, split_numbers};
-use crate::import::obj::number::{plain_mantissa, plain_number};
-use crate::import::obj::plain_text::PlainText;
-use crate::import::obj::recenter::parse_relative;
-use crate::import::obj::text::{self, Line, logical_lines, split_keyword};
+use crate::Limits;
+use crate::error::{LoadError, Warnings};
+use crate::files::escape::printable;
+use crate::obj::chunk::{Chunk, Corner, NO_INDEX, Statement};
+use crate::obj::decimal_comma::{AMBIGUOUS, Commas, Counts, split_numbers};
+use crate::obj::number::{plain_mantissa, plain_number};
+use crate::obj::plain_text::PlainText;
+use crate::obj::recenter::parse_relative;
+use crate::obj::text::{self, Line, logical_lines, split_keyword};
+use blinn_core::cancellation::CancelToken;
 
 /// Lines between two checks of whether the import was cancelled.
 const LINES_PER_CHECK: usize = 1024;

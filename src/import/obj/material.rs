@@ -7,9 +7,9 @@ use super::super::error::Warnings;
 use super::mtl::MtlMaterial;
 use super::texture_map::TextureMap;
 use super::textures::TextureLibrary;
-use crate::geometry::Rgb;
-use crate::import::files::escape::printable;
-use crate::scene::{
+use crate::files::escape::printable;
+use blinn_core::geometry::Rgb;
+use blinn_scene::{
     AlphaMode, Clearcoat, ColorInput, Dielectric, Material, MtlReflectance, NormalMap, Reflectance,
     Reflection, ScalarInput, TextureChannel, TextureRef,
 };

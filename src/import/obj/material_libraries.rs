@@ -7,8 +7,8 @@ use super::super::error::Warnings;
 use super::mtl::{self, MtlMaterial};
 use super::text;
 use super::texture_files::find_file;
-use crate::import::files::name_match::{decompose, fold_case};
-use crate::import::files::{escape::printable, scene_folder::SceneFolder};
+use crate::files::name_match::{decompose, fold_case};
+use crate::files::{escape::printable, scene_folder::SceneFolder};
 
 /// The materials of all MTL files.
 #[derive(Default)]

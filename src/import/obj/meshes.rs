@@ -10,7 +10,7 @@ use super::chunk::{Corner, NO_INDEX};
 use super::geometry::ObjGeometry;
 use super::segment::Segment;
 use super::vertex_dedup::VertexDeduplicator;
-use crate::scene::Mesh;
+use blinn_scene::Mesh;
 
 /// The state that all triangles of a mesh share. Smoothing groups share a mesh, since a file may have one
 /// per face.

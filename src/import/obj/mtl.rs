@@ -4,8 +4,8 @@ use super::super::error::Warnings;
 use super::decimal_comma::DecimalCommas;
 use super::text::{logical_lines, split_keyword};
 use super::texture_map::{self, TextureMap};
-use crate::geometry::Rgb;
-use crate::import::files::escape::printable;
+use crate::files::escape::printable;
+use blinn_core::geometry::Rgb;
 
 /// The statements of a material; `None` for a statement that is missing.
 #[derive(Clone, Debug, Default, PartialEq)]
@@ -270,7 +270,7 @@ fn set_color_map(
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::scene::TextureChannel;
+    use blinn_scene::TextureChannel;
     use glam::Vec2;
 
     fn one(text: &str) -> (MtlMaterial, Vec<String>) {

@@ -7,7 +7,7 @@ use std::path::Path;
 use glam::Vec3;
 
 use super::chunk::{Chunk, Corner, NO_INDEX};
-use crate::import::error::LoadError;
+use crate::error::LoadError;
 
 /// Plain text with one `v`, `vt` or `vn` line per element.
 #[derive(Debug, Default)]

@@ -2,7 +2,7 @@
 
 use glam::{DVec2, DVec3, Vec3};
 
-use crate::import::obj::ear_clipping::EarClipper;
+use crate::obj::ear_clipping::EarClipper;
 
 /// Polygons up to this many corners are always clipped, whatever the budget.
 const FREE_CORNERS: usize = 10_000;
@@ -85,7 +85,7 @@ impl Triangulator {
         p.iter_mut().for_each(|p| *p -= origin);
         let normal: DVec3 = (0..p.len()).map(|i| p[i].cross(p[(i + 1) % p.len()])).sum();
         let Some(n) = normal.try_normalize() else { return false };
-        let (x, y) = crate::geometry::coordinate_system(n);
+        let (x, y) = blinn_core::geometry::coordinate_system(n);
         self.projected.clear();
         self.projected.extend(p.iter().map(|p| DVec2::new(p.dot(x), p.dot(y))));
         true

@@ -3,8 +3,8 @@
 
 use glam::{DVec3, Vec3};
 
-use crate::geometry::Aabb;
-use crate::import::obj::geometry::ObjGeometry;
+use crate::obj::geometry::ObjGeometry;
+use blinn_core::geometry::Aabb;
 
 /// Distance from the origin, in diagonals of the mesh, beyond which it is recentred: the spacing of f32
 /// there is a millionth of the diagonal.

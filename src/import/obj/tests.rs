@@ -11,8 +11,8 @@ use std::fs;
 use std::path::Path;
 
 use super::super::{LoadError, LoadOptions, UpAxis, load};
-use crate::geometry::Rgb;
-use crate::scene::{LocalTransform, Material, Mesh, Scene};
+use blinn_core::geometry::Rgb;
+use blinn_scene::{LocalTransform, Material, Mesh, Scene};
 use glam::{DAffine3, DVec3, Vec2, Vec3, Vec4};
 
 /// Loads `obj` with other files in the same folder.
@@ -294,7 +294,7 @@ fn mutated_files_do_not_panic() {
 
 #[test]
 fn the_models_of_the_repository_load_without_warnings() {
-    let models = Path::new(env!("CARGO_MANIFEST_DIR")).join("models");
+    let models = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../models");
     for (name, triangles, objects) in
         [("tests/cube.obj", 12, 1), ("cornell/cornell.obj", 4206, 0), ("lecture/lecture.obj", 3438, 0)]
     {

@@ -3,7 +3,7 @@
 use std::borrow::Cow;
 
 use super::number::parse_number;
-use crate::import::files::escape::printable;
+use crate::files::escape::printable;
 
 /// Decodes a file as UTF-8, or as UTF-16 with or without a byte-order mark. Lines that are neither are decoded as
 /// Windows-1252 one by one, so that a comment in another encoding does not affect names; then the second value is

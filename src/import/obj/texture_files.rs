@@ -5,7 +5,7 @@ use std::borrow::Cow;
 use percent_encoding::percent_decode_str;
 
 use super::text::name_candidates;
-use crate::import::files::scene_folder::{ReferenceError, SceneFolder};
+use crate::files::scene_folder::{ReferenceError, SceneFolder};
 
 /// Reads a file. `beside` is the folder of the MTL relative to the OBJ. The name as written takes precedence, since
 /// it may contain `#` and `%`; then the name without a trailing comment, then without percent encoding.

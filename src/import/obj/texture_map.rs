@@ -6,7 +6,7 @@ use glam::Vec2;
 use super::decimal_comma::DecimalCommas;
 use super::number::parse_number;
 use super::text::split_keyword;
-use crate::scene::TextureChannel;
+use blinn_scene::TextureChannel;
 
 /// A texture map of a material.
 #[derive(Clone, Debug, PartialEq)]

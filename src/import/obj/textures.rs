@@ -13,9 +13,9 @@ use super::super::memory::MemoryBudget;
 use super::mtl::MtlMaterial;
 use super::texture_files::find_file;
 use super::texture_map::TextureMap;
-use crate::import::files::escape::printable;
-use crate::import::files::scene_folder::SceneFolder;
-use crate::scene::{Channels, Image, MipMaps, Texels, Texture, TextureFilter, TextureRef, UvTransform, Wrap};
+use crate::files::escape::printable;
+use crate::files::scene_folder::SceneFolder;
+use blinn_scene::{Channels, Image, MipMaps, Texels, Texture, TextureFilter, TextureRef, UvTransform, Wrap};
 
 /// Returns the name of the first tile of a UDIM texture.
 fn first_tile(name: &str) -> Option<String> {

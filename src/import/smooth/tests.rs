@@ -1,6 +1,6 @@
 use super::*;
-use crate::cancellation::CancelToken;
-use crate::scene::{Instance, Material, MorphTarget, Node};
+use blinn_core::cancellation::CancelToken;
+use blinn_scene::{Instance, Material, MorphTarget, Node};
 
 /// A scene with one mesh per list of triangles, all of one object.
 fn scene(positions: &[[f32; 3]], parts: &[&[[u32; 3]]]) -> Scene {

@@ -1,5 +1,5 @@
 use super::*;
-use crate::scene::UvTransform;
+use blinn_scene::UvTransform;
 
 /// A rotated map rotates the tangents, except in Blender's files.
 #[test]

@@ -9,8 +9,8 @@ use super::dirty_rect::{crop, dirty_rect, full_rect};
 use super::encoder::{AnimationSettings, Encoder};
 use super::frame_timing::FrameTiming;
 use super::spool::Spool;
-use crate::output::png_chunks::{SIGNATURE, chunks, write_chunk};
-use crate::render::PixelRect;
+use crate::png_chunks::{SIGNATURE, chunks, write_chunk};
+use blinn_render::PixelRect;
 
 /// Denominator of all delays, whose numerators have 16 bits.
 const TICKS_PER_SECOND: u16 = 10_000;

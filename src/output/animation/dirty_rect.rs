@@ -1,6 +1,6 @@
 //! Dirty rectangles: the part of a frame that differs from the frame before it.
 
-use crate::render::PixelRect;
+use blinn_render::PixelRect;
 
 /// The rectangle of a full image.
 pub(super) fn full_rect(width: u32, height: u32) -> PixelRect {

@@ -2,7 +2,7 @@
 
 use std::io;
 
-use crate::output::atomic::Overwrite;
+use crate::atomic::Overwrite;
 
 use super::spool::Spool;
 

@@ -9,7 +9,7 @@ use base64::engine::general_purpose::STANDARD;
 use super::encoder::{AnimationSettings, Encoder};
 use super::spool::Spool;
 use super::webp;
-use crate::output::escape::escape_html;
+use crate::escape::escape_html;
 
 /// The page, with a placeholder for the frames.
 const PAGE: &str = include_str!("player.html");

@@ -5,7 +5,7 @@ use std::fs::File;
 use std::io::{self, BufWriter, Seek, Write};
 use std::path::Path;
 
-use crate::output::atomic::{Overwrite, check_overwrite, unnamed_temp_file, write_atomically_with};
+use crate::atomic::{Overwrite, check_overwrite, unnamed_temp_file, write_atomically_with};
 
 /// The body of a file whose head is known only at the end.
 pub(super) struct Spool {

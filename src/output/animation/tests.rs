@@ -3,8 +3,8 @@
 use std::io;
 use std::path::Path;
 
-use crate::output::animation::*;
-use crate::output::atomic::Overwrite;
+use crate::animation::*;
+use crate::atomic::Overwrite;
 
 const SETTINGS: AnimationSettings = AnimationSettings {
     width: 40,

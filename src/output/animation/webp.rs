@@ -7,8 +7,8 @@ use super::dirty_rect::{crop, dirty_rect, full_rect};
 use super::encoder::{AnimationSettings, Encoder, invalid_input};
 use super::frame_timing::FrameTiming;
 use super::spool::Spool;
-use crate::output::riff::{chunks, write_chunk};
-use crate::render::PixelRect;
+use crate::riff::{chunks, write_chunk};
+use blinn_render::PixelRect;
 
 /// Largest number of pixels a side.
 const MAX_SIDE: u32 = 16_383;

@@ -4,7 +4,7 @@
 
 use glam::{Vec2, Vec3};
 
-use crate::scene::{
+use crate::{
     AlphaMode, FileCamera, FileProjection, Light, LightKind, Material, Reflectance, ScalarInput, TextureRef,
 };
 
@@ -299,7 +299,7 @@ impl FileCamera {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::scene::ColorInput;
+    use crate::ColorInput;
 
     #[test]
     fn properties_of_the_other_model_change_nothing() {

@@ -2,11 +2,11 @@
 
 use std::sync::{Arc, OnceLock};
 
-use crate::cancellation::{CancelToken, Cancelled};
-use crate::geometry::{Aabb, Sphere};
-use crate::scene::animation::clip_alpha::ClipAlpha;
-use crate::scene::animation::drawn_triangles::DrawnPoints;
-use crate::scene::{Animation, Scene};
+use crate::animation::clip_alpha::ClipAlpha;
+use crate::animation::drawn_triangles::DrawnPoints;
+use crate::{Animation, Scene};
+use blinn_core::cancellation::{CancelToken, Cancelled};
+use blinn_core::geometry::{Aabb, Sphere};
 
 /// Bounds over an animation clip, in world coordinates.
 #[derive(Clone, Copy, Debug)]
@@ -33,12 +33,12 @@ struct CachedBounds {
 impl ClipBoundsCache {
     /// Returns an empty cache. If `cancel` is cancelled while bounds are computed, they are those of nothing, and
     /// [`ClipBoundsCache::check`] returns an error from then on.
-    pub(crate) fn cancelled_by(cancel: &CancelToken) -> ClipBoundsCache {
+    pub fn cancelled_by(cancel: &CancelToken) -> ClipBoundsCache {
         ClipBoundsCache(Arc::new(CachedBounds { cancel: cancel.clone(), ..CachedBounds::default() }))
     }
 
     /// Returns an error if the bounds may be incomplete.
-    pub(crate) fn check(&self) -> Result<(), Cancelled> {
+    pub fn check(&self) -> Result<(), Cancelled> {
         self.0.cancel.check()
     }
 

@@ -3,12 +3,12 @@
 
 use glam::DVec3;
 
-use crate::cancellation::Cancelled;
-use crate::geometry::{Aabb, Sphere};
-use crate::scene::PosedScene;
-use crate::scene::animation::bounds_cache::{ClipBounds, ClipBoundsCache};
-use crate::scene::animation::clip_bounds::ClipSampler;
-use crate::scene::animation::playback::active_animations;
+use crate::PosedScene;
+use crate::animation::bounds_cache::{ClipBounds, ClipBoundsCache};
+use crate::animation::clip_bounds::ClipSampler;
+use crate::animation::playback::active_animations;
+use blinn_core::cancellation::Cancelled;
+use blinn_core::geometry::{Aabb, Sphere};
 
 impl PosedScene<'_> {
     /// Returns the bounds of all triangles that can be seen at any time of the animations that play, in world
@@ -37,12 +37,12 @@ impl PosedScene<'_> {
     }
 
     /// Returns the cache that times of the same clip share.
-    pub(crate) fn clip_bounds_cache(&self) -> &ClipBoundsCache {
+    pub fn clip_bounds_cache(&self) -> &ClipBoundsCache {
         &self.clip_bounds_cache
     }
 
     /// Shares a cache with other times of the same scene and animations.
-    pub(crate) fn with_clip_bounds_cache(mut self, cache: &ClipBoundsCache) -> Self {
+    pub fn with_clip_bounds_cache(mut self, cache: &ClipBoundsCache) -> Self {
         self.clip_bounds_cache = cache.clone();
         self
     }
@@ -68,7 +68,7 @@ mod tests {
     use glam::{DQuat, Vec3};
 
     use super::*;
-    use crate::scene::{
+    use crate::{
         Animation, AnimationChoice, Channel, ChannelTarget, Instance, Interpolation, Keyframes,
         LocalTransform, Mesh, Node, PoseSettings, Scene, pose,
     };

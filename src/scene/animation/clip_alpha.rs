@@ -1,8 +1,8 @@
 //! Upper bounds of alpha over an animation clip: finds triangles that MASK or BLEND hides completely at every time.
 
-use crate::scene::texture::sampling::TextureRef;
-use crate::scene::texture::texels::TextureChannel;
-use crate::scene::{
+use crate::texture::sampling::TextureRef;
+use crate::texture::texels::TextureChannel;
+use crate::{
     AlphaMode, Animation, ChannelTarget, Interpolation, Keyframes, Material, MaterialProperty, Mesh, Scene,
     TextureSlot,
 };

@@ -8,19 +8,17 @@ use std::collections::HashMap;
 use glam::Vec3;
 use rayon::prelude::*;
 
-use crate::cancellation::Cancelled;
-use crate::geometry::{Aabb, Sphere};
-use crate::scene::animation::bounds_cache::{ClipBounds, ClipBoundsCache};
-use crate::scene::animation::clip_alpha::ClipAlpha;
-use crate::scene::animation::drawn_triangles::{InstanceShape, Rank, add_drawn_triangles};
-use crate::scene::animation::extremes::{BoxExtremes, Extremes, FarthestVertex, VertexAt};
-use crate::scene::animation::node_transforms::{InstancePose, NodeTransforms};
-use crate::scene::animation::playback::sample_times;
-use crate::scene::animation::skinned_cluster_bounds::SkinnedClusters;
-use crate::scene::animation::vertex_clusters::{
-    CLUSTER_SIZE, VertexClusters, add_points, transformed_bounds,
-};
-use crate::scene::{Animation, Instance, Mesh, Scene};
+use crate::animation::bounds_cache::{ClipBounds, ClipBoundsCache};
+use crate::animation::clip_alpha::ClipAlpha;
+use crate::animation::drawn_triangles::{InstanceShape, Rank, add_drawn_triangles};
+use crate::animation::extremes::{BoxExtremes, Extremes, FarthestVertex, VertexAt};
+use crate::animation::node_transforms::{InstancePose, NodeTransforms};
+use crate::animation::playback::sample_times;
+use crate::animation::skinned_cluster_bounds::SkinnedClusters;
+use crate::animation::vertex_clusters::{CLUSTER_SIZE, VertexClusters, add_points, transformed_bounds};
+use crate::{Animation, Instance, Mesh, Scene};
+use blinn_core::cancellation::Cancelled;
+use blinn_core::geometry::{Aabb, Sphere};
 
 /// Most sample times.
 const MAX_SAMPLES: usize = 257;
@@ -252,14 +250,14 @@ mod tests {
     use glam::{DAffine3, DQuat, DVec3};
 
     use super::*;
-    use crate::cancellation::CancelToken;
-    use crate::scene::animation::extremes::CountingBox;
-    use crate::scene::animation::playback::active_animations;
-    use crate::scene::pose;
-    use crate::scene::{
+    use crate::animation::extremes::CountingBox;
+    use crate::animation::playback::active_animations;
+    use crate::pose;
+    use crate::{
         AnimationChoice, Channel, ChannelTarget, Interpolation, Keyframes, LocalTransform, MorphTarget, Node,
         PoseSettings, Skin,
     };
+    use blinn_core::cancellation::CancelToken;
 
     const RINGS: u16 = 300;
     const SIDES: u16 = 20;

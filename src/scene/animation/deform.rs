@@ -4,9 +4,9 @@ use std::ops::Range;
 
 use glam::{DAffine3, DMat3, DVec3, Vec3};
 
-use crate::geometry::cofactor;
-use crate::scene::animation::tangent_frames::update_generated_frames;
-use crate::scene::{DeformedMesh, GeneratedFrames, Mesh, Skin};
+use crate::animation::tangent_frames::update_generated_frames;
+use crate::{DeformedMesh, GeneratedFrames, Mesh, Skin};
+use blinn_core::geometry::cofactor;
 
 /// The deformation of a mesh at one time.
 pub(super) struct MeshDeformer<'a> {
@@ -176,7 +176,7 @@ mod tests {
     use glam::Vec4;
 
     use super::*;
-    use crate::scene::MorphTarget;
+    use crate::MorphTarget;
 
     /// Joints then have the same weights for normals as for positions, as in three.js.
     #[test]

@@ -7,10 +7,10 @@ use std::sync::atomic::{AtomicBool, Ordering::Relaxed};
 use glam::{DAffine3, DMat3, DVec3, Vec3};
 use rayon::prelude::*;
 
-use crate::geometry::Aabb;
-use crate::scene::animation::clip_alpha::ClipAlpha;
-use crate::scene::animation::extremes::{Extremes, VertexAt};
-use crate::scene::{Mesh, Scene};
+use crate::animation::clip_alpha::ClipAlpha;
+use crate::animation::extremes::{Extremes, VertexAt};
+use crate::{Mesh, Scene};
+use blinn_core::geometry::Aabb;
 
 /// Sine of the angle between two edges below which a triangle has no area: what rounding leaves of corners on a line.
 const MIN_SINE: f64 = 1.0 / (1 << 22) as f64;

@@ -2,7 +2,7 @@
 
 use glam::DVec3;
 
-use crate::geometry::Aabb;
+use blinn_core::geometry::Aabb;
 
 /// A vertex of an instance at one of the sampled times.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]

@@ -2,7 +2,7 @@
 
 use glam::{DQuat, DVec3};
 
-use crate::scene::{CameraProperty, LightProperty, MaterialProperty};
+use crate::{CameraProperty, LightProperty, MaterialProperty};
 
 /// Interpolation between keyframes.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

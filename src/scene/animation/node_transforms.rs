@@ -4,8 +4,8 @@ use std::collections::BTreeMap;
 
 use glam::{DAffine3, DQuat, DVec3};
 
-use crate::scene::animation::deform::MeshDeformer;
-use crate::scene::{Animation, ChannelTarget, Instance, LocalTransform, Scene};
+use crate::animation::deform::MeshDeformer;
+use crate::{Animation, ChannelTarget, Instance, LocalTransform, Scene};
 
 /// The nodes of a scene at one time.
 pub(super) struct NodeTransforms<'s> {

@@ -2,9 +2,9 @@
 
 use glam::{DAffine3, DMat3, DVec3, Vec3};
 
-use crate::geometry::Aabb;
-use crate::scene::animation::node_transforms::NodeTransforms;
-use crate::scene::{Instance, Mesh, PackedTrs, Scene};
+use crate::animation::node_transforms::NodeTransforms;
+use crate::{Instance, Mesh, PackedTrs, Scene};
+use blinn_core::geometry::Aabb;
 
 /// The space of an object: metres, right-handed, with the axes and the origin of the object's node.
 ///

@@ -2,7 +2,7 @@
 
 use std::collections::HashSet;
 
-use crate::scene::{Animation, ChannelTarget, Instance, Scene};
+use crate::{Animation, ChannelTarget, Instance, Scene};
 
 /// Most intervals that the time between two keyframes is divided into.
 const MAX_INTERVALS: usize = 4;
@@ -120,7 +120,7 @@ pub(super) fn sample_times(active: &[&Animation], max: usize) -> Vec<f64> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::scene::{Channel, Interpolation, Keyframes};
+    use crate::{Channel, Interpolation, Keyframes};
 
     #[test]
     fn sample_times_are_keyframes_and_times_between_within_the_limit() {

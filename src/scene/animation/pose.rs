@@ -4,12 +4,12 @@ use std::borrow::Cow;
 
 use glam::DVec3;
 
-use crate::geometry::{Aabb, Transform};
-use crate::scene::animation::bounds_cache::ClipBoundsCache;
-use crate::scene::animation::node_transforms::{InstancePose, NodeTransforms};
-use crate::scene::animation::playback::{AnimationChoice, PoseError, active_animations};
-use crate::scene::animation::posed_scene::{PosedInstance, PosedScene};
-use crate::scene::{Animation, ChannelTarget, DeformedMesh, FileCamera, Light, Material, Scene};
+use crate::animation::bounds_cache::ClipBoundsCache;
+use crate::animation::node_transforms::{InstancePose, NodeTransforms};
+use crate::animation::playback::{AnimationChoice, PoseError, active_animations};
+use crate::animation::posed_scene::{PosedInstance, PosedScene};
+use crate::{Animation, ChannelTarget, DeformedMesh, FileCamera, Light, Material, Scene};
+use blinn_core::geometry::{Aabb, Transform};
 
 /// The time of a pose, and which animations play.
 #[derive(Clone, Debug, Default, PartialEq)]

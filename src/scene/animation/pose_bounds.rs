@@ -3,13 +3,13 @@
 //! The extremes over all vertices are found first. Mostly, drawn triangles attain them, which is quickly checked.
 //! Only if not, all triangles are visited.
 
-use crate::geometry::{Aabb, Sphere};
-use crate::scene::animation::clip_alpha::ClipAlpha;
-use crate::scene::animation::drawn_triangles::{DrawnPoints, InstanceShape, Rank, add_drawn_triangles};
-use crate::scene::animation::extremes::{BoxExtremes, Extremes, FarthestVertex, VertexAt};
-use crate::scene::animation::playback::active_animations;
-use crate::scene::animation::posed_scene::PosedScene;
-use crate::scene::animation::vertex_clusters::{VertexClusters, add_points};
+use crate::animation::clip_alpha::ClipAlpha;
+use crate::animation::drawn_triangles::{DrawnPoints, InstanceShape, Rank, add_drawn_triangles};
+use crate::animation::extremes::{BoxExtremes, Extremes, FarthestVertex, VertexAt};
+use crate::animation::playback::active_animations;
+use crate::animation::posed_scene::PosedScene;
+use crate::animation::vertex_clusters::{VertexClusters, add_points};
+use blinn_core::geometry::{Aabb, Sphere};
 
 impl PosedScene<'_> {
     /// Computes the bounds of the triangles that can be seen, relative to the centre.
@@ -124,9 +124,9 @@ mod tests {
     use glam::{DAffine3, DMat3, DVec3, Vec3};
 
     use super::*;
-    use crate::scene::animation::extremes::CountingBox;
-    use crate::scene::pose;
-    use crate::scene::{Instance, LocalTransform, Material, Mesh, Node, PoseSettings, Scene};
+    use crate::animation::extremes::CountingBox;
+    use crate::pose;
+    use crate::{Instance, LocalTransform, Material, Mesh, Node, PoseSettings, Scene};
 
     /// Triangles between each three neighbours of `count` vertices.
     fn strip(count: u32) -> Vec<[u32; 3]> {

@@ -4,10 +4,10 @@ use std::borrow::Cow;
 
 use glam::{DAffine3, DVec3, Vec3, Vec4};
 
-use crate::geometry::{Aabb, HitId, Transform};
-use crate::scene::animation::bounds_cache::ClipBoundsCache;
-use crate::scene::animation::playback::AnimationChoice;
-use crate::scene::{DeformedMesh, FileCamera, Light, LightUnits, Material, Mesh, PosedLight, Scene};
+use crate::animation::bounds_cache::ClipBoundsCache;
+use crate::animation::playback::AnimationChoice;
+use crate::{DeformedMesh, FileCamera, Light, LightUnits, Material, Mesh, PosedLight, Scene};
+use blinn_core::geometry::{Aabb, HitId, Transform};
 
 /// An instance of a posed scene.
 #[derive(Clone, Debug)]

@@ -6,10 +6,10 @@
 
 use glam::{DVec3, Vec3};
 
-use crate::geometry::Aabb;
-use crate::scene::animation::deform::MeshDeformer;
-use crate::scene::animation::vertex_clusters::{CLUSTER_SIZE, bounds_of, transformed_bounds};
-use crate::scene::{Mesh, Skin};
+use crate::animation::deform::MeshDeformer;
+use crate::animation::vertex_clusters::{CLUSTER_SIZE, bounds_of, transformed_bounds};
+use crate::{Mesh, Skin};
+use blinn_core::geometry::Aabb;
 
 /// Most joints of a cluster. With more, its boxes cost more than deforming its vertices.
 const MAX_JOINTS: usize = 16;

@@ -2,7 +2,7 @@
 
 use glam::{DMat3, DVec3, Vec3};
 
-use crate::scene::{DeformedMesh, GeneratedFrames, Mesh};
+use crate::{DeformedMesh, GeneratedFrames, Mesh};
 
 /// Recomputes the generated normals and tangents of `mesh` for its deformed shape.
 pub(super) fn update_generated_frames(mesh: &Mesh, shape: &mut DeformedMesh) {
@@ -44,8 +44,8 @@ mod tests {
     use glam::{DAffine3, Vec4};
 
     use super::*;
-    use crate::scene::animation::deform::MeshDeformer;
-    use crate::scene::{Influences, MorphTarget, Skin};
+    use crate::animation::deform::MeshDeformer;
+    use crate::{Influences, MorphTarget, Skin};
 
     /// A triangle in z = 0. A morph target of weight 1 moves its third corner to `to`.
     fn morphed(generated_frames: GeneratedFrames, to: Vec3) -> DeformedMesh {

@@ -5,8 +5,8 @@ use std::borrow::Cow;
 
 use glam::{DAffine3, DVec3, UVec3, Vec3};
 
-use crate::geometry::{Aabb, morton3};
-use crate::scene::animation::extremes::{Extremes, VertexAt};
+use crate::animation::extremes::{Extremes, VertexAt};
+use blinn_core::geometry::{Aabb, morton3};
 
 /// The vertices of a mesh in clusters of neighbours, in local coordinates. Many instances side by side may
 /// each extend the bounds a little, but only with a few of their clusters.

@@ -7,8 +7,8 @@ use rayon::prelude::*;
 use super::kernel::Kernel;
 use super::pyramid::texel_directions;
 use super::{BlurredMap, Environment, EnvironmentMap, Pyramid};
-use crate::geometry::Rgb;
-use crate::simd::SimdLevel;
+use blinn_core::geometry::Rgb;
+use blinn_core::simd::SimdLevel;
 
 /// Texels on a side of the finest mip level of a blurred environment.
 const SIDES: std::ops::RangeInclusive<f64> = 32.0..=512.0;

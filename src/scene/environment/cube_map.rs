@@ -3,7 +3,7 @@
 use glam::Vec3;
 
 use super::{Environment, EnvironmentMap, Pyramid, SkyIrradiance};
-use crate::geometry::Rgb;
+use blinn_core::geometry::Rgb;
 
 /// Six square pictures of linear radiance, in the order +X, −X, +Y, −Y, +Z, −Z.
 ///

@@ -3,7 +3,7 @@
 use glam::Vec3;
 
 use super::Pyramid;
-use crate::geometry::Rgb;
+use blinn_core::geometry::Rgb;
 
 /// Cells on a side of a face.
 const CELLS: usize = 16;

@@ -6,7 +6,7 @@ use glam::{DMat3, DVec3};
 
 use super::panorama::Panorama;
 use super::pyramid::Pyramid;
-use crate::geometry::Rgb;
+use blinn_core::geometry::Rgb;
 
 /// The irradiance of an environment as nine spherical harmonics. The irradiance of a surface differs
 /// from the exact one by 1 % on average, and by at most 9 % for a single point of light (Ramamoorthi

@@ -5,8 +5,8 @@ use std::f64::consts::{PI, TAU};
 use glam::{DVec3, Vec3};
 
 use super::EnvironmentMap;
-use crate::geometry::{Rgb, golden_angle};
-use crate::simd::{AutovecKernel, SimdLevel};
+use blinn_core::geometry::{Rgb, golden_angle};
+use blinn_core::simd::{AutovecKernel, SimdLevel};
 
 /// Directions of a blur.
 const BLUR_DIRECTIONS: u32 = 128;

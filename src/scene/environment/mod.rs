@@ -17,7 +17,7 @@ use std::sync::{Arc, OnceLock};
 use glam::{DMat3, Mat3, Vec2, Vec3};
 use twox_hash::XxHash3_128;
 
-use crate::geometry::Rgb;
+use blinn_core::geometry::Rgb;
 
 pub use cube_map::CubeMap;
 use diffuse::DiffuseTable;
@@ -106,11 +106,7 @@ impl Environment {
 
     /// Makes an environment from a function of the unit direction, sampled at `side`² directions, a power of two, with
     /// `samples`² samples each.
-    pub(crate) fn from_function(
-        side: usize,
-        samples: usize,
-        radiance: impl Fn(Vec3) -> Rgb + Sync,
-    ) -> Environment {
+    pub fn from_function(side: usize, samples: usize, radiance: impl Fn(Vec3) -> Rgb + Sync) -> Environment {
         let pyramid = Pyramid::new(side, samples, radiance);
         let irradiance = SkyIrradiance::from_pyramid(&pyramid);
         Environment::new(Some(EnvironmentMap::new(None, pyramid)), Rgb::ONE, irradiance)
@@ -160,11 +156,7 @@ impl Environment {
 
     /// [`Environment::radiance`] of many directions, in structure of arrays.
     #[inline(always)]
-    pub(crate) fn radiance_of_lanes<const N: usize>(
-        &self,
-        d: &[[f32; N]; 3],
-        solid_angle: &[f32; N],
-    ) -> [Rgb; N] {
+    pub fn radiance_of_lanes<const N: usize>(&self, d: &[[f32; N]; 3], solid_angle: &[f32; N]) -> [Rgb; N] {
         let Some(map) = &self.map else { return [self.radiance; N] };
         let mut directions = [[0.0; N]; 3];
         let mut p = [[0.0; N]; 2];
@@ -200,7 +192,7 @@ impl Environment {
 
     /// Returns the irradiance over π of a surface with unit normal `n`: the radiance that white matte surfaces reflect. Unlike
     /// [`Environment::irradiance`] it has no error of harmonics.
-    pub(crate) fn diffuse(&self, n: Vec3) -> Rgb {
+    pub fn diffuse(&self, n: Vec3) -> Rgb {
         match &self.map {
             None => self.radiance,
             Some(map) => {

@@ -6,7 +6,7 @@ use glam::Vec3;
 use rayon::prelude::*;
 
 use super::octahedral::quadrant_angle;
-use crate::geometry::Rgb;
+use blinn_core::geometry::Rgb;
 
 /// Largest value of a channel: sums of such values stay finite.
 const MAX_RADIANCE: f32 = 1e30;

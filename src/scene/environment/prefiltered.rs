@@ -9,8 +9,8 @@ use super::kernel::Kernel;
 use super::octahedral::to_square;
 use super::pyramid::{Level, TexelPosition, TexelPositions, texel_directions};
 use super::{Environment, EnvironmentMap, PREFILTERED_MAPS, log2};
-use crate::geometry::Rgb;
-use crate::simd::SimdLevel;
+use blinn_core::geometry::Rgb;
+use blinn_core::simd::SimdLevel;
 
 /// Texels on a side of the maps for α = 1, 1/2, 1/4, 1/8 and 1/16: two or more over the width of the lobe.
 const SIDES: [usize; PREFILTERED_MAPS] = [8, 16, 16, 32, 64];
@@ -19,7 +19,7 @@ impl Environment {
     /// Returns the radiance averaged over lobes: those that a GGX surface of roughness `alpha` reflects around the unit
     /// direction `d`, seen from there. It is continuous in both. `d` and `alpha` are structure of arrays.
     #[inline(always)]
-    pub(crate) fn prefiltered<const N: usize>(&self, d: &[[f32; N]; 3], alpha: &[f32; N]) -> [Rgb; N] {
+    pub fn prefiltered<const N: usize>(&self, d: &[[f32; N]; 3], alpha: &[f32; N]) -> [Rgb; N] {
         let Some(map) = &self.map else { return [self.radiance; N] };
         let (mut first, mut t) = ([0; N], [0.0; N]);
         let [mut at_first, mut at_next] = [TexelPositions::<N>::ZERO; 2];

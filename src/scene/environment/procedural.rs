@@ -5,7 +5,7 @@ use std::sync::OnceLock;
 use glam::Vec3;
 
 use super::Environment;
-use crate::geometry::Rgb;
+use blinn_core::geometry::Rgb;
 
 /// Texels on a side of the studio's finest mip level: three over the edge of a soft box.
 const STUDIO_SIDE: usize = 256;

@@ -6,7 +6,7 @@ use glam::{Vec2, Vec3, Vec4};
 use rayon::prelude::*;
 
 use super::octahedral::to_direction;
-use crate::geometry::Rgb;
+use blinn_core::geometry::Rgb;
 
 /// Mip levels of an environment, finest first. The last one has a single texel.
 #[derive(Clone, Debug, PartialEq)]

@@ -2,8 +2,8 @@ use glam::{DMat3, Vec3};
 
 use super::kernel::Kernel;
 use super::{Environment, Panorama};
-use crate::geometry::Rgb;
-use crate::simd::SimdLevel;
+use blinn_core::geometry::Rgb;
+use blinn_core::simd::SimdLevel;
 
 /// A panorama with a smooth red gradient from below to above, and blue towards +Z.
 fn gradient() -> Panorama {

@@ -7,11 +7,11 @@
 
 use glam::{Vec2, Vec3, Vec4};
 
-use crate::scene::texture::downsample::{DownsampleFilter, unweight_by_alpha, weight_by_alpha};
-use crate::scene::texture::image::Image;
-use crate::scene::texture::mips::MipLevel;
-use crate::scene::texture::sampling::{Texture, TextureFilter};
-use crate::scene::texture::texels::{TexelSemantics, TexelView};
+use crate::texture::downsample::{DownsampleFilter, unweight_by_alpha, weight_by_alpha};
+use crate::texture::image::Image;
+use crate::texture::mips::MipLevel;
+use crate::texture::sampling::{Texture, TextureFilter};
+use crate::texture::texels::{TexelSemantics, TexelView};
 
 /// Differentials of the texture coordinates, from one sample to the next on the film.
 #[derive(Clone, Copy, Debug, PartialEq, Default)]
@@ -214,7 +214,7 @@ pub(super) fn decode_normal(texel: Vec4) -> Vec3 {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::scene::{Channels, MipMaps, Texels, Wrap};
+    use crate::{Channels, MipMaps, Texels, Wrap};
 
     fn footprint(right: (f32, f32), up: (f32, f32)) -> Footprint {
         Footprint { dx: right.into(), dy: up.into() }

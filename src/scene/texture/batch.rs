@@ -7,12 +7,12 @@ use std::ops::Range;
 
 use glam::{Vec2, Vec4};
 
-use crate::scene::texture::anisotropic::{Footprint, Probes, decode_normal};
-use crate::scene::texture::image::Image;
-use crate::scene::texture::sampling::{Texture, TextureFilter, bilerp};
-use crate::scene::texture::srgb::decode_colors;
-use crate::scene::texture::texels::TexelSemantics;
-use crate::scene::texture::wrap::Wrap;
+use crate::texture::anisotropic::{Footprint, Probes, decode_normal};
+use crate::texture::image::Image;
+use crate::texture::sampling::{Texture, TextureFilter, bilerp};
+use crate::texture::srgb::decode_colors;
+use crate::texture::texels::TexelSemantics;
+use crate::texture::wrap::Wrap;
 
 /// Texture coordinates and footprints of N sample points, in SoA layout.
 #[derive(Clone, Copy, Debug)]
@@ -166,7 +166,7 @@ impl Texture {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::scene::{Channels, MipMaps, Texels};
+    use crate::{Channels, MipMaps, Texels};
 
     /// Covers coordinates inside, on edges, far outside and non-finite; point, small and large footprints;
     /// every layout, wrap mode, filter and semantics.

@@ -2,8 +2,8 @@
 
 use glam::{Vec3, Vec4};
 
-use crate::scene::texture::srgb::decode_colors;
-use crate::scene::texture::texels::TexelView;
+use crate::texture::srgb::decode_colors;
+use crate::texture::texels::TexelView;
 
 /// How a mip level is averaged.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

@@ -2,13 +2,13 @@
 
 use glam::Vec4;
 
-use crate::scene::texture::max_mip::MaxMip;
-use crate::scene::texture::min_mip::MinMip;
-use crate::scene::texture::mips::MipMaps;
-use crate::scene::texture::texels::{Channels, TexelView, Texels, TextureChannel};
+use crate::texture::max_mip::MaxMip;
+use crate::texture::min_mip::MinMip;
+use crate::texture::mips::MipMaps;
+use crate::texture::texels::{Channels, TexelView, Texels, TextureChannel};
 
 /// A decoded image. Its use decides whether the colours are sRGB-encoded
-/// ([`TexelSemantics`](crate::scene::TexelSemantics)).
+/// ([`TexelSemantics`](crate::TexelSemantics)).
 #[derive(Clone, Debug)]
 pub struct Image {
     /// Name, or file name.
@@ -40,6 +40,11 @@ impl Image {
         self.view().stored(i)
     }
 
+    /// Returns texel `i` of the row-major list as linear light, decoded from sRGB.
+    pub fn decoded(&self, i: usize) -> Vec4 {
+        self.view().decoded(i)
+    }
+
     /// Returns the min-mip pyramid of a channel.
     pub(crate) fn min_mip(&self, channel: TextureChannel) -> &MinMip {
         self.mips.min_mip(self.view(), channel)
@@ -59,7 +64,7 @@ impl Image {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::scene::srgb_to_linear;
+    use crate::srgb_to_linear;
 
     /// An image of two texels in a row.
     fn image(channels: Channels, texels: Texels) -> Image {

@@ -2,8 +2,8 @@
 
 use std::ops::Range;
 
-use crate::scene::texture::min_mip::MinMip;
-use crate::scene::texture::texels::{TexelView, TextureChannel};
+use crate::texture::min_mip::MinMip;
+use crate::texture::texels::{TexelView, TextureChannel};
 
 /// The maxima of a channel in square cells: a min-mip pyramid of one minus the channel.
 #[derive(Clone, Debug)]
@@ -29,7 +29,7 @@ impl MaxMip {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::scene::{Channels, Texels};
+    use crate::{Channels, Texels};
 
     #[test]
     fn ranges_are_bounded_from_above() {

@@ -2,7 +2,7 @@
 
 use std::ops::Range;
 
-use crate::scene::texture::texels::{TexelView, Texels, TextureChannel};
+use crate::texture::texels::{TexelView, Texels, TextureChannel};
 
 /// log2 of the side of the smallest cells, in texels.
 const FINEST_SHIFT: u32 = 2;
@@ -138,7 +138,7 @@ fn finest<T: Copy + Into<u16>>(
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::scene::{Channels, Texels};
+    use crate::{Channels, Texels};
 
     /// Bounds never exceed the minimum, mostly equal it, and are exact for the whole image.
     #[test]

@@ -10,13 +10,11 @@ use std::sync::{Mutex, OnceLock, PoisonError};
 
 use glam::Vec4;
 
-use crate::scene::texture::downsample::{
-    DownsampleFilter, Size, downsample_row, encode_means, filter_inputs,
-};
-use crate::scene::texture::max_mip::MaxMip;
-use crate::scene::texture::min_mip::MinMip;
-use crate::scene::texture::srgb::{linear_to_srgb, linear_to_srgb8};
-use crate::scene::texture::texels::{Channels, TexelView, Texels, TextureChannel};
+use crate::texture::downsample::{DownsampleFilter, Size, downsample_row, encode_means, filter_inputs};
+use crate::texture::max_mip::MaxMip;
+use crate::texture::min_mip::MinMip;
+use crate::texture::srgb::{linear_to_srgb, linear_to_srgb8};
+use crate::texture::texels::{Channels, TexelView, Texels, TextureChannel};
 
 /// The mip maps of an image, and the min-mip and max-mip pyramids of its channels. Computed on first use.
 #[derive(Clone, Debug, Default)]
@@ -151,7 +149,7 @@ fn compute_level<T: Copy + Default + Send>(
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::scene::{Image, TexelSemantics};
+    use crate::{Image, TexelSemantics};
 
     fn image(width: u32, height: u32, channels: Channels, texels: Texels) -> Image {
         Image { name: String::new(), width, height, channels, texels, mips: MipMaps::default() }
@@ -234,7 +232,7 @@ mod tests {
     fn levels_of_encoded_interpolation_are_as_bright_as_the_interpolated_image() {
         // Integrates the interpolated checkerboard by brute force.
         let image = checker(8, 8);
-        let texture = crate::scene::Texture { decode_last: true, ..Default::default() };
+        let texture = crate::Texture { decode_last: true, ..Default::default() };
         let n = 256;
         let at = |i: u32| (f64::from(i) + 0.5) as f32 / n as f32 / 4.0;
         let uvs = (0..n * n).map(|i| glam::Vec2::new(at(i % n), at(i / n)));

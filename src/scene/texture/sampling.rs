@@ -4,11 +4,11 @@ use std::ops::{Add, Mul, Range};
 
 use glam::{Vec2, Vec4};
 
-use crate::scene::texture::image::Image;
-use crate::scene::texture::srgb::decode_colors;
-use crate::scene::texture::texels::{TexelSemantics, TexelView};
-use crate::scene::texture::uv_transform::UvTransform;
-use crate::scene::texture::wrap::{Wrap, floor};
+use crate::texture::image::Image;
+use crate::texture::srgb::decode_colors;
+use crate::texture::texels::{TexelSemantics, TexelView};
+use crate::texture::uv_transform::UvTransform;
+use crate::texture::wrap::{Wrap, floor};
 
 /// The magnification filter of a texture.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Default)]
@@ -129,7 +129,7 @@ pub(super) fn bilerp<T: Add<Output = T> + Mul<f32, Output = T>>(
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::scene::{Channels, MipMaps, Texels, srgb_to_linear};
+    use crate::{Channels, MipMaps, Texels, srgb_to_linear};
 
     fn ramp() -> [Image; 1] {
         let texels = Texels::U8(vec![0, 255]);

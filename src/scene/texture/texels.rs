@@ -2,7 +2,7 @@
 
 use glam::{Vec3, Vec4};
 
-use crate::scene::texture::srgb;
+use crate::texture::srgb;
 
 /// The channels of an image, as its file stores them.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -36,7 +36,7 @@ pub enum TexelSemantics {
     /// Linear data.
     Data,
     /// Vectors of a normal map. Lookups give the mean vector and the variance of slopes
-    /// ([`Texture::sample_normal_map`](crate::scene::Texture::sample_normal_map)).
+    /// ([`Texture::sample_normal_map`](crate::Texture::sample_normal_map)).
     Normal,
 }
 
@@ -61,6 +61,20 @@ pub enum TextureChannel {
     A,
     /// Mean of red, green and blue.
     Mean,
+}
+
+impl TextureChannel {
+    /// The channel of a texel.
+    #[inline(always)]
+    pub fn of(self, texel: Vec4) -> f32 {
+        match self {
+            TextureChannel::R => texel.x,
+            TextureChannel::G => texel.y,
+            TextureChannel::B => texel.z,
+            TextureChannel::A => texel.w,
+            TextureChannel::Mean => (texel.x + texel.y + texel.z) / 3.0,
+        }
+    }
 }
 
 /// A view of the texels of an image or of one of its mip levels.

@@ -150,7 +150,7 @@ fn an_icosphere_has_distinct_vertices_from_the_top_down() {
 
 #[test]
 fn cameras_are_placed_as_sampled() {
-    use crate::scene::{ClipPlanes, Projection};
+    use crate::{ClipPlanes, Projection};
     let centre = DVec3::new(1.0, 2.0, -3.0);
     let orbit = Orbit { azimuth: 0.7, elevation: 0.4, distance: None };
     let basis = orbit.basis();

@@ -70,7 +70,7 @@ fn fill(text: &str, values: &BTreeMap<String, String>) -> String {
 
 /// Splits a list of frames into chunks.
 fn chunks(range: &str, size: usize) -> Vec<String> {
-    let list = blinn::batch::FrameList::parse(range).unwrap();
+    let list = blinn::session::FrameList::parse(range).unwrap();
     let text = |frames: &[i64]| frames.iter().map(i64::to_string).collect::<Vec<_>>().join(",");
     list.frames().chunks(size).map(text).collect()
 }

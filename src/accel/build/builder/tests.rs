@@ -1,7 +1,7 @@
 use glam::{Vec3, Vec3A};
 
 use super::*;
-use crate::accel::bvh::sah::sah_cost;
+use crate::bvh::sah::sah_cost;
 
 const CAPACITY: LeafCapacity = LeafCapacity::BLOCKS;
 

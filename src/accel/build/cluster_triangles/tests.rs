@@ -2,9 +2,9 @@ use glam::Vec3;
 use rayon::iter::ParallelIterator;
 
 use super::*;
-use crate::accel::build::input_triangles::{InputTriangle, filter_triangles};
-use crate::accel::build::morton_clusters::MortonClusters;
-use crate::accel::bvh::surface_flags::SurfaceFlags;
+use crate::build::input_triangles::{InputTriangle, filter_triangles};
+use crate::build::morton_clusters::MortonClusters;
+use crate::bvh::surface_flags::SurfaceFlags;
 
 fn triangle_refs(triangles: &[[Vec3; 3]]) -> Vec<BuildTriangle> {
     let flags = SurfaceFlags::default();

@@ -1,9 +1,9 @@
 use glam::Vec3;
 
 use super::*;
-use crate::accel::build::blas_builder::build_blas;
-use crate::accel::settings::Preset;
-use crate::cancellation::CancelToken;
+use crate::build::blas_builder::build_blas;
+use crate::settings::Preset;
+use blinn_core::cancellation::CancelToken;
 
 const SIDE: usize = 40;
 

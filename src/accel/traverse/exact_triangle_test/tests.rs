@@ -1,7 +1,7 @@
 //! The exact hit test against integer arithmetic, and its independence of vertex order.
 
 use super::*;
-use crate::accel::bvh::canonical_triangle::{CanonicalTriangle, Degeneracy};
+use crate::bvh::canonical_triangle::{CanonicalTriangle, Degeneracy};
 
 /// Random integers.
 struct IntegerRng(u64);

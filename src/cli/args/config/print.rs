@@ -7,9 +7,9 @@ use toml::{Table, Value};
 
 use super::read::text_of;
 use super::{explicit_args, has_conflict, key};
-use crate::cli::args::command_tree::{built, find_command, innermost};
-use crate::cli::args::help;
-use crate::cli::usage::UsageError;
+use crate::args::command_tree::{built, find_command, innermost};
+use crate::args::help;
+use crate::usage::UsageError;
 
 /// The options of a command line with their defaults as TOML. Defaults that conflict with explicit options are left
 /// out.

@@ -7,9 +7,9 @@ use clap::{Arg, ArgAction, ArgMatches, Command};
 use toml::{Table, Value};
 
 use super::{explicit_args, has_conflict, key};
-use crate::cli::args::command_tree::{built, find_command, innermost};
-use crate::cli::args::help;
-use crate::cli::usage::UsageError;
+use crate::args::command_tree::{built, find_command, innermost};
+use crate::args::help;
+use crate::usage::UsageError;
 
 /// Inserts the options of the `--config` file that `argv` names. Options that `argv` sets itself, and those that
 /// conflict with them, are left out.

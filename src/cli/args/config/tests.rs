@@ -3,8 +3,8 @@ use std::ffi::OsString;
 use clap::{Arg, ArgAction};
 
 use super::{key, merge_file, print};
-use crate::cli::args::command_tree::{built, find_command, innermost};
-use crate::cli::args::help;
+use crate::args::command_tree::{built, find_command, innermost};
+use crate::args::help;
 
 fn argv(line: &str) -> Vec<OsString> {
     line.split(' ').filter(|word| !word.is_empty()).map(OsString::from).collect()

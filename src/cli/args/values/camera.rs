@@ -3,7 +3,7 @@
 use glam::{DVec2, DVec3};
 
 use super::numbers::{exactly, number, numbers, vector};
-use crate::scene::{ClipPlanes, Intrinsics, Orbit, ViewRect};
+use blinn_scene::{ClipPlanes, Intrinsics, Orbit, ViewRect};
 
 const ELEVATION_RANGE: &str = "the elevation must be within ±90 degrees";
 

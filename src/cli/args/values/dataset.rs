@@ -1,7 +1,7 @@
 //! Parsers of formats and categories of datasets.
 
 use super::numbers::glob;
-use crate::scene::Glob;
+use blinn_scene::Glob;
 
 /// A format of datasets.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]

@@ -3,11 +3,11 @@
 use glam::Vec3;
 
 use super::numbers::{exactly, number};
-use crate::bench::BenchStage;
-use crate::display::Background;
-use crate::geometry::Rgb;
-use crate::integrator::{Aov, MatteKind};
-use crate::render::PixelRect;
+use blinn_bench::BenchStage;
+use blinn_core::geometry::Rgb;
+use blinn_render::PixelRect;
+use blinn_render::display::Background;
+use blinn_render::integrator::{Aov, MatteKind};
 
 /// `R,G,B` in linear light, or `#rrggbb` in sRGB.
 pub fn color(text: &str) -> Result<Rgb, String> {
@@ -23,7 +23,7 @@ pub fn color(text: &str) -> Result<Rgb, String> {
         return Err(form.into());
     }
     let packed = u32::from_str_radix(hex, 16).map_err(|_| form.to_string())?;
-    let channel = |shift: u32| crate::scene::srgb_to_linear(((packed >> shift) & 255) as f32 / 255.0);
+    let channel = |shift: u32| blinn_scene::srgb_to_linear(((packed >> shift) & 255) as f32 / 255.0);
     Ok(Vec3::new(channel(16), channel(8), channel(0)))
 }
 

@@ -7,8 +7,8 @@ use glam::DVec3;
 
 use super::image::color;
 use super::numbers::{exactly, number, positive};
-use crate::geometry::Rgb;
-use crate::scene::{LightSet, UserLight};
+use blinn_core::geometry::Rgb;
+use blinn_scene::{LightSet, UserLight};
 
 /// The radius of lights in metres.
 pub fn radius(text: &str) -> Result<f64, String> {

@@ -2,10 +2,10 @@
 
 use glam::DVec3;
 
-use crate::batch::FrameList;
-use crate::bench::scenes;
-use crate::import::NormalMode;
-use crate::scene::Glob;
+use blinn_bench::scenes;
+use blinn_import::NormalMode;
+use blinn_scene::Glob;
+use blinn_session::FrameList;
 
 /// Comma-separated numbers. None of them overflows single precision.
 pub(super) fn numbers(text: &str) -> Result<Vec<f64>, String> {

@@ -1,9 +1,9 @@
 //! Camera options, combined with those of a `--camera-xml` file.
 
-use crate::cli::args::{CameraArgs, FitArg, ProjectionArg};
-use crate::cli::usage::UsageError;
-use crate::import::load_camera_xml;
-use crate::scene::{OrbitAngles, Projection, SensorFit, View};
+use crate::args::{CameraArgs, FitArg, ProjectionArg};
+use crate::usage::UsageError;
+use blinn_import::load_camera_xml;
+use blinn_scene::{OrbitAngles, Projection, SensorFit, View};
 
 /// Resolves the view. Flags take precedence over the XML file.
 pub(super) fn view(args: &CameraArgs) -> Result<View, UsageError> {

@@ -5,7 +5,7 @@ use std::path::{Path, PathBuf};
 use std::sync::Mutex;
 use std::time::SystemTime;
 
-use crate::scene::Environment;
+use blinn_scene::Environment;
 
 /// A file in a state.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -50,7 +50,7 @@ fn file_key(path: &Path, limit: u64) -> Option<FileKey> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::geometry::Rgb;
+    use blinn_core::geometry::Rgb;
 
     #[test]
     fn a_file_is_read_once_until_it_changes() {

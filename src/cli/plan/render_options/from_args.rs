@@ -1,20 +1,20 @@
 //! Resolves arguments into render options.
 
 use super::{BackFaceCulling, RenderOptions, camera, lights};
-use crate::cancellation::CancelToken;
-use crate::cli::args::values::{AovSelection, BackgroundArg};
-use crate::cli::args::{
+use crate::args::values::{AovSelection, BackgroundArg};
+use crate::args::{
     CommonArgs, CullArg, FilterArg, FormatArg, GlassArg, GroundArg, HeatmapArg, ImageArgs, IntegratorArg,
     ProcessArgs, RenderOptionArgs, SceneArgs, ShadingArgs, UpArg, ViewArg,
 };
-use crate::cli::plan::memory_limit::load_limits;
-use crate::cli::usage::UsageError;
-use crate::display::{Background, ViewTransform};
-use crate::geometry::Rgb;
-use crate::import::{GlassMode, Limits, LoadOptions, SceneChoice, UpAxis};
-use crate::integrator::{Aov, MaterialOverrides, Stage};
-use crate::render::{AdaptiveSampling, PixelFilter, RenderSettings};
-use crate::scene::{GroundKind, Selection, SourceFormat};
+use crate::plan::memory_limit::load_limits;
+use crate::usage::UsageError;
+use blinn_core::cancellation::CancelToken;
+use blinn_core::geometry::Rgb;
+use blinn_import::{GlassMode, Limits, LoadOptions, SceneChoice, UpAxis};
+use blinn_render::display::{Background, ViewTransform};
+use blinn_render::integrator::{Aov, MaterialOverrides, Stage};
+use blinn_render::{AdaptiveSampling, PixelFilter, RenderSettings};
+use blinn_scene::{GroundKind, Selection, SourceFormat};
 
 impl RenderOptions {
     /// Resolves arguments. The limits of the process apply to the environment map.
@@ -187,7 +187,7 @@ mod tests {
     use clap::Parser;
 
     use super::*;
-    use crate::cli::args::{Cli, Command};
+    use crate::args::{Cli, Command};
 
     #[test]
     fn load_options_do_not_depend_on_the_machine() {

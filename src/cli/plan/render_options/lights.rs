@@ -1,13 +1,13 @@
 //! Resolves light options into lighting settings, and reports those that would have no effect.
 
 use super::environment_cache::load_cached;
-use crate::cli::args::values::HdriArg;
-use crate::cli::args::{GroundArg, LightArgs, UnitsArg};
-use crate::cli::usage::UsageError;
-use crate::geometry::Rgb;
-use crate::import::{Limits, load_environment};
-use crate::integrator::Stage;
-use crate::scene::{Environment, LightSet, LightUnits, Lighting};
+use crate::args::values::HdriArg;
+use crate::args::{GroundArg, LightArgs, UnitsArg};
+use crate::usage::UsageError;
+use blinn_core::geometry::Rgb;
+use blinn_import::{Limits, load_environment};
+use blinn_render::integrator::Stage;
+use blinn_scene::{Environment, LightSet, LightUnits, Lighting};
 
 /// Resolves the lights. The environment is made within `limits`, by that many threads.
 pub(super) fn lighting(

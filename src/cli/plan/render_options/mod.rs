@@ -8,12 +8,12 @@ mod lights;
 use glam::DVec3;
 
 use super::frames::PlannedFrame;
-use crate::cli::args::values::{AoArg, AovSelection, Exposure};
-use crate::display::{Background, ViewTransform};
-use crate::import::LoadOptions;
-use crate::integrator::{MaterialOverrides, Stage};
-use crate::render::RenderSettings;
-use crate::scene::{
+use crate::args::values::{AoArg, AovSelection, Exposure};
+use blinn_import::LoadOptions;
+use blinn_render::RenderSettings;
+use blinn_render::display::{Background, ViewTransform};
+use blinn_render::integrator::{MaterialOverrides, Stage};
+use blinn_scene::{
     AnimationChoice, Camera, GroundKind, Lighting, Normalization, PosedScene, Scene, Selection, UnitShape,
     View, ViewError,
 };

@@ -10,13 +10,13 @@ use rayon::prelude::*;
 use serde_json::{Map, Value};
 
 use super::context::{DatasetContext, DatasetFiles, ImageMasks};
-use crate::batch::{
+use crate::plan::BopFolders;
+use blinn_output::datasets::{
     BopObject, BopScene, DatasetView, Pinhole, PosedObject, RigidPose, WorldUp, posed_objects,
 };
-use crate::cli::plan::BopFolders;
-use crate::integrator::{Aov, Frame};
-use crate::output::encode_mask;
-use crate::render::{MaskRect, RenderSettings};
+use blinn_output::encode_mask;
+use blinn_render::integrator::{Aov, Frame};
+use blinn_render::{MaskRect, RenderSettings};
 
 /// Writes the files of a scene.
 pub struct BopWriter<'a> {

@@ -4,8 +4,8 @@ use std::collections::BTreeMap;
 
 use anyhow::{Result, bail};
 
-use crate::cli::args::values::CategoryRule;
-use crate::scene::Scene;
+use crate::args::values::CategoryRule;
+use blinn_scene::Scene;
 
 /// The categories of a scene's objects. They do not depend on what images show.
 pub struct ObjectCategories {

@@ -6,10 +6,10 @@ use anyhow::Result;
 use glam::DVec2;
 
 use super::context::{DatasetContext, DatasetFiles, NumberedView};
-use crate::batch::{ColmapForm, ColmapImage, ColmapModel, ColmapPoint, Pinhole, RigidPose};
-use crate::cli::plan::colmap_folder;
-use crate::render::trace_surface_tracks;
-use crate::scene::{Camera, linear_to_srgb8};
+use crate::plan::colmap_folder;
+use blinn_output::datasets::{ColmapForm, ColmapImage, ColmapModel, ColmapPoint, Pinhole, RigidPose};
+use blinn_render::trace_surface_tracks;
+use blinn_scene::{Camera, linear_to_srgb8};
 
 /// Points that are chosen on the surface; those that several images see are written.
 const POINTS: usize = 20_000;

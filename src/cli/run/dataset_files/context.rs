@@ -5,14 +5,14 @@ use std::path::{Path, PathBuf};
 
 use anyhow::{Context, Result};
 
-use crate::batch::{Dataset, DatasetView};
-use crate::cancellation::CancelToken;
-use crate::cli::files::create_parent_folder;
-use crate::cli::run::dataset::TransformsFile;
-use crate::cli::run::progress::SceneLog;
-use crate::integrator::Frame;
-use crate::output::{Overwrite, SaveError, write_atomically};
-use crate::render::{MaskRect, ObjectMask, PixelMask, RenderSettings};
+use crate::files::create_parent_folder;
+use crate::run::dataset::TransformsFile;
+use crate::run::progress::SceneLog;
+use blinn_core::cancellation::CancelToken;
+use blinn_output::datasets::{Dataset, DatasetView};
+use blinn_output::{Overwrite, SaveError, write_atomically};
+use blinn_render::integrator::Frame;
+use blinn_render::{MaskRect, ObjectMask, PixelMask, RenderSettings};
 
 /// The files of a scene's dataset, apart from `transforms.json`.
 pub struct DatasetFiles<'a> {

@@ -17,14 +17,14 @@ use anyhow::Result;
 use self::bop::BopWriter;
 use self::categories::ObjectCategories;
 use self::context::{DatasetContext, ImageMasks, NumberedView};
-use crate::accel::Accel;
-use crate::batch::{CocoDataset, CocoObject, Dataset};
-use crate::cancellation::CancelToken;
-use crate::cli::args::values::DatasetFormat;
-use crate::cli::plan::{BackFaceCulling, coco_file};
-use crate::integrator::Frame;
-use crate::render::{MaskRect, RenderSettings, render_object_masks};
-use crate::scene::{Camera, ClipBoundsCache, PosedScene};
+use crate::args::values::DatasetFormat;
+use crate::plan::{BackFaceCulling, coco_file};
+use blinn_accel::Accel;
+use blinn_core::cancellation::CancelToken;
+use blinn_output::datasets::{CocoDataset, CocoObject, Dataset};
+use blinn_render::integrator::Frame;
+use blinn_render::{MaskRect, RenderSettings, render_object_masks};
+use blinn_scene::{Camera, ClipBoundsCache, PosedScene};
 
 pub use self::context::DatasetFiles;
 

@@ -4,7 +4,7 @@ use std::path::Path;
 use std::time::Duration;
 
 use super::work_progress::WorkProgress;
-use crate::cli::console::single_line;
+use crate::console::single_line;
 
 /// Describes the current frame of a scene.
 pub fn progress_line(progress: &WorkProgress, scene: &Path) -> String {

@@ -4,8 +4,8 @@ use std::path::Path;
 use std::sync::atomic::{AtomicU64, Ordering};
 
 use super::reporter::Reporter;
-use crate::cancellation::CancelToken;
-use crate::render::ProgressMonitor;
+use blinn_core::cancellation::CancelToken;
+use blinn_render::ProgressMonitor;
 
 /// Adds the progress of an image to that of all work.
 pub struct ImageMonitor<'r> {

@@ -3,7 +3,7 @@
 use clap::Parser;
 
 use super::reporter::Reporter;
-use crate::cli::args::LogArgs;
+use crate::args::LogArgs;
 
 /// Returns a reporter that prints nothing.
 pub fn quiet_reporter() -> Reporter {

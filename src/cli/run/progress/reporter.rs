@@ -11,9 +11,9 @@ use serde_json::{Value, json};
 
 use super::format::progress_line;
 use super::work_progress::WorkProgress;
-use crate::cli::args::{LogArgs, ProgressArg};
-use crate::cli::console::{eprint_line, single_line};
-use crate::cli::summary::Summary;
+use crate::args::{LogArgs, ProgressArg};
+use crate::console::{eprint_line, single_line};
+use crate::summary::Summary;
 
 pub struct Reporter {
     style: Style,

@@ -9,9 +9,9 @@ use std::time::{Duration, Instant};
 use anyhow::Result;
 
 use super::reporter::Reporter;
-use crate::cli::console::strict_error;
-use crate::cli::warning_filter::WarningFilter;
-use crate::import::Warning;
+use crate::console::strict_error;
+use crate::warning_filter::WarningFilter;
+use blinn_import::Warning;
 
 /// Reports each warning of a scene once: the first few of each kind and the number of the others. Collects all if a
 /// page needs them.
@@ -119,7 +119,7 @@ mod tests {
     use clap::Parser;
 
     use super::*;
-    use crate::cli::args::LogArgs;
+    use crate::args::LogArgs;
 
     #[derive(Parser)]
     struct Args {

@@ -7,10 +7,10 @@ use glam::DVec3;
 
 use super::camera_models::{camera_lens, model_name, parameter_count};
 use super::image_pose::{ImagePose, LensesById};
-use crate::import::cameras::listed_camera::{ListedCamera, MAX_CAMERAS};
-use crate::import::cameras::records::{RecordFile, RecordFormat};
-use crate::import::error::LoadError;
-use crate::import::files::read_file::open_scene_file;
+use crate::cameras::listed_camera::{ListedCamera, MAX_CAMERAS};
+use crate::cameras::records::{RecordFile, RecordFormat};
+use crate::error::LoadError;
+use crate::files::read_file::open_scene_file;
 
 /// Bytes of an image before its name: id, quaternion, translation and camera id.
 const POSE_BYTES: usize = 4 + 7 * 8 + 4;

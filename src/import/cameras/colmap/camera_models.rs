@@ -1,7 +1,7 @@
 //! COLMAP's camera models.
 
-use crate::import::cameras::lens::Lens;
-use crate::import::cameras::picture_size::picture_size;
+use crate::cameras::lens::Lens;
+use crate::cameras::picture_size::picture_size;
 
 /// A lens with the size of its pictures, or the reason why it is not supported.
 pub(super) type CameraLens = Result<(Lens, (u32, u32)), String>;

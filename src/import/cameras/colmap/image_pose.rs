@@ -5,10 +5,10 @@ use std::collections::HashMap;
 use glam::DVec3;
 
 use super::camera_models::CameraLens;
-use crate::import::cameras::listed_camera::ListedCamera;
-use crate::import::cameras::names::picture_name;
-use crate::import::cameras::pose::{CameraAxes, RigidTransform};
-use crate::scene::LightRotation;
+use crate::cameras::listed_camera::ListedCamera;
+use crate::cameras::names::picture_name;
+use crate::cameras::pose::{CameraAxes, RigidTransform};
+use blinn_scene::LightRotation;
 
 /// Lenses by the ids of cameras.
 pub(super) type LensesById = HashMap<u32, CameraLens>;

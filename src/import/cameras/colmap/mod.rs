@@ -9,7 +9,7 @@ mod text;
 pub(super) use model_files::ColmapModel;
 
 use super::records::RecordFile;
-use crate::import::error::LoadError;
+use crate::error::LoadError;
 
 /// Opens a model and checks all images.
 pub(super) fn open(model: &ColmapModel, limit: u64) -> Result<RecordFile, LoadError> {

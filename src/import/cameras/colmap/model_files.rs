@@ -4,7 +4,7 @@ use std::path::{Path, PathBuf};
 
 /// The files of a model.
 #[derive(Debug)]
-pub(in crate::import::cameras) struct ColmapModel {
+pub(in crate::cameras) struct ColmapModel {
     pub cameras: PathBuf,
     /// The file with the poses.
     pub images: PathBuf,

@@ -8,11 +8,11 @@ use glam::DVec3;
 
 use super::camera_models::{MAX_PARAMETERS, camera_lens};
 use super::image_pose::{ImagePose, LensesById};
-use crate::import::cameras::lines::{Lines, read_record_line};
-use crate::import::cameras::listed_camera::{ListedCamera, MAX_CAMERAS};
-use crate::import::cameras::records::{RecordFile, RecordFormat};
-use crate::import::error::LoadError;
-use crate::import::files::read_file::open_scene_file;
+use crate::cameras::lines::{Lines, read_record_line};
+use crate::cameras::listed_camera::{ListedCamera, MAX_CAMERAS};
+use crate::cameras::records::{RecordFile, RecordFormat};
+use crate::error::LoadError;
+use crate::files::read_file::open_scene_file;
 
 /// Loads the lenses: lines of CAMERA_ID MODEL WIDTH HEIGHT PARAMETERS.
 pub(super) fn load_lenses(path: &Path, limit: u64) -> Result<LensesById, LoadError> {

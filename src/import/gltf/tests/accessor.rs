@@ -4,7 +4,7 @@ use serde_json::json;
 
 use super::super::accessor::{Accessor, Elements};
 use super::super::fixture::{Fixture, bytes_of};
-use crate::import::error::Warnings;
+use crate::error::Warnings;
 
 /// Reads accessor 0 of a fixture as flat floats.
 fn read(fixture: &Fixture) -> Result<Vec<f32>, String> {

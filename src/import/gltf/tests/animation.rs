@@ -5,8 +5,8 @@ use serde_json::{Value, json};
 
 use super::super::fixture::{Fixture, bytes_of};
 use super::materials::textured;
-use crate::scene::pose;
-use crate::scene::{ChannelTarget, Interpolation, Keyframes, PoseSettings};
+use blinn_scene::pose;
+use blinn_scene::{ChannelTarget, Interpolation, Keyframes, PoseSettings};
 
 /// A triangle with one channel on node 0, two keys.
 fn animated(path: &str, interpolation: &str, kind: &str, width: usize, values: &[f32]) -> Fixture {

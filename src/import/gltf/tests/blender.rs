@@ -6,8 +6,8 @@ use serde_json::json;
 use super::super::fixture::Fixture;
 use super::animation::skinned;
 use super::materials::textured;
-use crate::scene::pose;
-use crate::scene::{LightUnits, Mesh, PoseSettings, PosedLightKind, Scene};
+use blinn_scene::pose;
+use blinn_scene::{LightUnits, Mesh, PoseSettings, PosedLightKind, Scene};
 
 /// The same file loaded as Blender's and as another program's.
 fn load_both(mut fixture: Fixture) -> [Scene; 2] {

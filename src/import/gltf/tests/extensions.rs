@@ -3,7 +3,7 @@
 use super::super::extensions;
 use super::super::fixture::Fixture;
 use super::super::registry::support;
-use crate::import::{LoadOptions, SceneChoice};
+use crate::{LoadOptions, SceneChoice};
 use serde_json::{Value, json};
 
 fn with(required: &[&str], used: &[&str]) -> Fixture {

@@ -3,8 +3,8 @@
 use serde_json::{Value, json};
 
 use super::super::fixture::Fixture;
-use crate::import::SceneChoice;
-use crate::scene::ChannelTarget;
+use crate::SceneChoice;
+use blinn_scene::ChannelTarget;
 
 fn graph(nodes: Value, roots: Value) -> Fixture {
     let mut fixture = Fixture::empty();
@@ -146,8 +146,7 @@ fn scenes_are_selected_by_name_then_index() {
     fixture.push("scenes", json!({"name": "0", "nodes": [1]}));
     fixture.push("scenes", json!({"nodes": [2]}));
     let load = |name: &str| {
-        let options =
-            crate::import::LoadOptions { scene: SceneChoice::Named(name.into()), ..Default::default() };
+        let options = crate::LoadOptions { scene: SceneChoice::Named(name.into()), ..Default::default() };
         fixture.try_load_with(&options).map(|(s, _)| s.nodes[0].name.clone()).map_err(|e| e.to_string())
     };
     assert_eq!(load("0").unwrap(), "b");
@@ -172,7 +171,7 @@ fn an_empty_default_scene_beside_a_full_one_names_the_flag() {
     let warning = "scenes[0]: the default scene has no meshes; select another with --scene 'full'";
     assert_eq!(warnings, [warning]);
     // No other scene has meshes, or the user has selected the empty one.
-    let options = crate::import::LoadOptions { scene: SceneChoice::Named("0".into()), ..Default::default() };
+    let options = crate::LoadOptions { scene: SceneChoice::Named("0".into()), ..Default::default() };
     assert!(fixture.load_with(&options).1.is_empty());
     fixture.json["scenes"][1]["nodes"] = json!([]);
     assert!(fixture.load().1.is_empty());

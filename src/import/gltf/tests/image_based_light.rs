@@ -6,8 +6,8 @@ use glam::{DVec3, Vec3};
 use serde_json::{Value, json};
 
 use super::super::fixture::Fixture;
-use crate::geometry::Rgb;
-use crate::import::{Limits, LoadOptions, UpAxis};
+use crate::{Limits, LoadOptions, UpAxis};
+use blinn_core::geometry::Rgb;
 
 const NAME: &str = "EXT_lights_image_based";
 

@@ -3,10 +3,10 @@
 use super::super::document::Document;
 use super::super::fixture::Fixture;
 use super::super::{container, load};
-use crate::import::error::{LoadError, Warnings};
-use crate::import::files::scene_folder::SceneFolder;
-use crate::import::{LoadOptions, Warning};
-use crate::scene::Scene;
+use crate::error::{LoadError, Warnings};
+use crate::files::scene_folder::SceneFolder;
+use crate::{LoadOptions, Warning};
+use blinn_scene::Scene;
 
 impl Fixture {
     pub fn try_load_with(&self, options: &LoadOptions) -> Result<(Scene, Vec<Warning>), LoadError> {

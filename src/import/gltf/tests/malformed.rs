@@ -5,9 +5,9 @@ use serde_json::{Value, json};
 use super::super::fixture::{Fixture, bytes_of};
 use super::super::load;
 use super::loading::folder;
-use crate::import::{Limits, LoadOptions, Warning};
-use crate::scene::pose;
-use crate::scene::{AnimationChoice, PoseSettings};
+use crate::{Limits, LoadOptions, Warning};
+use blinn_scene::pose;
+use blinn_scene::{AnimationChoice, PoseSettings};
 
 /// Limits that keep the allocations of mutants small.
 fn options() -> LoadOptions {
@@ -252,7 +252,7 @@ fn other_text_does_not_panic() {
 /// Damaged streams of Draco, meshopt and Basis Universal, some with third-party decoders.
 #[test]
 fn damaged_compressed_streams_do_not_panic() {
-    let folder = std::path::Path::new(env!("CARGO_MANIFEST_DIR")).join("models/tests/gltf");
+    let folder = std::path::Path::new(env!("CARGO_MANIFEST_DIR")).join("../../models/tests/gltf");
     let mut state = 1u64;
     let mut damaged = 0;
     let mut rejected = 0;
@@ -297,7 +297,7 @@ fn buffers_with_the_same_uri_are_read_once() {
         for i in 0..100 {
             fixture.push("buffers", json!({"byteLength": 3001, "uri": uri(i)}));
         }
-        let folder = crate::import::files::scene_folder::SceneFolder::of(&dir.path().join("a.glb"), false);
+        let folder = crate::files::scene_folder::SceneFolder::of(&dir.path().join("a.glb"), false);
         load(&fixture.glb(), &folder, &options)
     };
     let (_, warnings) = load(&|_| "a.bin".into()).unwrap();
@@ -310,14 +310,14 @@ fn buffers_with_the_same_uri_are_read_once() {
 /// gltfpack -cf writes a fallback buffer of uncompressed data, which is often not distributed.
 #[test]
 fn an_unused_fallback_buffer_may_be_missing() {
-    let from = std::path::Path::new(env!("CARGO_MANIFEST_DIR")).join("models/tests/gltf");
+    let from = std::path::Path::new(env!("CARGO_MANIFEST_DIR")).join("../../models/tests/gltf");
     let to = tempfile::tempdir().unwrap();
     for name in ["patch_pack_cf.gltf", "patch_pack_cf.bin"] {
         std::fs::copy(from.join(name), to.path().join(name)).unwrap();
     }
     let load = |folder: &std::path::Path| {
         let options = LoadOptions::default();
-        crate::import::load(&folder.join("patch_pack_cf.gltf"), &options).map_err(|e| e.to_string())
+        crate::load(&folder.join("patch_pack_cf.gltf"), &options).map_err(|e| e.to_string())
     };
     let (with_fallback, _) = load(&from).unwrap();
     let (without_fallback, warnings) = load(to.path()).unwrap();

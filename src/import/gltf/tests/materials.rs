@@ -6,8 +6,8 @@ use glam::{Vec2, Vec3, Vec4};
 use serde_json::{Value, json};
 
 use super::super::fixture::Fixture;
-use crate::import::{Limits, LoadOptions};
-use crate::scene::{
+use crate::{Limits, LoadOptions};
+use blinn_scene::{
     AlphaMode, Material, Reflectance, Scene, TexelSemantics, TextureChannel, TextureFilter, Wrap,
 };
 

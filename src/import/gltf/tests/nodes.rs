@@ -4,9 +4,9 @@ use glam::{DVec3, Vec3};
 use serde_json::json;
 
 use super::super::fixture::{Fixture, bytes_of};
-use crate::import::{Limits, LoadOptions, UpAxis};
-use crate::scene::pose;
-use crate::scene::{AnimationChoice, FileProjection, LightKind, PoseSettings, Scene};
+use crate::{Limits, LoadOptions, UpAxis};
+use blinn_scene::pose;
+use blinn_scene::{AnimationChoice, FileProjection, LightKind, PoseSettings, Scene};
 
 /// World position of each instance's point (1, 0, 0), at rest.
 fn instance_points(scene: &Scene) -> Vec<DVec3> {
@@ -202,10 +202,10 @@ fn a_camera_with_a_scale_of_0_is_an_error_that_names_it() {
     fixture.push("cameras", json!({"type": "perspective", "perspective": {"yfov": 1, "znear": 1}}));
     fixture.node(json!({"name": "eye", "camera": 0, "scale": [0, 0, 0]}));
     let (scene, _) = fixture.load();
-    let posed = crate::scene::pose(&scene, &crate::scene::PoseSettings::default()).unwrap();
-    let view = crate::scene::View::default();
+    let posed = blinn_scene::pose(&scene, &blinn_scene::PoseSettings::default()).unwrap();
+    let view = blinn_scene::View::default();
     let error = view.resolve(&posed, 4, 4).unwrap_err().to_string();
     assert!(error.starts_with("the file's camera 'eye' has no view direction: "), "{error}");
-    let with_direction = crate::scene::View { view_dir: Some(glam::DVec3::NEG_Z), ..view };
+    let with_direction = blinn_scene::View { view_dir: Some(glam::DVec3::NEG_Z), ..view };
     assert!(with_direction.resolve(&posed, 4, 4).is_ok());
 }

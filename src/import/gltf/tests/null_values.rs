@@ -7,8 +7,8 @@ use super::super::fixture::{Fixture, bytes_of};
 use super::animation::skinned;
 use super::malformed::rich;
 use super::materials::textured;
-use crate::scene::PoseSettings;
-use crate::scene::{Scene, pose};
+use blinn_scene::PoseSettings;
+use blinn_scene::{Scene, pose};
 
 /// Loads a fixture with null, NaN and 1e39 in turn at `path`, which must exist or be appendable.
 fn with_each_gap(fixture: &Fixture, path: &str, mut check: impl FnMut(&Scene, &[String])) {

@@ -1,7 +1,7 @@
 //! Parsing and repairing the JSON of a glTF.
 
 use super::super::parse::{ParsedGltf, parse};
-use crate::import::error::{LoadError, Warnings};
+use crate::error::{LoadError, Warnings};
 
 fn read(text: &str) -> (Result<ParsedGltf, LoadError>, Vec<String>) {
     let mut warnings = Warnings::default();

@@ -4,7 +4,7 @@ use glam::{Vec3, Vec4};
 use serde_json::{Value, json};
 
 use super::super::fixture::{Fixture, bytes_of};
-use crate::scene::{
+use blinn_scene::{
     AnimationChoice, FileProjection, LightUnits, Material, PoseSettings, Reflectance, Scene, pose,
 };
 

@@ -5,7 +5,7 @@ use serde_json::{Value, json};
 
 use super::super::fixture::Fixture;
 use super::materials::textured;
-use crate::scene::{GeneratedFrames, PoseSettings, Scene, pose};
+use blinn_scene::{GeneratedFrames, PoseSettings, Scene, pose};
 
 /// A normal-mapped triangle whose tangent by its texture coordinates is +x, with these tangents.
 fn with_tangents(tangents: &[[f32; 4]; 3]) -> Fixture {

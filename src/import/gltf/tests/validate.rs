@@ -3,7 +3,7 @@
 use serde_json::{Value, json};
 
 use super::super::validate::validate;
-use crate::import::error::Warnings;
+use crate::error::Warnings;
 
 fn validated(mut root: Value) -> (Value, Vec<String>) {
     let mut warnings = Warnings::default();

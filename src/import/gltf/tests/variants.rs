@@ -4,7 +4,7 @@ use serde_json::json;
 
 use super::super::fixture::Fixture;
 use super::super::variants::NAME;
-use crate::import::LoadOptions;
+use crate::LoadOptions;
 
 /// Two variants; the second maps the first primitive to another material.
 fn fixture() -> Fixture {

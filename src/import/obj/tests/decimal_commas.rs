@@ -1,8 +1,8 @@
 //! Files written under a locale with decimal commas.
 
 use super::{SQUARE, error, read, with_mtl};
-use crate::geometry::Rgb;
-use crate::scene::{AlphaMode, Reflectance, Scene};
+use blinn_core::geometry::Rgb;
+use blinn_scene::{AlphaMode, Reflectance, Scene};
 use glam::{Vec2, Vec3, Vec4};
 
 /// The warning about an MTL file.

@@ -5,11 +5,11 @@ use std::fmt::Write;
 use glam::DVec3;
 
 use super::super::{ParsedFile, build_scene, parse_fast, parse_lenient};
-use crate::cancellation::CancelToken;
-use crate::import::files::scene_folder::SceneFolder;
-use crate::import::memory::MemoryBudget;
-use crate::import::{Limits, LoadOptions};
-use crate::scene::Scene;
+use crate::files::scene_folder::SceneFolder;
+use crate::memory::MemoryBudget;
+use crate::{Limits, LoadOptions};
+use blinn_core::cancellation::CancelToken;
+use blinn_scene::Scene;
 
 /// A deterministic linear congruential generator.
 struct Random(u64);

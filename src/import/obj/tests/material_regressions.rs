@@ -3,9 +3,9 @@
 use std::fs;
 
 use super::{SQUARE, png, read, with_mtl};
-use crate::geometry::Rgb;
-use crate::import::{LoadError, LoadOptions, load};
-use crate::scene::{AlphaMode, Reflectance, Reflection, ScalarInput, TextureChannel};
+use crate::{LoadError, LoadOptions, load};
+use blinn_core::geometry::Rgb;
+use blinn_scene::{AlphaMode, Reflectance, Reflection, ScalarInput, TextureChannel};
 
 #[test]
 fn ks_of_blender_is_its_specular_level() {

@@ -1,8 +1,8 @@
 //! Materials and textures of OBJ scenes.
 
 use super::{SQUARE, png, read, with_mtl};
-use crate::geometry::Rgb;
-use crate::scene::{AlphaMode, Material, Reflectance, Reflection};
+use blinn_core::geometry::Rgb;
+use blinn_scene::{AlphaMode, Material, Reflectance, Reflection};
 
 #[test]
 fn mtl_statements_become_the_lectures_coefficients() {

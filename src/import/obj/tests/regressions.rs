@@ -3,7 +3,7 @@
 use std::fs;
 
 use super::{SQUARE, error, png, read, scene};
-use crate::import::{LoadError, LoadOptions, NormalMode, load};
+use crate::{LoadError, LoadOptions, NormalMode, load};
 use glam::Vec3;
 
 #[test]

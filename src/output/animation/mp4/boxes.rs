@@ -8,7 +8,7 @@ use mp4_atom::{
     Visual, Vmhd,
 };
 
-use crate::output::animation::encoder::invalid_input;
+use crate::animation::encoder::invalid_input;
 
 /// The video track: format, timing, and the index of its frames.
 #[derive(Default)]

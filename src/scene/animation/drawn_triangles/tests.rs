@@ -3,12 +3,12 @@
 use glam::{DAffine3, DMat3, DVec3, Vec2, Vec3, Vec4};
 
 use super::*;
-use crate::geometry::Sphere;
-use crate::scene::{
+use crate::{
     AlphaMode, Animation, AnimationChoice, Channel, ChannelTarget, Channels, Image, Instance, Interpolation,
     Keyframes, LocalTransform, Material, MaterialProperty, MipMaps, MorphTarget, Node, PoseSettings,
     PosedScene, Skin, Texels, Texture, TextureRef, UvTransform, pose,
 };
+use blinn_core::geometry::Sphere;
 
 /// A unit square at z = 0 and a material that is opaque.
 fn square() -> Scene {
@@ -211,7 +211,7 @@ fn what_an_animation_shows_at_some_time_counts() {
     let mut scene = with_texture(with_alpha(AlphaMode::Blend, 1.0), [0, 255]);
     scene.meshes[1].uvs = vec![vec![Vec2::splat(0.2); 3]];
     with_and_without_clip(&scene, |scene| assert_only_the_square(scene, "texture"));
-    let slot = crate::scene::TextureSlot::Base;
+    let slot = crate::TextureSlot::Base;
     animate(&mut scene, ChannelTarget::Material(1, MaterialProperty::Offset(slot)), &[0.0, 0.0, 0.5, 0.0], 2);
     assert_far(&scene, "texture");
     // A scale of 0 hides it while it is far away.

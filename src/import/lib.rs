@@ -1,0 +1,133 @@
+//! Importers: glTF, GLB and OBJ files to a [`Scene`], Radiance HDR and OpenEXR environment maps, and camera
+//! XML.
+//!
+//! Files are untrusted. Sizes are checked before memory is allocated, indices before they are used, and
+//! references stay inside the scene's folder unless [`LoadOptions::allow_outside`] is set. Harmless defects
+//! are repaired and reported as [`Warning`]s.
+#![deny(unsafe_code)]
+#![warn(missing_docs)]
+
+mod bodies;
+mod camera_xml;
+mod cameras;
+mod error;
+mod files;
+mod finite_uvs;
+mod flat;
+mod gltf;
+pub mod image;
+mod memory;
+mod missing_uvs;
+mod obj;
+mod options;
+mod smooth;
+mod tangents;
+
+use std::io::{self, Read};
+use std::path::Path;
+
+use blinn_scene::{FileDigest, Scene, SourceFormat};
+use files::scene_input::SceneInput;
+use files::tar_archive::ArchivePath;
+
+pub use bodies::refracts_if_closed;
+pub use camera_xml::load_camera_xml;
+pub use cameras::{CameraFile, Lens, ListedCamera, MAX_CAMERAS, RecordedView};
+pub use error::{LoadError, Warning};
+pub use files::limits::Limits;
+pub use files::read_file::{open_input_file, open_scene_file};
+pub use files::tar_archive::{file_version, has_tar_extension, is_in_archive, scenes_in_tar};
+pub use image::environment::load_environment;
+pub use image::stored_picture::{PictureChannel, PictureEncoding, StoredPicture};
+pub use options::{GlassMode, LoadOptions, SceneChoice, UpAxis};
+pub use smooth::NormalMode;
+
+/// Bytes at the start of a file that its format is detected from.
+const HEAD_BYTES: u64 = 4096;
+
+/// Loads a scene with all warnings. The format (glTF, GLB or OBJ) is detected from the content, then from the
+/// extension, unless [`LoadOptions::format`] is set. A path such as `objects.tar/a/chair.obj` names a file in a tar file,
+/// which is read in place with the files beside it.
+///
+/// # Errors
+/// The file cannot be read, is malformed, exceeds a limit or needs an unsupported feature. The error has the
+/// location in the file.
+pub fn load(path: &Path, options: &LoadOptions) -> Result<(Scene, Vec<Warning>), LoadError> {
+    if let Some(inside) = ArchivePath::of(path) {
+        let limit = options.limits.file_bytes;
+        let inside = inside.map_err(|e| LoadError::io(path, e))?;
+        if let Some((_, bytes)) = inside.archive.place(&inside.name) {
+            LoadError::check_limit(files::read_file::FILE_SIZE, bytes, limit)?;
+        }
+        let bytes = inside.read(limit).map_err(|e| LoadError::io(path, e))?;
+        return load_input(SceneInput::Memory(&bytes), path, options);
+    }
+    load_input(SceneInput::File(path), path, options)
+}
+
+/// Loads a scene from memory, as [`load`] does. `path` names the scene, and its folder has the files that the scene
+/// refers to. The path itself need not exist.
+///
+/// # Errors
+/// As for [`load`].
+pub fn load_bytes(
+    bytes: &[u8],
+    path: &Path,
+    options: &LoadOptions,
+) -> Result<(Scene, Vec<Warning>), LoadError> {
+    load_input(SceneInput::Memory(bytes), path, options)
+}
+
+fn load_input(
+    input: SceneInput,
+    path: &Path,
+    options: &LoadOptions,
+) -> Result<(Scene, Vec<Warning>), LoadError> {
+    let limit = options.limits.file_bytes;
+    let mut head = Vec::new();
+    let (file, _) = input.open(limit)?;
+    file.take(HEAD_BYTES).read_to_end(&mut head).map_err(|e| LoadError::io(path, e))?;
+    if let Some(hint) = files::git_lfs::pointer_hint(&head) {
+        return Err(LoadError::io(path, io::Error::new(io::ErrorKind::InvalidData, hint)));
+    }
+    if let Some(hint) = files::archive_hint::hint(&head) {
+        return Err(LoadError::Unsupported(hint.into()));
+    }
+    let folder =
+        files::scene_folder::SceneFolder::of(path, options.allow_outside).with_cancel(&options.cancel);
+    let (mut scene, mut warnings) = match options.format.unwrap_or_else(|| detect_format(path, &head)) {
+        SourceFormat::Gltf => {
+            let bytes = input.read(limit)?;
+            folder.sources.record_scene(FileDigest::of(&bytes));
+            gltf::load(&bytes, &folder, options)?
+        }
+        SourceFormat::Obj => {
+            if let Some(name) = options.variant.as_deref().filter(|name| *name != "none") {
+                return Err(gltf::unknown_variant(name, &[]));
+            }
+            obj::load(input, &folder, options)?
+        }
+    };
+    options.cancel.check()?;
+    warnings.extend(missing_uvs::warnings(&scene));
+    scene.name = path.file_stem().map(|s| s.to_string_lossy().into_owned()).unwrap_or_default();
+    (scene.source.digest, scene.source.files) = folder.sources.into_contents();
+    // Blender filters encoded texels and decodes sRGB afterwards; its files are rendered likewise.
+    let is_blender = scene.source.is_blender();
+    scene.textures.iter_mut().for_each(|t| t.decode_last = is_blender);
+    bodies::mark_bodies(&mut scene, options.glass);
+    options.cancel.check()?;
+    smooth::apply(&mut scene, options.normals, &options.cancel)?;
+    Ok((scene, warnings))
+}
+
+/// Detects glTF by GLB's magic number, by JSON's first brace or by the extension.
+fn detect_format(path: &Path, head: &[u8]) -> SourceFormat {
+    let text = head.strip_prefix(b"\xef\xbb\xbf").unwrap_or(head);
+    let first = text.iter().copied().find(|b| !b.is_ascii_whitespace());
+    let extension = path.extension().map(|e| e.to_ascii_lowercase());
+    let is_gltf = head.starts_with(b"glTF")
+        || first == Some(b'{')
+        || extension.is_some_and(|e| e == "gltf" || e == "glb");
+    if is_gltf { SourceFormat::Gltf } else { SourceFormat::Obj }
+}

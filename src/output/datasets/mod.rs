@@ -1,0 +1,20 @@
+//! Dataset formats: `transforms.json` of NeRF, COCO, COLMAP and BOP.
+
+mod bop;
+mod bop_models;
+mod coco;
+mod colmap;
+mod colmap_binary;
+mod colmap_tables;
+mod colmap_text;
+mod pinhole;
+mod transforms;
+mod world_up;
+
+pub use bop::{BopModel, BopObject, BopScene};
+pub use bop_models::{PosedObject, posed_objects};
+pub use coco::{CocoDataset, CocoMasks, CocoObject};
+pub use colmap::{ColmapForm, ColmapImage, ColmapModel, ColmapPoint};
+pub use pinhole::{Pinhole, RigidPose};
+pub use transforms::{Dataset, DatasetView};
+pub use world_up::WorldUp;

@@ -1,0 +1,215 @@
+//! A frame: the posed scene, its acceleration structure, camera and lights, and how they are shaded.
+
+use glam::{DAffine3, DVec3, Vec3};
+
+use crate::integrator::material::coefficients::{Coefficients, MaterialOverrides};
+use crate::integrator::media::Medium;
+use crate::integrator::sample::Sample;
+use blinn_accel::{Accel, Coherence, RayBatch};
+use blinn_core::geometry::{HitId, RayDifferential, Rgb};
+use blinn_core::simd::SimdLevel;
+use blinn_scene::{
+    Camera, Environment, Ground, Material, PosedLight, PosedScene, Projection, ResolvedLighting,
+    SkyIrradiance,
+};
+
+/// [`Frame::bounces`] of a new frame.
+pub const DEFAULT_BOUNCES: u8 = 4;
+
+/// Everything that one picture is made from.
+#[derive(Clone, Debug)]
+pub struct Frame<'a> {
+    /// The scene at the frame's time.
+    pub posed: &'a PosedScene<'a>,
+    /// Its acceleration structure.
+    pub accel: &'a Accel,
+    /// The lecture's camera.
+    pub camera: Camera,
+    /// Lights in the lecture's units.
+    pub lights: Vec<PosedLight>,
+    /// The lecture's I_a.
+    pub ambient: Rgb,
+    /// Replaces I_a by the light of a sky, which depends on the normal: the irradiance of `environment`.
+    pub sky: Option<SkyIrradiance>,
+    /// The radiance of the same light from infinitely far away, which specular lobes and escaping rays meet, in the scene's
+    /// coordinates; `None` is black.
+    pub environment: Option<Environment>,
+    /// The light that eye rays meet which pass the scene, in the scene's coordinates; `None` is nothing, which leaves
+    /// pixels transparent.
+    pub background: Option<Environment>,
+    /// Maximum number of reflections along a path; a path may meet glass three times as often. 0: the lecture alone.
+    pub bounces: u8,
+    /// Coefficients that replace those of all materials.
+    pub overrides: MaterialOverrides,
+    /// True: eye rays pass through back faces of single-sided materials.
+    pub cull_back_faces: bool,
+    /// False: no light is ever blocked.
+    pub shadows: bool,
+    /// Weights the ambient term by its visibility; `None`: all of it arrives.
+    pub ambient_occlusion: Option<AmbientOcclusion>,
+    /// A ground plane below the scene.
+    pub ground: Option<Ground>,
+    /// From the scene to the world: the identity unless [`Frame::with_scene_motion`] has moved it.
+    pub scene_to_world: DAffine3,
+}
+
+/// Settings of ambient occlusion.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct AmbientOcclusion {
+    /// Rays for each pixel, divided among its samples; each sample has at least one.
+    pub samples: u32,
+    /// Only surfaces nearer than this many metres occlude; infinite: all do.
+    pub distance: f64,
+}
+
+impl<'a> Frame<'a> {
+    /// A frame with the given lighting, with shadows and back-face culling, without overrides.
+    pub fn new(
+        posed: &'a PosedScene<'a>,
+        accel: &'a Accel,
+        camera: Camera,
+        lit: &ResolvedLighting,
+    ) -> Frame<'a> {
+        Frame {
+            posed,
+            accel,
+            camera,
+            lights: lit.rig.lights.clone(),
+            ambient: lit.rig.ambient,
+            sky: lit.rig.sky,
+            environment: lit.rig.environment.clone(),
+            background: None,
+            bounces: DEFAULT_BOUNCES,
+            overrides: MaterialOverrides::default(),
+            cull_back_faces: true,
+            shadows: true,
+            ambient_occlusion: None,
+            ground: None,
+            scene_to_world: DAffine3::IDENTITY,
+        }
+    }
+
+    /// The same frame with the scene moved by a rotation and a translation, while camera, lights and sky stand still. It
+    /// moves camera and lights by the inverse instead, so that the acceleration structure stays valid. Rotations about the
+    /// vertical through a ground plane's centre are the only motions that keep the ground right.
+    pub fn with_scene_motion(mut self, motion: &DAffine3) -> Frame<'a> {
+        if *motion == DAffine3::IDENTITY {
+            return self;
+        }
+        let inverse = motion.inverse();
+        self.camera = self.camera.transformed(&inverse);
+        self.lights =
+            self.lights.iter().map(|light| light.transformed(&inverse, self.posed.centre)).collect();
+        let rotate = |environment: Environment| environment.rotated(inverse.matrix3);
+        self.environment = self.environment.map(rotate);
+        self.background = self.background.map(rotate);
+        self.scene_to_world = *motion * self.scene_to_world;
+        self
+    }
+
+    /// The SIMD level that rays are traced and points are shaded with.
+    pub(crate) fn simd(&self) -> SimdLevel {
+        self.accel.simd()
+    }
+
+    /// Fills `rays` with the eye rays of `samples`, between the camera's clip planes.
+    pub(crate) fn generate_eye_rays(&self, samples: &[Sample], rays: &mut RayBatch) {
+        rays.clear();
+        rays.cull_back_faces = self.cull_back_faces;
+        let depth_per_t = self.camera.depth_per_t();
+        rays.t_min = (self.camera.clip.near / depth_per_t) as f32;
+        rays.t_max = (self.camera.clip.far / depth_per_t) as f32;
+        for s in samples {
+            let ray = self.camera.eye_ray(s.x, s.y, self.posed.centre);
+            rays.push(ray.o, ray.d);
+        }
+        rays.coherence = match (self.camera.projection, rays.is_empty()) {
+            (_, true) => Coherence::None,
+            (Projection::Perspective, _) => Coherence::Origin(rays.origins[0]),
+            (Projection::Orthographic, _) => Coherence::Direction(rays.directions[0]),
+        };
+    }
+
+    /// The light of the background at a sample; `None` if there is none.
+    pub(crate) fn background_radiance(&self, sample: &Sample) -> Option<Rgb> {
+        let background = self.background.as_ref()?;
+        let d = self.camera.eye_ray(sample.x, sample.y, self.posed.centre).d.as_dvec3();
+        let length = d.length();
+        let [x, y] = self.camera.ray_differential(sample.footprint[0], sample.footprint[1]).d;
+        // The part of the view rectangle that the sample covers, seen from the eye.
+        let solid_angle = x.cross(y).dot(d).abs() / (length * length * length);
+        Some(background.radiance((d / length).as_vec3(), solid_angle as f32))
+    }
+
+    /// False if eye rays between the film positions `low` and `high` certainly hit neither the scene nor the ground, and
+    /// there is no background.
+    pub(crate) fn may_hit(&self, low: [f64; 2], high: [f64; 2]) -> bool {
+        let ray = |x: f64, y: f64| self.camera.eye_ray(x, y, self.posed.centre);
+        let corners =
+            || [ray(low[0], low[1]), ray(high[0], low[1]), ray(high[0], high[1]), ray(low[0], high[1])];
+        self.background.is_some() || self.ground.is_some() || self.accel.may_intersect(&corners())
+    }
+
+    /// I_a at a surface with shading normal `n`.
+    pub(crate) fn ambient_at(&self, n: DVec3) -> Rgb {
+        self.sky.map_or(self.ambient, |sky| sky.ambient(self.scene_to_world.matrix3 * n))
+    }
+
+    /// Returns true if objects hide the environment from surfaces: with ambient occlusion.
+    #[inline]
+    pub(crate) fn occludes_environment(&self) -> bool {
+        self.ambient_occlusion.is_some() && self.environment.is_some()
+    }
+
+    /// The environment that the ambient light comes from, unless it is a constant I_a.
+    pub(crate) fn ambient_environment(&self) -> Option<&Environment> {
+        self.environment
+            .as_ref()
+            .filter(|environment| self.sky.is_some() && environment.as_uniform().is_none())
+    }
+
+    /// True if surfaces reflect and refract their surroundings. Any override of coefficients turns that off: glass is then
+    /// thin.
+    pub(crate) fn reflections_enabled(&self) -> bool {
+        self.bounces > 0 && self.overrides == MaterialOverrides::default()
+    }
+
+    /// True if a triangle belongs to the surface of a solid (a body), and not to a thin wall.
+    #[inline]
+    pub(crate) fn is_body(&self, id: HitId) -> bool {
+        // The ground has no triangles.
+        id != HitId::NONE && self.posed.mesh(id.instance).is_body
+    }
+
+    /// True if the light that a point of triangle `id` with coefficients `k` transmits is carried by refracted rays. Other
+    /// surfaces let it pass straight.
+    #[inline]
+    pub(crate) fn refracts(&self, id: HitId, k: &Coefficients) -> bool {
+        // Where reflections are disabled no point has layers.
+        k.transmission_weight > 0.0 && k.layers.reflects && self.is_body(id)
+    }
+
+    /// The material of a triangle's mesh.
+    fn material(&self, id: HitId) -> &Material {
+        &self.posed.materials[self.posed.mesh(id.instance).material as usize]
+    }
+
+    /// The inside of the body that a triangle belongs to.
+    pub(crate) fn medium(&self, id: HitId) -> Medium {
+        let instance = &self.posed.scene.instances[id.instance as usize];
+        let material = self.material(id);
+        let absorption = material.volume.map_or(Rgb::ZERO, |volume| volume.absorption());
+        Medium { body: instance.object, ior: material.ior(), absorption }
+    }
+
+    /// The ray differential of an eye ray over a footprint on the film; `None` for a point.
+    pub(crate) fn ray_differential(&self, [x, y]: [f64; 2]) -> Option<RayDifferential> {
+        (x != 0.0 || y != 0.0).then(|| self.camera.ray_differential(x, y))
+    }
+}
+
+/// A distance from `p` that is beyond a sphere about the origin in every direction.
+#[inline(always)]
+pub(crate) fn distance_beyond(p: Vec3, radius: f64) -> f64 {
+    1.01 * (p.as_dvec3().length() + radius) + f64::from(f32::MIN_POSITIVE)
+}

@@ -1,0 +1,296 @@
+//! Gathers the hits of path rays as shading points, and evaluates everything that does not depend on a light: surface,
+//! material, and the radiance k_e + k_a I_a.
+//!
+//! Hits are grouped by triangle, because the points of one triangle share vertices and material, and are computed eight
+//! at a time.
+
+use std::ops::Range;
+
+use glam::DVec3;
+
+use crate::integrator::compositor::Compositor;
+use crate::integrator::frame::Frame;
+use crate::integrator::material::coefficient_lanes::CoefficientLanes;
+use crate::integrator::material::coefficients::Coefficients;
+use crate::integrator::material::evaluator::{EvalMaterial, EvalSettings};
+use crate::integrator::material::material_inputs::MaterialInputs;
+use crate::integrator::material::specular_antialiasing::SpecularAntialiasing;
+use crate::integrator::path_rays::PathRays;
+use crate::integrator::sample::Sample;
+use crate::integrator::shading_batch::{BatchBuffers, ShadingBatch, ShadingPoint, TrianglePoints};
+use crate::integrator::surface::point_block::PointBlock;
+use crate::integrator::surface::points_soa::PointsSoa;
+use crate::integrator::surface::shading_triangle::{MaterialTraits, ShadingTriangle, TriangleSurface};
+use crate::integrator::surface::soa::{HIT_LANES, LANES, set3};
+use crate::integrator::surface::surface_hit::Ray8;
+use crate::integrator::surface::surface_point::SurfacePoint;
+use crate::integrator::surface::texture_eval::TextureEvalContext;
+use blinn_core::geometry::{HitId, RayDifferential, Rgb};
+use blinn_core::simd::AutovecKernel;
+use blinn_scene::PosedScene;
+
+/// Gathers the points that the rays hit, first those on the ground in front of other surfaces. `base_radiance` computes
+/// k_e + k_a I_a from a point's coefficients and shading normal.
+pub(crate) fn gather_points<'s>(
+    frame: &Frame<'s>,
+    compositor: &mut Compositor,
+    samples: &[Sample],
+    buffers: &mut BatchBuffers,
+    reflections_enabled: bool,
+    base_radiance: impl Fn(&Coefficients, DVec3) -> Rgb,
+) -> ShadingBatch<'s> {
+    let mut batch = ShadingBatch::new(buffers);
+    // Composited in this order, the ground covers what is behind it. Its points are the first of their paths in the batch.
+    frame.gather_ground(&mut batch, &compositor.rays, &mut compositor.ground_t, &base_radiance);
+    compute_surface_points(frame, &mut batch, &compositor.rays, samples);
+    evaluate_materials(frame, &mut batch, reflections_enabled, base_radiance);
+    batch
+}
+
+/// Computes the surface points of all hits, triangle by triangle.
+fn compute_surface_points<'s>(
+    frame: &Frame<'s>,
+    batch: &mut ShadingBatch<'s>,
+    rays: &PathRays,
+    samples: &[Sample],
+) {
+    let ShadingBatch { points, soa, triangles, hits_by_triangle, .. } = batch;
+    hits_by_triangle.group(rays.hits());
+    triangles.reserve(hits_by_triangle.len());
+    let mut footprints = Footprints::new(frame, rays, samples);
+    let mut ray8 = Ray8::ZERO;
+    let mut traits = LastTraits(None);
+    for (id, first) in hits_by_triangle.iter() {
+        let triangle = traits.triangle(frame.posed, id);
+        let start = points.len();
+        let mut next = Some(first);
+        while let Some(hit) = next {
+            let capacity = if rays.is_secondary { 1 } else { HIT_LANES.min(soa.free_lanes()) };
+            let differential = footprints.differential(hit);
+            let mut count = 0;
+            while let Some(hit) = next.filter(|&hit| count < capacity && footprints.is_current(hit)) {
+                ray8.set(count, rays.ray(hit as usize));
+                let path = rays.path(hit as usize);
+                points.push(ShadingPoint { path, id, is_shadow_catcher: false });
+                count += 1;
+                next = hits_by_triangle.next(hit);
+            }
+            triangle.append_hits(frame.simd(), &ray8, count, differential, soa);
+        }
+        triangles.push(TrianglePoints { triangle: triangle.surface, range: start..points.len() });
+    }
+}
+
+/// The traits of the last material: consecutive triangles mostly have one.
+struct LastTraits(Option<(u32, MaterialTraits)>);
+
+impl LastTraits {
+    #[inline(always)]
+    fn triangle<'s>(&mut self, posed: &PosedScene<'s>, id: HitId) -> ShadingTriangle<'s> {
+        let material = posed.mesh(id.instance).material;
+        let traits = match self.0 {
+            Some((last, traits)) if last == material => traits,
+            _ => MaterialTraits::new(&posed.materials[material as usize]),
+        };
+        self.0 = Some((material, traits));
+        ShadingTriangle::with_traits(posed, id, &traits)
+    }
+}
+
+/// The ray differentials of hits. Usually all samples have one footprint, and so one differential.
+struct Footprints<'a> {
+    frame: &'a Frame<'a>,
+    rays: &'a PathRays<'a>,
+    samples: &'a [Sample],
+    /// True if eye rays have different footprints.
+    differ: bool,
+    /// The last footprint of an eye ray.
+    last: [f64; 2],
+    /// The differential of `last`.
+    last_differential: Option<RayDifferential>,
+}
+
+impl<'a> Footprints<'a> {
+    fn new(frame: &'a Frame, rays: &'a PathRays, samples: &'a [Sample]) -> Footprints<'a> {
+        // Each secondary ray has a differential of its own.
+        let differ =
+            !rays.is_secondary && samples.iter().any(|sample| sample.footprint != samples[0].footprint);
+        Footprints { frame, rays, samples, differ, last: [0.0; 2], last_differential: None }
+    }
+
+    #[inline(always)]
+    fn footprint(&self, hit: u32) -> [f64; 2] {
+        self.samples[self.rays.path(hit as usize)].footprint
+    }
+
+    /// The differential of the ray of a hit, which becomes the current one.
+    #[inline(always)]
+    fn differential(&mut self, hit: u32) -> Option<RayDifferential> {
+        if self.rays.is_secondary {
+            let state = self.rays.states.get(self.rays.path(hit as usize));
+            return state.map(|state| state.ray_differential(self.rays.ray(hit as usize).d));
+        }
+        let footprint = self.footprint(hit);
+        if footprint != self.last {
+            self.last = footprint;
+            self.last_differential = self.frame.ray_differential(footprint);
+        }
+        self.last_differential
+    }
+
+    /// True if a hit's footprint is the current one.
+    #[inline(always)]
+    fn is_current(&self, hit: u32) -> bool {
+        !self.differ || self.footprint(hit) == self.last
+    }
+}
+
+/// Evaluates the materials of all triangles' points.
+fn evaluate_materials(
+    frame: &Frame,
+    batch: &mut ShadingBatch,
+    reflections_enabled: bool,
+    base_radiance: impl Fn(&Coefficients, DVec3) -> Rgb,
+) {
+    let ShadingBatch { soa, triangles, has_transmission, .. } = batch;
+    let settings =
+        EvalSettings { overrides: &frame.overrides, under_sky: frame.sky.is_some(), reflections_enabled };
+    let mut pass = MaterialPass {
+        frame,
+        settings,
+        inputs: MaterialInputs::new(),
+        coefficients: CoefficientLanes::ZERO,
+        uniform: None,
+        base_radiance,
+    };
+    let mut remaining = triangles.as_slice();
+    let mut start = remaining.first().map_or(0, |of| of.range.start);
+    while let Some(run) = MaterialRun::take(&mut remaining, start) {
+        start = run.points.end;
+        pass.eval(&run, soa);
+    }
+    let transmits = |of: &TrianglePoints| frame.posed.materials[of.triangle.material as usize].transmits();
+    *has_transmission = triangles.iter().any(transmits);
+}
+
+/// Consecutive points of a block whose triangles have the same material.
+struct MaterialRun<'a, 's> {
+    triangles: &'a [TrianglePoints<'s>],
+    points: Range<usize>,
+}
+
+impl<'a, 's> MaterialRun<'a, 's> {
+    /// Takes the run that begins at point `start` from the triangles that remain.
+    fn take(remaining: &mut &'a [TrianglePoints<'s>], start: usize) -> Option<MaterialRun<'a, 's>> {
+        let block_end = (start / LANES + 1) * LANES;
+        let key = |of: &TrianglePoints| (of.triangle.material, of.triangle.has_color);
+        let all = *remaining;
+        let first = key(all.first()?);
+        let belongs = |of: &&TrianglePoints| of.range.start < block_end && key(of) == first;
+        let count = all.iter().take_while(belongs).count();
+        let triangles = &all[..count];
+        let last_end = triangles.last()?.range.end;
+        // The rest of the last triangle is in the next block.
+        *remaining = &all[if last_end > block_end { count - 1 } else { count }..];
+        Some(MaterialRun { triangles, points: start..last_end.min(block_end) })
+    }
+
+    /// The triangles, each with the lanes of its points in the block.
+    fn triangles(&self) -> impl Iterator<Item = (&'a TriangleSurface<'s>, Range<usize>)> {
+        let Range { start, end } = self.points;
+        let first = start / LANES * LANES;
+        self.triangles.iter().map(move |TrianglePoints { triangle, range }| {
+            (triangle, range.start.max(start) - first..range.end.min(end) - first)
+        })
+    }
+}
+
+/// Evaluates the materials of points, run by run.
+struct MaterialPass<'a, F> {
+    frame: &'a Frame<'a>,
+    settings: EvalSettings<'a>,
+    inputs: MaterialInputs<'a>,
+    /// The coefficients of the last run.
+    coefficients: CoefficientLanes,
+    /// The material of which `coefficients` are, if they are the same at all points.
+    uniform: Option<u32>,
+    base_radiance: F,
+}
+
+impl<F: Fn(&Coefficients, DVec3) -> Rgb> MaterialPass<'_, F> {
+    /// Evaluates the material of a run of points.
+    fn eval(&mut self, run: &MaterialRun, soa: &mut PointsSoa) {
+        let frame = self.frame;
+        let (posed, simd) = (frame.posed, frame.simd());
+        let [TrianglePoints { triangle: first, .. }, ..] = run.triangles else { return };
+        let (index, has_color) = (first.material, first.has_color);
+        let material = &posed.materials[index as usize];
+        let (block, start) = soa.lane_mut(run.points.start);
+        let lanes = start..start + run.points.len();
+        let is_uniform = !(has_color || material.is_textured());
+        if !is_uniform || material.normal.is_some() {
+            self.inputs.texels.set_material(posed, index);
+            for (triangle, lanes) in run.triangles() {
+                self.inputs.set_triangle(posed, triangle, block, lanes);
+            }
+            self.inputs.texels.sample(simd, posed, block, &lanes);
+        }
+        if !is_uniform || self.uniform != Some(index) {
+            let out = &mut self.coefficients;
+            let (inputs, settings) = (&self.inputs, self.settings);
+            simd.run(EvalMaterial { material, inputs, has_color, settings, out });
+            self.uniform = is_uniform.then_some(index);
+        }
+        let mut alpha2_increase = block.curvature_alpha2_increase();
+        if let Some(map) = &material.normal {
+            for (triangle, lanes) in run.triangles() {
+                for lane in lanes {
+                    let sampled_normal = Some(self.inputs.texels.normal(&map.texture, lane));
+                    let ctx = triangle.texture_context(block.coords(lane));
+                    let ctx = TextureEvalContext { sampled_normal, ..ctx };
+                    let surface = SurfacePoint { ctx, ..triangle.surface_from_hit(&block.hit(lane)) };
+                    let (n, increase) = surface.filtered_normal(posed);
+                    set3(&mut block.n, lane, n.to_array());
+                    alpha2_increase[lane] = increase;
+                }
+            }
+        }
+        simd.run(SetCoefficients {
+            block: &mut *block,
+            lanes: lanes.clone(),
+            k: &self.coefficients,
+            alpha2_increase: &alpha2_increase,
+            has_normal_map: material.normal.is_some(),
+            antialiasing: SpecularAntialiasing::new(material, &frame.overrides),
+        });
+        // Where the surface reflects, its specular layers set the radiance.
+        for lane in lanes {
+            if block.reflects(lane) {
+                continue;
+            }
+            let base_radiance = (self.base_radiance)(&block.k.get(lane), block.n(lane));
+            block.set_base_radiance(lane, base_radiance);
+        }
+    }
+}
+
+/// Stores the coefficients of points, and widens their highlights.
+struct SetCoefficients<'a> {
+    block: &'a mut PointBlock,
+    lanes: Range<usize>,
+    k: &'a CoefficientLanes,
+    alpha2_increase: &'a [f32; LANES],
+    has_normal_map: bool,
+    antialiasing: SpecularAntialiasing,
+}
+
+impl AutovecKernel for SetCoefficients<'_> {
+    #[inline(always)]
+    fn run(self) {
+        let SetCoefficients { block, lanes, k, alpha2_increase, has_normal_map, antialiasing } = self;
+        block.set_coefficients(&lanes, k, alpha2_increase, has_normal_map);
+        if block.has_specular {
+            block.apply_specular_antialiasing(lanes.start, &antialiasing);
+        }
+    }
+}

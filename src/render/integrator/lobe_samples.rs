@@ -1,0 +1,218 @@
+//! Directions of the rays that lobes spawn, one for each of sixteen lobes, with the light of the environment from there. The
+//! loops over the lobes are vectorised.
+
+use glam::DVec3;
+
+use crate::integrator::environment_occlusion::LOOKUP_SHARE;
+use crate::integrator::material::directional_albedo::single_scattering_albedos;
+use crate::integrator::material::ggx_lobe::{LOBE_LANES, Lobe, Lobe16, LobeBasis};
+use crate::integrator::surface::soa::{dvec3, set3, vec3};
+use blinn_core::geometry::{Rgb, cos_sin_of_turns};
+use blinn_core::simd::AutovecKernel;
+use blinn_scene::Environment;
+
+/// Lobes and the triangles that they are on.
+#[derive(Clone, Copy)]
+pub(crate) struct SampledLobes {
+    lobes: Lobe16,
+    /// Geometric normals.
+    n_g: [[f64; LOBE_LANES]; 3],
+}
+
+impl SampledLobes {
+    pub const ZERO: SampledLobes = SampledLobes { lobes: Lobe16::ZERO, n_g: [[0.0; LOBE_LANES]; 3] };
+
+    /// Sets lobe `i`, on a triangle with geometric normal `n_g`.
+    #[inline(always)]
+    pub fn set(&mut self, i: usize, lobe: &Lobe, n_g: DVec3) {
+        self.lobes.set(i, lobe);
+        set3(&mut self.n_g, i, n_g.to_array());
+    }
+
+    /// Lobe `i`.
+    #[inline(always)]
+    pub fn get(&self, i: usize) -> Lobe {
+        self.lobes.get(i)
+    }
+}
+
+/// A direction that each of the lobes reflects.
+#[derive(Clone)]
+pub(crate) struct LobeSamples {
+    /// Unit directions on the side of the geometric normal.
+    direction: [[f64; LOBE_LANES]; 3],
+    /// The mean of weight × radiance over all samples is the radiance averaged over the lobe. 0 below the horizon.
+    pub weight: [f32; LOBE_LANES],
+    /// Solid angles in steradians that the samples stand for.
+    pub solid_angle: [f32; LOBE_LANES],
+    /// The light of the environment, looked up over a share of the solid angle ([`LOOKUP_SHARE`]). 0 without an environment.
+    pub sharp_light: [Rgb; LOBE_LANES],
+    /// The light looked up over all of the solid angle; 0 unless it was requested.
+    pub filtered_light: [Rgb; LOBE_LANES],
+}
+
+impl LobeSamples {
+    pub const ZERO: LobeSamples = LobeSamples {
+        direction: [[0.0; LOBE_LANES]; 3],
+        weight: [0.0; LOBE_LANES],
+        solid_angle: [0.0; LOBE_LANES],
+        sharp_light: [Rgb::ZERO; LOBE_LANES],
+        filtered_light: [Rgb::ZERO; LOBE_LANES],
+    };
+
+    /// The direction of sample `i`.
+    #[inline(always)]
+    pub fn direction(&self, i: usize) -> DVec3 {
+        dvec3(&self.direction, i)
+    }
+}
+
+/// Computes [`LobeSamples`].
+pub(crate) struct SampleLobes<'a> {
+    pub lobes: &'a SampledLobes,
+    /// The points of the unit square that directions are made from.
+    pub u: &'a [[f32; LOBE_LANES]; 2],
+    /// Samples of a lobe in all.
+    pub count: u32,
+    pub environment: Option<&'a Environment>,
+    /// True if [`LobeSamples::filtered_light`] is wanted.
+    pub has_filtered_light: bool,
+    pub samples: &'a mut LobeSamples,
+}
+
+impl AutovecKernel for SampleLobes<'_> {
+    #[inline(always)]
+    fn run(self) {
+        let SampleLobes { lobes, u, count, environment, has_filtered_light, samples } = self;
+        // Copies cannot alias what the loops write.
+        let (lobes, u, count) = (*lobes, *u, count.max(1) as f32);
+        let mut around = [[0.0; LOBE_LANES]; 2];
+        for i in 0..LOBE_LANES {
+            [around[0][i], around[1][i]] = cos_sin_of_turns(f64::from(u[0][i])).map(|x| x as f32);
+        }
+        let [alpha, f0] = [lobes.lobes.alpha(), lobes.lobes.f0()];
+        let [mut cos, mut weight, mut solid_angle] = [[0.0; LOBE_LANES]; 3];
+        let mut reflected = [[0.0; LOBE_LANES]; 3];
+        for i in 0..LOBE_LANES {
+            let view = lobes.lobes.facet_view(i);
+            let sample = view.sample([around[0][i], around[1][i]], u[1][i], f0[i]);
+            cos[i] = view.cos();
+            set3(&mut reflected, i, sample.l.to_array());
+            weight[i] = sample.weight;
+            solid_angle[i] = sample.solid_angle(count);
+        }
+        let expected = single_scattering_albedos(&cos, &alpha, &f0);
+        let mut directions = [[0.0; LOBE_LANES]; 3];
+        for i in 0..LOBE_LANES {
+            let lobe = lobes.get(i);
+            let basis = LobeBasis::new(lobe.n, lobe.v);
+            // The images in mirrors are exact.
+            let mirrored = basis.to_world(basis.mirrored());
+            let is_mirror = lobe.is_mirror();
+            let l = if is_mirror { mirrored } else { vec3(&reflected, i).as_dvec3() };
+            set3(&mut directions, i, mirrored_to_side(l, dvec3(&lobes.n_g, i)).to_array());
+            weight[i] = if is_mirror { 1.0 } else { weight[i] / expected[i] };
+            solid_angle[i] = if is_mirror { lobe.mirror_solid_angle() as f32 } else { solid_angle[i] };
+        }
+        let mut l = [[0.0; LOBE_LANES]; 3];
+        let mut lookup_angle = [0.0; LOBE_LANES];
+        for i in 0..LOBE_LANES {
+            set3(&mut l, i, dvec3(&directions, i).as_vec3().to_array());
+            lookup_angle[i] = solid_angle[i] * LOOKUP_SHARE as f32;
+        }
+        (samples.direction, samples.weight, samples.solid_angle) = (directions, weight, solid_angle);
+        if let Some(environment) = environment {
+            samples.sharp_light = environment.radiance_of_lanes(&l, &lookup_angle);
+            if has_filtered_light {
+                samples.filtered_light = environment.radiance_of_lanes(&l, &solid_angle);
+            }
+        }
+    }
+}
+
+/// `direction`, mirrored to the side that `n` points to: a tilted normal or a wide lobe may point below the triangle.
+#[inline(always)]
+pub(crate) fn mirrored_to_side(direction: DVec3, n: DVec3) -> DVec3 {
+    let below = direction.dot(n).min(0.0);
+    let mirrored = (direction - n * (2.0 * below)).normalize_or(n);
+    if below < 0.0 { mirrored } else { direction }
+}
+
+#[cfg(test)]
+mod tests {
+    use glam::Vec3;
+
+    use super::*;
+    use blinn_core::simd::SimdLevel;
+
+    fn lobe(i: usize) -> Lobe {
+        let alpha = [0.0, 0.001, 0.02, 0.3, 1.0][i % 5];
+        let angle = 0.1 * i as f64;
+        let v = DVec3::new(angle.sin(), angle.cos(), 0.0);
+        Lobe { n: DVec3::Y, v, alpha, f0: [0.04, 0.9][i % 2] }
+    }
+
+    fn sample(simd: SimdLevel, environment: &Environment, u: [f32; 2]) -> LobeSamples {
+        let mut lobes = SampledLobes::ZERO;
+        // The last triangles lean away from their normals.
+        (0..LOBE_LANES).for_each(|i| {
+            let tilt = if i < 12 { 0.0 } else { 1.2 };
+            lobes.set(i, &lobe(i), DVec3::new(tilt, 1.0, 0.1 * tilt).normalize());
+        });
+        let mut samples = LobeSamples::ZERO;
+        simd.run(SampleLobes {
+            lobes: &lobes,
+            u: &[[u[0]; LOBE_LANES], [u[1]; LOBE_LANES]],
+            count: 4,
+            environment: Some(environment),
+            has_filtered_light: true,
+            samples: &mut samples,
+        });
+        samples
+    }
+
+    #[test]
+    fn samples_are_the_same_at_all_simd_levels() {
+        let environment = Environment::from_function(32, 1, |d| d + Vec3::splat(1.5));
+        let bits = |simd: SimdLevel| {
+            let s = sample(simd, &environment, [0.3, 0.7]);
+            format!("{:?}", (s.direction, s.weight, s.solid_angle, s.sharp_light, s.filtered_light))
+        };
+        for simd in SimdLevel::ALL.into_iter().filter(|simd| simd.is_supported()) {
+            assert_eq!(bits(simd), bits(SimdLevel::Portable), "{simd:?}");
+        }
+    }
+
+    #[test]
+    fn rays_leave_on_the_side_of_the_triangle() {
+        for u in [[0.1, 0.2], [0.5, 0.9], [0.8, 0.99]] {
+            let samples = sample(SimdLevel::Portable, &Environment::uniform(Rgb::ONE), u);
+            for i in 0..LOBE_LANES {
+                let d = samples.direction(i);
+                assert!((d.length() - 1.0).abs() < 1e-6, "{i}: {d}");
+                let tilt = if i < 12 { 0.0 } else { 1.2 };
+                assert!(d.dot(DVec3::new(tilt, 1.0, 0.1 * tilt)) >= -1e-6, "{i}: {d}");
+                if lobe(i).is_mirror() && i < 12 {
+                    let Lobe { n, v, .. } = lobe(i);
+                    assert!(d.distance(n * (2.0 * n.dot(v)) - v) < 1e-12 && samples.weight[i] == 1.0);
+                }
+            }
+        }
+    }
+
+    /// The mean weight is 1: a white environment gives white.
+    #[test]
+    fn weights_have_a_mean_of_1() {
+        let mut mean = [0.0; LOBE_LANES];
+        let n = 64;
+        for k in 0..n * n {
+            let u = [k % n, k / n].map(|k| (k as f32 + 0.5) / n as f32);
+            let samples = sample(SimdLevel::Portable, &Environment::uniform(Rgb::ONE), u);
+            for (mean, weight) in mean.iter_mut().zip(samples.weight) {
+                *mean += weight / (n * n) as f32;
+            }
+        }
+        // At more grazing angles, the tables of albedo are interpolated.
+        assert!(mean[..12].iter().all(|mean| (mean - 1.0).abs() < 0.01), "{mean:?}");
+    }
+}

@@ -1,0 +1,79 @@
+//! Integrators: from eye rays to colours.
+//!
+//! An integrator gets the samples of a tile at once and traces them in batches. Start with [`Phong`], the lecture's
+//! shading model.
+
+mod ambient_occlusion;
+mod ambient_rays;
+mod aov;
+mod area_light_rays;
+mod block_lobes;
+mod compositor;
+mod cryptomatte;
+mod direct_light;
+mod environment_occlusion;
+mod first_hit;
+mod flow;
+mod frame;
+mod gather;
+mod ground_plane;
+mod highlight_limits;
+mod layer_split;
+mod lobe_light;
+mod lobe_samples;
+mod material;
+mod media;
+mod microfacet_highlights;
+mod object_hits;
+mod path_rays;
+mod paths;
+mod phong;
+mod reflection_rays;
+mod sample;
+mod sampler;
+mod scratch;
+mod secondary_rays;
+mod shading_batch;
+mod shadow_rays;
+mod surface;
+mod transmitted_highlights;
+mod visibility;
+
+use blinn_core::geometry::Rgba;
+
+pub use aov::Aov;
+pub use cryptomatte::{MatteCoverage, MatteKind, trace_mattes};
+pub use first_hit::{FirstHit, first_hits};
+pub use flow::{NeighbourFrames, add_flow};
+pub use frame::{AmbientOcclusion, DEFAULT_BOUNCES, Frame};
+pub use material::coefficients::{Coefficients, MaterialOverrides};
+pub use material::hit_filter::MaterialHitFilter;
+pub use material::specular_layers::SpecularLayers;
+pub use object_hits::{ObjectHit, trace_objects};
+pub use phong::{Phong, Stage, specular_lobe};
+pub use sample::Sample;
+pub use sampler::{LowDiscrepancySampler, Sampler};
+pub use scratch::Scratch;
+pub use surface::surface_point::SurfacePoint;
+pub use surface::triangle_plane::barycentrics;
+pub use visibility::{SurfaceTarget, sees};
+
+/// Computes the colours of samples: linear RGB premultiplied by alpha, 0 where nothing is hit.
+pub trait Integrator: Sync {
+    /// Writes the colour of each sample to `out`. `sampler` is the one that placed the samples.
+    fn render(
+        &self,
+        frame: &Frame,
+        samples: &[Sample],
+        sampler: &LowDiscrepancySampler,
+        scratch: &mut Scratch,
+        out: &mut [Rgba],
+    );
+
+    /// False if all samples between the film positions `low` and `high` are certainly 0, so that they need not be
+    /// rendered.
+    fn may_hit(&self, frame: &Frame, low: [f64; 2], high: [f64; 2]) -> bool {
+        let _ = (frame, low, high);
+        true
+    }
+}

@@ -1,0 +1,99 @@
+//! The rays of a batch of paths, traced from surface to surface: eye rays, or a wave of secondary rays.
+
+use crate::integrator::frame::Frame;
+use crate::integrator::material::hit_filter::MaterialHitFilter;
+use crate::integrator::paths::{PathStates, Wave};
+use crate::integrator::sample::Sample;
+use blinn_accel::{HitBatch, RayBatch};
+use blinn_core::geometry::{Hit, Ray};
+
+/// Maximum number of surfaces that a ray passes; the rest is dropped.
+pub(crate) const MAX_SURFACES_PER_RAY: usize = 4096;
+
+/// The rays of a batch of paths, one for each path at first. Rays of finished paths are removed.
+///
+/// The index of a path is that of its sample among eye rays, and that of its ray in a [`Wave`].
+pub(crate) struct PathRays<'a> {
+    rays: &'a mut RayBatch,
+    hits: &'a mut HitBatch,
+    /// Index of the path of each ray.
+    ray_path: Vec<usize>,
+    /// The state of each path.
+    pub states: PathStates<'a>,
+    /// True for the rays of a [`Wave`].
+    pub is_secondary: bool,
+}
+
+/// A ray of a batch with its closest hit.
+#[derive(Clone, Copy)]
+pub(crate) struct PathRayHit {
+    /// Index of the path.
+    pub path: usize,
+    pub ray: Ray,
+    /// A miss if there is nothing along the ray.
+    pub hit: Hit,
+}
+
+impl<'a> PathRays<'a> {
+    /// The eye rays of `samples`. `rays` and `hits` lend memory.
+    pub fn new(
+        frame: &Frame,
+        samples: &[Sample],
+        rays: &'a mut RayBatch,
+        hits: &'a mut HitBatch,
+    ) -> PathRays<'a> {
+        frame.generate_eye_rays(samples, rays);
+        let ray_path = (0..samples.len()).collect();
+        PathRays { rays, hits, ray_path, states: PathStates::Unused, is_secondary: false }
+    }
+
+    /// The rays of a wave, in place of eye rays.
+    pub fn secondary(wave: &'a Wave, rays: &'a mut RayBatch, hits: &'a mut HitBatch) -> PathRays<'a> {
+        wave.fill(rays);
+        let states = PathStates::Secondary(&wave.rays);
+        PathRays { rays, hits, ray_path: (0..wave.rays.len()).collect(), states, is_secondary: true }
+    }
+
+    pub fn is_empty(&self) -> bool {
+        self.ray_path.is_empty()
+    }
+
+    pub fn batch(&self) -> &RayBatch {
+        self.rays
+    }
+
+    /// The hits of all rays, as [`PathRays::intersect`] found them.
+    pub fn hits(&self) -> &[Hit] {
+        self.hits
+    }
+
+    /// Finds the closest hit of every ray.
+    pub fn intersect(&mut self, frame: &Frame) {
+        frame.accel.intersect(self.rays, &MaterialHitFilter(frame.posed), self.hits);
+    }
+
+    /// Ray number `i`.
+    #[inline(always)]
+    pub fn ray(&self, i: usize) -> Ray {
+        Ray { o: self.rays.origins[i], d: self.rays.directions[i] }
+    }
+
+    /// Index of the path of ray number `i`.
+    #[inline(always)]
+    pub fn path(&self, i: usize) -> usize {
+        self.ray_path[i]
+    }
+
+    /// All rays with their hits and misses.
+    pub fn iter(&self) -> impl Iterator<Item = PathRayHit> {
+        (0..self.hits.len()).map(|i| PathRayHit { path: self.path(i), ray: self.ray(i), hit: self.hits[i] })
+    }
+
+    /// Keeps the rays that hit a surface and whose path `continues`. They start again behind their hits.
+    pub fn continue_behind(&mut self, continues: impl Fn(usize) -> bool) {
+        let keep = |i: &usize| !self.hits[*i].is_miss() && continues(self.ray_path[*i]);
+        let kept: Vec<usize> = (0..self.hits.len()).filter(keep).collect();
+        self.rays.continue_behind(&kept, self.hits);
+        self.ray_path = kept.iter().map(|&i| self.ray_path[i]).collect();
+    }
+}

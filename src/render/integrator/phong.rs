@@ -1,0 +1,286 @@
+//! Blinn-Phong shading: the last slide of the lecture, extended by emission k_e, visibility V and reflection k_r L_r.
+//!
+//! L = k_e + k_a I_a + Σ V · I/r² · [ k_d max(0, n·l) + k_s max(0, n·h)^p ] + k_r L_r,  h = (v + l)/‖v + l‖
+//!
+//! The sum is over the lights. V, 0…1, is the visibility of the light, which a shadow ray finds. L_r is the light that
+//! arrives from where the surface reflects; k_r is 0 for matte surfaces. Physical materials that reflect have k_s = 0, and
+//! [`add_highlights`] reflects lights in the lobe of L_r instead. The lecture's exponent p is `shininess` here, and its ray
+//! origin p is `o`: in this program p is a point of a surface.
+//!
+//! Points are shaded in blocks of [`LANES`], stored as structure of arrays, so that the loops over a block are vectorised.
+//! The path of a pixel:
+//!
+//! 1. `render::tiles` cuts the film into tiles and `render::sample_generator` places samples in their pixels.
+//!    [`Phong::render`] gets the samples of many pixels at once.
+//! 2. [`PathRays`] makes an eye ray of each, with `Camera::eye_ray`, and finds the closest hits, with `Accel::intersect`.
+//! 3. [`gather_points`] computes surface and material of each hit (`surface/`, `material/`), and fills blocks of points
+//!    with n, k_d, k_s, p and the radiance k_e + k_a I_a.
+//! 4. [`Phong::shade`] computes v and k_r, and adds the light of each source: [`DirectLightKernel`] evaluates the formula,
+//!    [`trace_visibility`] traces the shadow rays, with `Accel::occluded`.
+//! 5. [`spawn_rays`] lists the rays that reflecting and refracting points spawn, and adds the environment's light where no
+//!    ray is needed.
+//! 6. [`Compositor`] adds the points' light to their paths. Rays continue behind transparent surfaces: back to step 2.
+//! 7. [`Phong::trace`] traces the rays of step 5 in the same way, as the next
+//!    [`Wave`](crate::integrator::paths::Wave), and adds what they find.
+//! 8. `render::tiles` averages the samples of a pixel, and `render::film` collects the tiles.
+
+use glam::DVec3;
+
+use crate::integrator::Integrator;
+use crate::integrator::ambient_occlusion::occlude_ambient;
+use crate::integrator::compositor::Compositor;
+use crate::integrator::direct_light::IncidentLight;
+use crate::integrator::frame::Frame;
+use crate::integrator::gather::gather_points;
+use crate::integrator::highlight_limits::limit_highlights;
+use crate::integrator::layer_split::apply_specular_layers;
+use crate::integrator::material::coefficients::Coefficients;
+use crate::integrator::microfacet_highlights::add_highlights;
+use crate::integrator::path_rays::{MAX_SURFACES_PER_RAY, PathRays};
+use crate::integrator::paths::{PathLight, PathStates};
+use crate::integrator::sample::{Sample, SampleStream};
+use crate::integrator::sampler::LowDiscrepancySampler;
+use crate::integrator::scratch::{Scratch, WaveBuffers};
+use crate::integrator::secondary_rays::spawn_rays;
+use crate::integrator::shading_batch::{BatchBuffers, ShadingBatch};
+use crate::integrator::shadow_rays::{ShadowBuffers, ShadowRay, apply_visibility, trace_visibility};
+use crate::integrator::surface::point_block::PointBlock;
+use crate::integrator::surface::points_soa::PointsSoa;
+use crate::integrator::surface::soa::LANES;
+use crate::integrator::transmitted_highlights::add_transmitted_highlights;
+use blinn_core::geometry::{Rgb, Rgba, pow_one_minus};
+use blinn_core::simd::AutovecKernel;
+use blinn_scene::PosedLight;
+
+/// The lecture's stages of shading.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum Stage {
+    /// The surface's colour, or the background.
+    Color,
+    /// Lambertian shading.
+    Diffuse,
+    /// Lambertian shading with shadows.
+    Shadow,
+    /// All terms: emission, ambient, diffuse, specular, with shadows.
+    #[default]
+    Phong,
+}
+
+/// A Whitted-style ray tracer with Blinn-Phong shading.
+#[derive(Clone, Copy, Debug, Default)]
+pub struct Phong {
+    /// The terms that count.
+    pub stage: Stage,
+}
+
+impl Integrator for Phong {
+    fn render(
+        &self,
+        frame: &Frame,
+        samples: &[Sample],
+        sampler: &LowDiscrepancySampler,
+        scratch: &mut Scratch,
+        out: &mut [Rgba],
+    ) {
+        let Scratch { rays, hits, points, shadow, waves } = scratch;
+        let stream = SampleStream { samples, sampler, wave: 0 };
+        let mut eye_rays = PathRays::new(frame, samples, rays, hits);
+        if self.reflections_enabled(frame) && frame.posed.has_reflecting_materials {
+            eye_rays.states = PathStates::Eye(frame, samples);
+        }
+        let light = self.trace(frame, eye_rays, stream, points, shadow, waves);
+        for ((out, sample), PathLight { radiance, transmittance }) in out.iter_mut().zip(samples).zip(light) {
+            *out = match frame.background_radiance(sample) {
+                Some(background) => (radiance + transmittance * background).extend(1.0),
+                // Alpha is the mean opacity of the three colours.
+                None => radiance.extend(1.0 - transmittance.element_sum() / 3.0),
+            };
+        }
+    }
+
+    fn may_hit(&self, frame: &Frame, low: [f64; 2], high: [f64; 2]) -> bool {
+        frame.may_hit(low, high)
+    }
+}
+
+impl Phong {
+    /// True if surfaces reflect and refract their surroundings.
+    fn reflections_enabled(&self, frame: &Frame) -> bool {
+        self.stage == Stage::Phong && frame.reflections_enabled()
+    }
+
+    /// L along a wave of rays: eye rays at first, then the rays that surfaces have reflected or refracted.
+    ///
+    /// Each turn of the loop shades one surface of every path, because the ground has nothing behind it. Rays are therefore
+    /// spawned with the transmittance in front of the batch, before it is composited.
+    fn trace(
+        &self,
+        frame: &Frame,
+        rays: PathRays,
+        stream: SampleStream,
+        buffers: &mut BatchBuffers,
+        shadow: &mut ShadowBuffers,
+        waves: &mut Vec<WaveBuffers>,
+    ) -> Vec<PathLight> {
+        let mut compositor = Compositor::new(frame, rays);
+        let mut next = waves.pop().unwrap_or_default();
+        next.wave.clear();
+        for _ in 0..MAX_SURFACES_PER_RAY {
+            compositor.rays.intersect(frame);
+            let base_radiance = |k: &Coefficients, n: DVec3| self.base_radiance(frame, k, n);
+            let reflections_enabled = self.reflections_enabled(frame);
+            let mut batch = gather_points(
+                frame,
+                &mut compositor,
+                stream.samples,
+                buffers,
+                reflections_enabled,
+                base_radiance,
+            );
+            self.shade(frame, &mut batch, compositor.rays.states, stream, shadow);
+            if reflections_enabled {
+                add_transmitted_highlights(frame, &compositor, &mut batch, stream, shadow);
+            }
+            spawn_rays(frame, &compositor, &mut batch, stream, &mut next.wave);
+            let continues = compositor.composite(frame, &batch);
+            batch.recycle(buffers);
+            if !continues {
+                break;
+            }
+        }
+        let WaveBuffers { wave, rays, hits } = &mut next;
+        if !wave.rays.is_empty() {
+            let stream = SampleStream { samples: &wave.samples, wave: stream.wave + 1, ..stream };
+            let secondary = PathRays::secondary(wave, rays, hits);
+            // L_r and the light behind glass.
+            let found = self.trace(frame, secondary, stream, buffers, shadow, waves);
+            compositor.add_secondary(wave, &found);
+        }
+        waves.push(next);
+        compositor.into_light()
+    }
+
+    /// k_e + k_a I_a at a surface with shading normal `n`.
+    #[inline(always)]
+    fn base_radiance(&self, frame: &Frame, k: &Coefficients, n: DVec3) -> Rgb {
+        match self.stage {
+            Stage::Color => k.color,
+            Stage::Diffuse | Stage::Shadow => Rgb::ZERO,
+            Stage::Phong => k.k_e + k.k_a * frame.ambient_at(n),
+        }
+    }
+
+    /// Adds the light of all sources to the points of `batch`, whose radiance is k_e + k_a I_a.
+    fn shade(
+        &self,
+        frame: &Frame,
+        batch: &mut ShadingBatch,
+        states: PathStates,
+        stream: SampleStream,
+        shadow: &mut ShadowBuffers,
+    ) {
+        if self.stage == Stage::Color {
+            return;
+        }
+        let is_full_model = self.stage == Stage::Phong;
+        let has_shadows = frame.shadows && self.stage != Stage::Diffuse;
+        if is_full_model {
+            batch.soa.compute_view_dirs(frame.simd());
+            apply_specular_layers(frame, batch);
+            if stream.wave > 0 {
+                limit_highlights(frame, batch);
+            }
+            if let Some(settings) = frame.ambient_occlusion {
+                occlude_ambient(frame, settings, batch, states, stream, shadow);
+            }
+        }
+        for (i, light) in frame.lights.iter().enumerate() {
+            frame.simd().run(DirectLightKernel {
+                points: &mut batch.soa,
+                light,
+                has_specular: is_full_model,
+                has_shadow_catcher: frame.has_shadow_catcher(),
+                shadow_rays: &mut shadow.rays,
+            });
+            if has_shadows {
+                trace_visibility(frame, i, batch, stream, shadow);
+                apply_visibility(batch, shadow);
+            }
+            batch.soa.accumulate(frame.simd());
+        }
+    }
+}
+
+/// Computes the unshadowed light of one source at all points, and lists the shadow rays to it.
+struct DirectLightKernel<'a> {
+    points: &'a mut PointsSoa,
+    light: &'a PosedLight,
+    has_specular: bool,
+    /// True if the light without shadows is summed as well.
+    has_shadow_catcher: bool,
+    shadow_rays: &'a mut Vec<ShadowRay>,
+}
+
+impl AutovecKernel for DirectLightKernel<'_> {
+    #[inline(always)]
+    fn run(self) {
+        let DirectLightKernel { points, light, has_specular, has_shadow_catcher, shadow_rays } = self;
+        shadow_rays.clear();
+        let intensity = light.intensity;
+        let light = light.light_eval();
+        let mut incident = IncidentLight::ZERO;
+        for (index, (block, count)) in points.blocks_mut().enumerate() {
+            // l and I/r².
+            incident.evaluate(&light, intensity, block);
+            let lit_mask = incident.lit_mask(count);
+            blinn_phong(block, &incident, has_specular && block.has_specular && lit_mask != 0);
+            if has_specular && block.highlights.points != 0 && lit_mask != 0 {
+                add_highlights(block, &incident);
+            }
+            if has_shadow_catcher {
+                block.accumulate_unshadowed();
+            }
+            incident.push_shadow_rays(index * LANES, lit_mask, shadow_rays);
+        }
+    }
+}
+
+/// The reflected light I/r² · [ k_d max(0, n·l) + k_s max(0, n·h)^p ] of a block's points.
+///
+/// Unlike the lecture's, the highlight counts only where n·l > 0: the irradiance is 0 elsewhere.
+#[inline(always)]
+fn blinn_phong(block: &mut PointBlock, light: &IncidentLight, has_specular: bool) {
+    let mut lobe = [0.0; LANES];
+    if has_specular {
+        for (i, lobe) in lobe.iter_mut().enumerate() {
+            *lobe = specular_lobe(block.n(i), light.l(i), block.v(i), block.k.shininess[i]) as f32;
+        }
+    }
+    for c in 0..3 {
+        for (i, lobe) in lobe.iter().enumerate() {
+            let diffuse = block.k.k_d[c][i] * light.n_dot_l[i];
+            let specular = block.k.k_s[c][i] * lobe;
+            let reflected = light.irradiance[c][i] * (diffuse + specular);
+            // The irradiance is 0 where n·l ≤ 0. There the other factors may be NaN.
+            block.current_light[c][i] = if light.irradiance[c][i] == 0.0 { 0.0 } else { reflected };
+        }
+    }
+}
+
+/// The lecture's specular lobe max(0, n·h)^p of unit vectors n, l and v, with the half vector h = (v + l)/‖v + l‖.
+///
+/// Near n·h = 1, where a narrow lobe needs precision, a dot product has lost its digits. The sine has them: for an h of any
+/// length, (n·h)² = 1 − |n × h|²/|h|². This also saves the square root of the normalisation.
+#[inline(always)]
+pub fn specular_lobe(n: DVec3, l: DVec3, v: DVec3, p: f32) -> f64 {
+    let h = v + l;
+    let h2 = h.length_squared();
+    let sin2 = n.cross(h).length_squared() / h2;
+    // max(0, n·h): behind the surface the cosine is 0.
+    let one_minus_cos2 = if n.dot(h) > 0.0 { sin2.min(1.0) } else { 1.0 };
+    let lobe = pow_one_minus(one_minus_cos2, 0.5 * f64::from(p));
+    if h2 > 0.0 { lobe } else { 0.0 }
+}
+
+#[cfg(test)]
+mod tests;

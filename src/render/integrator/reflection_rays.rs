@@ -1,0 +1,300 @@
+//! The rays that specular lobes spawn, made for many points at once.
+
+use glam::DVec3;
+
+use crate::integrator::block_lobes::{STRONG_IMPORTANCE, survival_probability};
+use crate::integrator::environment_occlusion::LOOKUP_SHARE;
+use crate::integrator::frame::Frame;
+use crate::integrator::lobe_light::{LightReceiver, LobeLight, LobeRequest};
+use crate::integrator::lobe_samples::{LobeSamples, SampleLobes, SampledLobes};
+use crate::integrator::material::directional_albedo::COAT_F0;
+use crate::integrator::material::ggx::NARROW_ALPHA;
+use crate::integrator::material::ggx_lobe::{LOBE_LANES, Lobe};
+use crate::integrator::paths::{Escape, PathState, PathStates, SecondaryRay, Wave};
+use crate::integrator::sample::{SampleDimension, SampleStream};
+use crate::integrator::shading_batch::ShadingBatch;
+use crate::integrator::surface::soa::{dvec3, vec3};
+use blinn_core::geometry::Rgb;
+
+/// Pixels of fewer samples look up the environment over a lobe once for each sample.
+const MIN_SAMPLES_OF_LOBES: u32 = 4;
+
+/// Rays and requests for light that the points of a batch spawn.
+pub(crate) struct SpawnedRays<'w> {
+    pub wave: &'w mut Wave,
+    pub light: LobeLight,
+}
+
+/// Collects the lobes of a batch that spawn rays. Their rays are made when there are enough of them.
+pub(crate) struct ReflectionRays<'a> {
+    frame: &'a Frame<'a>,
+    states: PathStates<'a>,
+    stream: SampleStream<'a>,
+    facets: PendingLobes,
+    coats: PendingLobes,
+}
+
+/// Lobes of one layer that wait for their rays.
+struct PendingLobes {
+    dimension: SampleDimension,
+    lobes: SampledLobes,
+    rays: [PendingRay; LOBE_LANES],
+    count: usize,
+}
+
+/// A ray without direction.
+#[derive(Clone, Copy)]
+struct PendingRay {
+    /// Index of the point.
+    point: usize,
+    /// Share of the light from the lobe that arrives at the origin of the path's ray.
+    arrives: Rgb,
+    /// The brightest channel of `arrives`, times the importance of the path.
+    importance: f32,
+    /// Probability with which the lobe spawns a ray.
+    survival: f32,
+}
+
+impl PendingRay {
+    const NONE: PendingRay = PendingRay { point: 0, arrives: Rgb::ZERO, importance: 0.0, survival: 1.0 };
+}
+
+impl PendingLobes {
+    fn new(dimension: SampleDimension) -> PendingLobes {
+        PendingLobes { dimension, lobes: SampledLobes::ZERO, rays: [PendingRay::NONE; LOBE_LANES], count: 0 }
+    }
+}
+
+/// A specular layer of a point.
+struct ReflectingLayer {
+    /// Share of the light from the lobe that is reflected.
+    k_r: Rgb,
+    /// Share of the environment that reaches the lobe where no ray is traced.
+    occlusion: f32,
+    /// GGX α of the material.
+    alpha: f32,
+    lobe: Lobe,
+}
+
+impl<'a> ReflectionRays<'a> {
+    pub fn new(frame: &'a Frame<'a>, states: PathStates<'a>, stream: SampleStream<'a>) -> ReflectionRays<'a> {
+        ReflectionRays {
+            frame,
+            states,
+            stream,
+            facets: PendingLobes::new(SampleDimension::Reflection),
+            coats: PendingLobes::new(SampleDimension::Coat),
+        }
+    }
+
+    /// Spawns the rays of the microfacets and of the coat of point `i`, and requests the environment's light where none is
+    /// needed. `throughput` is the share of the point's light that arrives at the origin of the path's ray.
+    pub fn spawn(&mut self, batch: &ShadingBatch, i: usize, throughput: Rgb, spawned: &mut SpawnedRays) {
+        let (block, lane) = batch.soa.lane(i);
+        let layers = block.k.layers.get(lane);
+        let lobe = |alpha: f32, f0: f32| Lobe {
+            n: block.n(lane),
+            v: block.v(lane),
+            alpha: f64::from(alpha),
+            f0: f64::from(f0),
+        };
+        let microfacets = ReflectingLayer {
+            k_r: vec3(&block.k_r, lane),
+            occlusion: layers.occlusion,
+            alpha: layers.alpha,
+            lobe: lobe(block.lobe_alpha[lane], layers.mean_f0()),
+        };
+        let coat = ReflectingLayer {
+            k_r: Rgb::splat(block.k_r_coat[lane]),
+            occlusion: 1.0,
+            alpha: layers.coat_alpha,
+            lobe: lobe(block.coat_alpha[lane], COAT_F0),
+        };
+        let n_g = dvec3(&block.n_g, lane);
+        if let Some(ray) = self.pending_ray(batch, i, throughput, &microfacets, false, spawned) {
+            self.facets.push(&microfacets.lobe, n_g, ray);
+        }
+        if let Some(ray) = self.pending_ray(batch, i, throughput, &coat, true, spawned) {
+            self.coats.push(&coat.lobe, n_g, ray);
+        }
+        if self.facets.is_full() || self.coats.is_full() {
+            self.make_rays(batch, spawned);
+        }
+    }
+
+    /// Makes the rays of all lobes that wait.
+    pub fn make_rays(&mut self, batch: &ShadingBatch, spawned: &mut SpawnedRays) {
+        let ReflectionRays { frame, states, stream, .. } = *self;
+        for lobes in [&mut self.facets, &mut self.coats] {
+            lobes.make_rays(&RayMaker { frame, states, stream, batch }, spawned);
+        }
+    }
+
+    /// The ray of a lobe, if it spawns one. A strong lobe that does not requests the environment's light.
+    fn pending_ray(
+        &self,
+        batch: &ShadingBatch,
+        point: usize,
+        throughput: Rgb,
+        layer: &ReflectingLayer,
+        is_coat: bool,
+        spawned: &mut SpawnedRays,
+    ) -> Option<PendingRay> {
+        let &ReflectingLayer { k_r, alpha, lobe, .. } = layer;
+        if k_r == Rgb::ZERO {
+            return None;
+        }
+        let path = batch.points[point].path;
+        let arrives = throughput * k_r;
+        let importance = self.states.importance(path) * arrives.max_element();
+        let is_narrow = alpha <= NARROW_ALPHA;
+        let survival =
+            survival_probability(importance, is_narrow, self.stream.wave, self.frame.occludes_environment());
+        if !self.states.may_reflect(path) || survival == 0.0 {
+            // The light of weak lobes has been added for the whole block.
+            if !(importance < STRONG_IMPORTANCE) && self.frame.environment.is_some() {
+                let weight = k_r * layer.occlusion;
+                let request = LobeRequest { lobe, receiver: LightReceiver::Point(point), weight };
+                spawned.light.integrate(request, self.stream.samples[path].index);
+            }
+            return None;
+        }
+        if survival < 1.0 {
+            let u = self.stream.get_2d(path, SampleDimension::Roulette)[usize::from(is_coat)];
+            if u >= survival {
+                return None;
+            }
+        }
+        Some(PendingRay { point, arrives, importance, survival })
+    }
+}
+
+impl PendingLobes {
+    fn is_full(&self) -> bool {
+        self.count == LOBE_LANES
+    }
+
+    fn push(&mut self, lobe: &Lobe, n_g: DVec3, ray: PendingRay) {
+        // The remainder lets the compiler drop the bounds checks.
+        let lane = self.count % LOBE_LANES;
+        self.lobes.set(lane, lobe, n_g);
+        self.rays[lane] = ray;
+        self.count += 1;
+    }
+
+    /// Makes the rays of all lobes, and removes them.
+    fn make_rays(&mut self, maker: &RayMaker, spawned: &mut SpawnedRays) {
+        let rays = &self.rays[..self.count];
+        self.count = 0;
+        if rays.is_empty() {
+            return;
+        }
+        let samples = maker.sample(&self.lobes, rays, self.dimension);
+        for (lane, ray) in rays.iter().enumerate() {
+            maker.push(&self.lobes.get(lane), ray, &samples, lane, spawned);
+        }
+    }
+}
+
+/// The frame, the paths and the points that rays of lobes are made from.
+struct RayMaker<'a, 's> {
+    frame: &'a Frame<'a>,
+    states: PathStates<'a>,
+    stream: SampleStream<'a>,
+    batch: &'a ShadingBatch<'s>,
+}
+
+impl RayMaker<'_, '_> {
+    fn path(&self, ray: &PendingRay) -> usize {
+        self.batch.points[ray.point].path
+    }
+
+    /// Samples a direction of each lobe.
+    fn sample(&self, lobes: &SampledLobes, rays: &[PendingRay], dimension: SampleDimension) -> LobeSamples {
+        let mut positions = [None; LOBE_LANES];
+        for (position, ray) in positions.iter_mut().zip(rays) {
+            *position = self.stream.sequence_position(self.path(ray), 1);
+        }
+        let simd = self.frame.simd();
+        let alone = |i: usize| self.stream.get_2d(self.path(&rays[i]), dimension);
+        let u = self.stream.points_of_lanes(simd, dimension, &positions, rays.len(), alone);
+        let mut samples = LobeSamples::ZERO;
+        simd.run(SampleLobes {
+            lobes,
+            u: &u,
+            count: self.stream.sampler.count,
+            environment: self.frame.environment.as_ref(),
+            has_filtered_light: rays.iter().any(|ray| ray.survival < 1.0),
+            samples: &mut samples,
+        });
+        samples
+    }
+
+    /// Adds the ray of a lobe in the direction of its sample.
+    fn push(
+        &self,
+        lobe: &Lobe,
+        ray: &PendingRay,
+        samples: &LobeSamples,
+        lane: usize,
+        spawned: &mut SpawnedRays,
+    ) {
+        let &PendingRay { point, importance, survival, .. } = ray;
+        // The ray stands for those that do not survive.
+        let arrives = ray.arrives / survival;
+        let path = self.path(ray);
+        let Some(state) = self.states.get(path) else { return };
+        let (block, block_lane) = self.batch.soa.lane(point);
+        let direction = samples.direction(lane);
+        let weight = samples.weight[lane];
+        let environment = self.frame.environment.as_ref();
+        let is_uniform = environment.is_some_and(|e| e.as_uniform().is_some());
+        // Surfaces seen in a weak lobe count at most as much as the environment that they hide: a light would be a white dot.
+        let max_light = match environment {
+            Some(_) if survival < 1.0 => (samples.filtered_light[lane] * arrives * weight).max_element(),
+            _ => f32::INFINITY,
+        };
+        let (origin, source) = self.batch.offset_origin(point, direction);
+        let solid_angle = samples.solid_angle[lane] * LOOKUP_SHARE as f32;
+        let state = PathState {
+            origin,
+            width: state.width_at(vec3(&block.p, block_lane)),
+            spread: state.spread + 2.0 * block.normal_change(block_lane) + solid_angle.sqrt(),
+            importance: importance / survival,
+            reflections_left: state.reflections_left - 1,
+            ..state
+        };
+        // Under a uniform environment, the weights of escaping rays have no noise already.
+        if environment.is_some() && !is_uniform {
+            let receiver = LightReceiver::Ray(spawned.wave.rays.len());
+            let request = LobeRequest { lobe: *lobe, receiver, weight: arrives };
+            self.request_unoccluded(request, path, importance, &mut spawned.light);
+        }
+        let ray = SecondaryRay {
+            parent: path,
+            weight: arrives * weight,
+            // The mean of the weight is 1.
+            escape_weight: if is_uniform { arrives } else { arrives * weight },
+            max_light,
+            escape: Escape::Radiance(samples.sharp_light[lane]),
+            // Set when the light of all lobes is computed.
+            unoccluded: None,
+            direction: direction.as_vec3(),
+            source,
+            state,
+        };
+        spawned.wave.push(ray, self.stream.samples[path]);
+    }
+
+    /// Requests the light of the environment over the lobe of a ray that is traced, if nothing hid it.
+    fn request_unoccluded(&self, request: LobeRequest, path: usize, importance: f32, light: &mut LobeLight) {
+        // Alone, a sample would need many directions.
+        let is_alone = self.stream.wave > 0 || self.stream.sampler.count < MIN_SAMPLES_OF_LOBES;
+        // The error of a single lookup is not seen in a weak lobe.
+        if is_alone || importance < STRONG_IMPORTANCE {
+            light.look_up(request);
+        } else {
+            light.integrate(request, self.stream.samples[path].index);
+        }
+    }
+}

@@ -1,0 +1,287 @@
+//! The rays that reflecting and refracting surfaces spawn.
+//!
+//! A strong or narrow lobe spawns one ray for each path. Where it hits a surface, that surface's light counts; where it
+//! escapes, the light of the environment does, prefiltered over the part of the lobe that the ray stands for. Lobes that
+//! are both weak and wide spawn none: they reflect the environment's light averaged over the whole lobe. With ambient
+//! occlusion they spawn rays as well, for some of the paths.
+//!
+//! A body of glass spawns a reflected and a refracted ray, with the exact Fresnel equations.
+
+use std::f32::consts::PI;
+
+use glam::{DVec3, Vec3};
+
+use crate::integrator::block_lobes::BlockLobes;
+use crate::integrator::compositor::Compositor;
+use crate::integrator::environment_occlusion::LOOKUP_SHARE;
+use crate::integrator::frame::Frame;
+use crate::integrator::lobe_light::{LightReceiver, LobeLight};
+use crate::integrator::lobe_samples::mirrored_to_side;
+use crate::integrator::material::coefficients::Coefficients;
+use crate::integrator::material::fresnel::fresnel_dielectric;
+use crate::integrator::material::ggx::SMOOTH_GLASS_ALPHA;
+use crate::integrator::material::ggx_lobe::Lobe;
+use crate::integrator::media::{Crossing, MediumStack};
+use crate::integrator::paths::{Escape, PathState, PathStates, SecondaryRay, Wave};
+use crate::integrator::reflection_rays::{ReflectionRays, SpawnedRays};
+use crate::integrator::sample::{SampleDimension, SampleStream};
+use crate::integrator::shading_batch::ShadingBatch;
+use crate::integrator::surface::soa::{LANES, dvec3, set3, vec3};
+use blinn_core::geometry::Rgb;
+
+/// Russian roulette: rays of glass that eye rays hit are spawned with a probability in proportion to their importance if it
+/// is smaller, and count more instead.
+const FIRST_ROULETTE_IMPORTANCE: f32 = 0.04;
+/// The same for glass that secondary rays hit.
+const ROULETTE_IMPORTANCE: f32 = 0.1;
+
+/// A point of a path on the surface of a body that refracts light.
+struct PathVertex<'a, 's> {
+    frame: &'a Frame<'a>,
+    batch: &'a ShadingBatch<'s>,
+    stream: SampleStream<'a>,
+    /// Index of the point in the batch.
+    i: usize,
+    k: Coefficients,
+    state: PathState,
+    /// Share of the point's light that arrives at the origin of the path's ray.
+    throughput: Rgb,
+    p: Vec3,
+    n: DVec3,
+    n_g: DVec3,
+    v: DVec3,
+    /// Change of the normal across the ray cone.
+    normal_change: f32,
+}
+
+/// Spawns the rays of the points of a batch, before the batch is composited. Where no ray is needed, the environment's light
+/// is added to the points.
+pub(crate) fn spawn_rays(
+    frame: &Frame,
+    compositor: &Compositor,
+    batch: &mut ShadingBatch,
+    stream: SampleStream,
+    wave: &mut Wave,
+) {
+    let states = compositor.rays.states;
+    if matches!(states, PathStates::Unused) {
+        return;
+    }
+    let mut spawned = SpawnedRays { wave, light: LobeLight::new(stream.sampler.count) };
+    let mut reflections = ReflectionRays::new(frame, states, stream);
+    for first in (0..batch.points.len()).step_by(LANES) {
+        let lobes = BlockLobes::classify(frame, compositor, batch, first, stream.wave);
+        if let Some(environment) = &frame.environment {
+            let (block, _) = batch.soa.lane_mut(first);
+            lobes.add_looked_up_light(frame.simd(), environment, block);
+        }
+        let mut spawning = lobes.spawning;
+        while spawning != 0 {
+            let i = first + spawning.trailing_zeros() as usize;
+            spawning &= spawning - 1;
+            let throughput = compositor.throughput(batch, i);
+            if !frame.refracts(batch.points[i].id, &batch.coefficients(i)) {
+                reflections.spawn(batch, i, throughput, &mut spawned);
+                continue;
+            }
+            let Some(state) = states.get(batch.points[i].path) else { continue };
+            let vertex = PathVertex::new(frame, batch, stream, i, state, throughput);
+            let environment_light = vertex.spawn_at_dielectric(spawned.wave);
+            add_radiance(batch, i, environment_light);
+        }
+    }
+    reflections.make_rays(batch, &mut spawned);
+    if let Some(environment) = &frame.environment {
+        let SpawnedRays { wave, light } = spawned;
+        light.compute(frame.simd(), environment, |receiver, light| match receiver {
+            LightReceiver::Point(i) => add_radiance(batch, i, light),
+            LightReceiver::Ray(i) => wave.rays[i].unoccluded = Some(light),
+        });
+    }
+}
+
+fn add_radiance(batch: &mut ShadingBatch, i: usize, light: Rgb) {
+    let (block, lane) = batch.soa.lane_mut(i);
+    let radiance = vec3(&block.radiance, lane) + light;
+    set3(&mut block.radiance, lane, radiance.to_array());
+}
+
+/// A ray that leaves the surface of a body.
+struct DielectricRay {
+    /// Unit direction.
+    direction: DVec3,
+    /// Factor from this ray's radiance to that of the point.
+    weight: Rgb,
+    /// True for a ray that passes through the surface.
+    is_refracted: bool,
+    media: MediumStack,
+    /// Growth of the ray cone per metre.
+    spread: f32,
+}
+
+impl<'a, 's> PathVertex<'a, 's> {
+    fn new(
+        frame: &'a Frame<'a>,
+        batch: &'a ShadingBatch<'s>,
+        stream: SampleStream<'a>,
+        i: usize,
+        state: PathState,
+        throughput: Rgb,
+    ) -> PathVertex<'a, 's> {
+        let (block, lane) = batch.soa.lane(i);
+        PathVertex {
+            frame,
+            batch,
+            stream,
+            i,
+            k: batch.coefficients(i),
+            state,
+            throughput,
+            p: vec3(&block.p, lane),
+            n: block.n(lane),
+            n_g: dvec3(&block.n_g, lane),
+            v: block.v(lane),
+            normal_change: block.normal_change(lane),
+        }
+    }
+
+    /// Index of the path.
+    fn path(&self) -> usize {
+        self.batch.points[self.i].path
+    }
+
+    /// The surface of the body that the path crosses.
+    fn medium_crossing(&self) -> Crossing {
+        let id = self.batch.points[self.i].id;
+        // Only the ground has no front, and it is no body.
+        let entering = self.batch.is_front(self.i).unwrap_or(true);
+        self.state.media.cross(self.frame.medium(id), entering)
+    }
+
+    /// Spawns a reflected and a refracted ray. Returns the environment's light in place of rays that are not traced.
+    fn spawn_at_dielectric(&self, wave: &mut Wave) -> Rgb {
+        let crossing = self.medium_crossing();
+        let eta = crossing.eta;
+        let m = self.sample_microfacet_normal();
+        let cos = self.v.dot(m).clamp(0.0, 1.0);
+        let reflectance = if eta == 1.0 {
+            0.0
+        } else {
+            (fresnel_dielectric(cos, eta) as f32) * self.k.layers.dielectric_f90.min(1.0)
+        };
+        // The change of the normal across the ray cone, and of the microfacets' normals.
+        let share = LOOKUP_SHARE as f32 / self.stream.sampler.count.max(1) as f32;
+        let normal_change = self.normal_change + self.k.layers.alpha * (PI * share).sqrt();
+        let [u_reflected, u_refracted] = self.stream.get_2d(self.path(), SampleDimension::Roulette);
+        let reflected = DielectricRay {
+            direction: m * (2.0 * self.v.dot(m)) - self.v,
+            weight: Rgb::splat(reflectance),
+            is_refracted: false,
+            media: self.state.media,
+            spread: self.state.spread + 2.0 * normal_change,
+        };
+        let mut environment_light = self.spawn_dielectric_ray(&reflected, u_reflected, wave);
+        if reflectance < 1.0 {
+            let refracted = DielectricRay {
+                direction: refract(self.v, m, cos, eta),
+                weight: self.k.surface_tint() * (self.k.transmission_weight * (1.0 - reflectance)),
+                is_refracted: true,
+                media: crossing.behind,
+                spread: self.state.spread + (eta as f32 - 1.0).abs() * normal_change,
+            };
+            environment_light += self.spawn_dielectric_ray(&refracted, u_refracted, wave);
+        }
+        environment_light
+    }
+
+    /// The normal of a microfacet of glass that is visible from the path; the shading normal of smooth glass.
+    fn sample_microfacet_normal(&self) -> DVec3 {
+        let alpha = self.k.layers.alpha;
+        if alpha < SMOOTH_GLASS_ALPHA {
+            return self.n;
+        }
+        let u = self.stream.get_2d(self.path(), SampleDimension::Reflection).map(f64::from);
+        Lobe { n: self.n, v: self.v, alpha: f64::from(alpha), f0: 1.0 }.sample_normal(u)
+    }
+
+    /// Spawns a ray, or returns the environment's light in its direction instead.
+    fn spawn_dielectric_ray(&self, ray: &DielectricRay, u: f32, wave: &mut Wave) -> Rgb {
+        let &DielectricRay { weight, is_refracted, media, spread, .. } = ray;
+        let arrives = self.throughput * weight;
+        let importance = self.state.importance * arrives.max_element();
+        if !(importance > 0.0) {
+            return Rgb::ZERO;
+        }
+        let side = if is_refracted { -self.n_g } else { self.n_g };
+        // Tilted normals may point rays to the wrong side of the triangle.
+        let direction = mirrored_to_side(ray.direction, side).as_vec3();
+        let environment = self.frame.environment.as_ref();
+        let environment_radiance = || environment.map(|e| e.radiance(direction, spread * spread));
+        if self.state.glass_events_left == 0 {
+            return weight * environment_radiance().unwrap_or(Rgb::ZERO);
+        }
+        let Some(Survivor { weight, importance }) = self.play_roulette(arrives, importance, u) else {
+            return Rgb::ZERO;
+        };
+        let escape = match environment_radiance() {
+            Some(radiance) => Escape::Radiance(radiance),
+            // Without an environment, the background is seen through glass, and nothing in it.
+            None if is_refracted => Escape::Background,
+            None => Escape::Radiance(Rgb::ZERO),
+        };
+        let state = PathState {
+            origin: if is_refracted {
+                self.batch.origin_behind(self.i)
+            } else {
+                self.batch.origin_in_front(self.i)
+            },
+            width: self.state.width_at(self.p),
+            spread,
+            media,
+            importance,
+            glass_events_left: self.state.glass_events_left - 1,
+            ..self.state
+        };
+        let parent = self.path();
+        let ray = SecondaryRay {
+            parent,
+            weight,
+            escape_weight: weight,
+            max_light: f32::INFINITY,
+            escape,
+            unoccluded: None,
+            direction,
+            source: self.batch.points[self.i].id,
+            state,
+        };
+        wave.push(ray, self.stream.samples[parent]);
+        Rgb::ZERO
+    }
+
+    /// Russian roulette with a random number `u`: `None` ends the ray.
+    fn play_roulette(&self, weight: Rgb, importance: f32, u: f32) -> Option<Survivor> {
+        let threshold = if self.stream.wave == 0 { FIRST_ROULETTE_IMPORTANCE } else { ROULETTE_IMPORTANCE };
+        if !(importance < threshold) {
+            return Some(Survivor { weight, importance });
+        }
+        let survival = importance / threshold;
+        (u < survival).then(|| Survivor { weight: weight / survival, importance: threshold })
+    }
+}
+
+/// A ray that Russian roulette has left, with the weight and the importance that make up for the others.
+struct Survivor {
+    weight: Rgb,
+    importance: f32,
+}
+
+/// The direction of the ray from direction `v` that is refracted at a surface of normal `m`, by Snell's law. `cos` is v·m,
+/// and `eta` the index of refraction behind the surface over that in front of it.
+fn refract(v: DVec3, m: DVec3, cos: f64, eta: f64) -> DVec3 {
+    let cos2_t = 1.0 - (1.0 - cos * cos) / (eta * eta);
+    let cos_t = cos2_t.max(0.0).sqrt();
+    (m * (cos / eta - cos_t) - v / eta).normalize_or(-v)
+}
+
+#[cfg(test)]
+mod tests;

@@ -1,0 +1,72 @@
+//! From a frame to pixels: the film is cut into tiles, which all threads share.
+//!
+//! The pixels do not depend on the number of threads or the size of tiles: a pixel's samples depend on the pixel alone, and
+//! are added in the order of their indices.
+#![deny(unsafe_code)]
+#![warn(missing_docs)]
+
+mod adaptive;
+mod aov_layers;
+pub mod display;
+mod film;
+mod filter;
+pub mod integrator;
+mod mask_outlines;
+mod mattes;
+mod memory;
+mod meter;
+mod object_masks;
+mod pixel_mask;
+mod progress;
+mod sample_generator;
+mod settings;
+mod surface_tracks;
+mod tiles;
+
+use crate::integrator::{Frame, Integrator};
+
+pub use crate::integrator::{LowDiscrepancySampler, Sampler};
+pub use aov_layers::{render_aovs, render_moving_aovs};
+pub use blinn_core::cancellation::Cancelled;
+pub use film::{AovLayer, Film, PixelRect, Pixels, TileBuffer};
+pub use filter::{FilterSampler, PixelFilter};
+pub use mattes::{MATTE_RANKS, Matte, render_mattes};
+pub use memory::RenderMemory;
+pub use meter::{METER_WIDTH, MID_GREY, Metering, meter};
+pub use object_masks::{ObjectMask, render_object_masks};
+pub use pixel_mask::{MaskRect, PixelMask};
+pub use progress::ProgressMonitor;
+pub use settings::{AdaptiveSampling, RenderSettings};
+pub use surface_tracks::{SurfaceTrack, trace_surface_tracks};
+
+/// Renders a picture: linear RGB premultiplied by alpha, without background, row 0 on top.
+///
+/// # Errors
+/// [`Cancelled`] if `monitor` cancels.
+pub fn render(
+    frame: &Frame,
+    integrator: &dyn Integrator,
+    settings: &RenderSettings,
+    monitor: &dyn ProgressMonitor,
+) -> Result<Pixels, Cancelled> {
+    render_with_memory(&RenderMemory::default(), frame, integrator, settings, monitor)
+}
+
+/// Renders a picture as [`render`] does, in the memory of earlier ones.
+///
+/// # Errors
+/// [`Cancelled`] if `monitor` cancels.
+pub fn render_with_memory(
+    memory: &RenderMemory,
+    frame: &Frame,
+    integrator: &dyn Integrator,
+    settings: &RenderSettings,
+    monitor: &dyn ProgressMonitor,
+) -> Result<Pixels, Cancelled> {
+    match settings.adaptive {
+        Some(adaptive) if settings.samples > adaptive::FIRST_SAMPLES => {
+            adaptive::render_adaptive(memory, frame, integrator, settings, adaptive, monitor)
+        }
+        _ => tiles::render_uniform(memory, frame, integrator, settings, monitor),
+    }
+}

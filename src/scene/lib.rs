@@ -1,0 +1,142 @@
+//! The scene as plain data: immutable, flat arrays indexed by `u32` ids, in the file's local frames.
+//!
+//! The scene knows no files, no BVHs and no pixels. [`pose`] evaluates it at a time and gives a
+//! [`PosedScene`].
+//!
+//! Lengths are metres, angles radians, colours linear RGB (Rec. 709). The world is right-handed with
+//! +Y up.
+#![deny(unsafe_code)]
+#![warn(missing_docs)]
+
+mod animation;
+mod base_view;
+mod camera;
+mod environment;
+mod file_camera;
+mod file_digest;
+mod framing;
+mod ground;
+mod light;
+mod light_units;
+mod lighting;
+mod material;
+mod memory_size;
+mod mesh;
+mod node;
+mod normalization;
+mod opaque_triangles;
+mod resolve_view;
+mod rig;
+mod select;
+mod skin;
+
+mod source;
+mod spot_cone;
+mod standard_view;
+mod texture;
+mod turntable;
+mod view;
+mod view_rect;
+mod view_sampling;
+
+pub use animation::animated_properties::{CameraProperty, LightProperty, MaterialProperty, TextureSlot};
+pub use animation::bounds_cache::ClipBoundsCache;
+pub use animation::keyframes::{Animation, Channel, ChannelTarget, Interpolation, Keyframes};
+pub use animation::object_space::{ObjectSpace, ObjectSpaces};
+pub use animation::playback::{AnimationChoice, PoseError, active_animations, clip_duration};
+pub use animation::pose::{PoseSettings, pose};
+pub use animation::posed_scene::{PosedInstance, PosedScene};
+pub use camera::{Camera, ClipPlanes, Projection};
+pub use environment::{CubeMap, Environment, Panorama, SkyIrradiance};
+pub use file_camera::{FileCamera, FileProjection, SensorFit};
+pub use file_digest::FileDigest;
+pub use file_digest::HashingReader;
+pub use framing::{DEFAULT_VIEW_DIR, DEFAULT_YFOV};
+pub use ground::{Ground, GroundKind};
+pub use light::{Light, LightEval, LightKind, LightSample, LocalLight, PosedLight, PosedLightKind};
+pub use light_units::LightUnits;
+pub use lighting::{LightSet, Lighting, ResolvedLighting, UserLight};
+pub use material::{
+    AlphaMode, Clearcoat, ColorInput, Dielectric, Material, MtlReflectance, NormalMap, Reflectance,
+    Reflection, ScalarInput, SurfaceClass, Volume,
+};
+pub use mesh::{DeformedMesh, GeneratedFrames, Influences, Mesh, MorphTarget};
+pub use node::unit_quaternion;
+pub use node::{Instance, LocalTransform, Node, PackedTrs};
+pub use normalization::{Normalization, UnitShape};
+pub use opaque_triangles::OpaqueTriangles;
+pub use resolve_view::ViewNotes;
+pub use rig::{Rig, headlight, studio_before, three_point};
+pub use select::{Glob, NoMatch, Selection};
+pub use skin::Skin;
+pub use source::{Source, SourceFile, SourceFormat};
+pub use spot_cone::SpotCone;
+pub use standard_view::StandardView;
+pub use texture::anisotropic::Footprint;
+pub use texture::batch::SampleCoords;
+pub use texture::image::Image;
+pub use texture::mips::MipMaps;
+pub use texture::sampling::{Texture, TextureFilter, TextureRef};
+pub use texture::srgb::{linear_to_srgb, linear_to_srgb8, srgb_to_linear};
+pub use texture::texels::{Channels, TexelSemantics, Texels, TextureChannel};
+pub use texture::uv_transform::UvTransform;
+pub use texture::wrap::Wrap;
+pub use turntable::AxisRotation;
+pub use view::{Orbit, OrbitAngles, View, ViewError};
+pub use view_rect::{Intrinsics, ViewRect};
+pub use view_sampling::{
+    DEFAULT_BASELINE, DistanceRange, LightRotation, SampledDistance, SampledView, StereoEye, ViewLayout,
+    ViewSampling, icosphere,
+};
+
+/// A scene as its file describes it. Ids are indices into the arrays.
+#[derive(Clone, Debug, Default)]
+pub struct Scene {
+    /// File name without folder and extension.
+    pub name: String,
+    /// Format, generator and files.
+    pub source: Source,
+    /// Nodes in depth-first order: parents before children.
+    pub nodes: Vec<Node>,
+    /// Triangle meshes with one material each. Instances share them.
+    pub meshes: Vec<Mesh>,
+    /// Meshes drawn at nodes.
+    pub instances: Vec<Instance>,
+    /// Object names. [`Instance::object`] counts them from 1.
+    pub objects: Vec<String>,
+    /// Materials. Every mesh has one.
+    pub materials: Vec<Material>,
+    /// Textures: images with wrap modes and filter.
+    pub textures: Vec<Texture>,
+    /// Decoded images.
+    pub images: Vec<Image>,
+    /// Lights at nodes.
+    pub lights: Vec<Light>,
+    /// The environment that lights the scene.
+    pub environment: Option<Environment>,
+    /// Cameras at nodes, in depth-first order.
+    pub cameras: Vec<FileCamera>,
+    /// Animations.
+    pub animations: Vec<Animation>,
+    /// Skins.
+    pub skins: Vec<Skin>,
+}
+
+impl Scene {
+    /// Returns the number of triangles over all instances.
+    pub fn instanced_triangle_count(&self) -> u64 {
+        self.instances.iter().map(|i| self.meshes[i.mesh as usize].triangles.len() as u64).sum()
+    }
+
+    /// Returns the index of the first camera whose node, or else whose own name, is `name`. If no name
+    /// matches, reads `name` as an index.
+    pub fn find_camera(&self, name: &str) -> Option<usize> {
+        let by_node = |c: &FileCamera| self.nodes[c.node as usize].name == name;
+        let by_own_name = |c: &FileCamera| c.name == name;
+        let cameras = || self.cameras.iter();
+        cameras()
+            .position(by_node)
+            .or_else(|| cameras().position(by_own_name))
+            .or_else(|| name.parse().ok().filter(|&i| i < self.cameras.len()))
+    }
+}
