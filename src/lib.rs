@@ -4,6 +4,41 @@
 //!
 //! # From a file to a picture
 //!
+//! [`Options`] are those of `blinn render`, with the same defaults, and the file has the same bytes.
+//!
+//! ```
+//! use blinn::{Options, Scene};
+//!
+//! # fn main() -> Result<(), blinn::SessionError> {
+//! # let folder = tempfile::tempdir().unwrap();
+//! # let path = folder.path().join("lecture.png");
+//! let scene = Scene::load("models/lecture/lecture.obj")?;
+//! let options = Options { size: Some((64, 36)), samples: 16, ..Options::default() };
+//! let picture = scene.render(&options)?;
+//! picture.save(&path)?;
+//! # Ok(())
+//! # }
+//! ```
+//!
+//! A [`Session`] renders many images of a scene, which share camera, lights, exposure and acceleration structure.
+//! Warnings are [`Notice`]s, of the picture and of the session; those of the file are in [`Scene::warnings`].
+//!
+//! ```
+//! use blinn::{Options, Request, Scene, Session};
+//!
+//! # fn main() -> Result<(), blinn::SessionError> {
+//! let scene = Scene::load("models/figure/figure.glb")?;
+//! let options = Options { size: Some((32, 32)), ..Options::default() };
+//! let mut session = Session::new(&scene, &options)?;
+//! let start = session.image(&Request::default())?;
+//! let later = session.image(&Request { time: 0.5, ..Request::default() })?;
+//! assert_ne!(start.image.pixels, later.image.pixels);
+//! # Ok(())
+//! # }
+//! ```
+//!
+//! # Step by step
+//!
 //! **file → [`Scene`](scene::Scene) → [`PosedScene`](scene::PosedScene) → [`Accel`](accel::Accel) →
 //! [`Pixels`](render::Pixels) → file.** Each step takes the result of the one before, and can be used on
 //! its own.
@@ -128,3 +163,6 @@ pub use blinn_render::{display, integrator};
 pub use blinn_scene as scene;
 #[doc(inline)]
 pub use blinn_session as session;
+
+#[doc(inline)]
+pub use blinn_session::{Notice, Options, Picture, Request, Scene, Session, SessionError};

@@ -5,8 +5,8 @@ use std::time::Instant;
 use crate::calibration::Calibration;
 use crate::cpu_wait::CpuTimes;
 use crate::energy::EnergyMeter;
-use crate::memory;
 use crate::stats::median;
+use blinn_session::memory;
 
 /// Fewest samples per measurement.
 const MIN_SAMPLES: usize = 3;

@@ -21,7 +21,6 @@ mod interleaved_timer;
 mod machine;
 pub mod manifest;
 mod measure;
-pub mod memory;
 pub mod npz;
 mod ray_dump;
 mod rays;

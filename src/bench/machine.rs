@@ -2,9 +2,9 @@
 
 use std::fs;
 
-use super::memory;
 use super::results::Machine;
 use blinn_accel::SimdLevel;
+use blinn_session::memory;
 
 impl Machine {
     /// Describes this machine. Systems other than Linux report defaults for some fields.

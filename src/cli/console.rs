@@ -6,14 +6,16 @@ use std::path::Path;
 
 use anyhow::{Context, Error, Result};
 
+use blinn_session::with_option_names;
+
 /// True for the file name `-`, which stands for standard output.
 pub fn is_stdout(name: &Path) -> bool {
     name == Path::new("-")
 }
 
-/// Writes a line to standard error. Ignores write errors, as they have nowhere to be reported.
+/// Writes a line to standard error, with options as flags. Ignores write errors, as they have nowhere to be reported.
 pub fn eprint_line(line: &str) {
-    let _ = writeln!(stderr().lock(), "{line}");
+    let _ = writeln!(stderr().lock(), "{}", with_flags(line));
 }
 
 /// Reports an error on standard error as one line.
@@ -42,12 +44,20 @@ pub fn single_line(text: &str) -> String {
 
 /// An error with its causes, preceded by the scene's path unless it names that already.
 pub fn scene_error(scene: &Path, error: &Error) -> String {
-    let text = format!("{error:#}");
+    let text = with_flags(&format!("{error:#}"));
     let path = scene.display().to_string();
     if text.contains(&path) { text } else { format!("{path}: {text}") }
 }
 
+/// A message of the library with its options as flags: `` `clip off` `` becomes `--clip off`.
+pub fn with_flags(text: &str) -> String {
+    with_option_names(text, |name, value| match value {
+        Some(value) => format!("--{name} {value}"),
+        None => format!("--{name}"),
+    })
+}
+
 /// The error that a warning becomes with `--strict`.
 pub fn strict_error(warning: impl Display) -> Error {
-    anyhow::anyhow!("{warning} (an error because of --strict)")
+    anyhow::anyhow!("{} (an error because of --strict)", with_flags(&warning.to_string()))
 }

@@ -13,13 +13,10 @@ use super::args::{RenderOptionArgs, SceneArgs};
 use super::render_flags;
 use super::{Host, run_arguments};
 
+use blinn_session::SessionPlan;
+
 pub use super::info::scene_properties;
-pub use super::plan::{BackFaceCulling, PlannedFrame, RenderPlan, camera_name, load_limits, natural_size};
-pub use super::run::empty_images::EmptyImages;
 pub use super::run::panics::{catch as catch_panic, install_hook as install_panic_hook};
-pub use super::run::posed_frame::PosedFrame;
-pub use super::run::progress::{SceneLog, quiet_reporter};
-pub use super::run::session::{RenderSession, RenderedImage};
 
 /// Stands for a scene that is already loaded where the parser needs a path. No file has this name.
 const LOADED_SCENE: &str = "blinn/loaded\u{1}scene";
@@ -46,12 +43,13 @@ fn options(command: Command) -> Options {
     named.map(|(name, action)| (name.into(), Repetition(matches!(action, ArgAction::Append)))).collect()
 }
 
-/// Resolves flags of `blinn render` into a plan. The scenes of the plan mean nothing.
+/// Resolves flags of `blinn render` into what a session renders.
 ///
 /// # Errors
 /// A message for users.
-pub fn parse_render(flags: Vec<OsString>) -> Result<RenderPlan, String> {
-    render_flags::render_plan(flags, Path::new(LOADED_SCENE)).map_err(|error| error.0)
+pub fn parse_render(flags: Vec<OsString>) -> Result<SessionPlan, String> {
+    let plan = render_flags::render_plan(flags, Path::new(LOADED_SCENE));
+    plan.map(|plan| plan.session).map_err(|error| error.0)
 }
 
 /// Runs the program with the given arguments, its name first, inside a process of another program. Returns the exit

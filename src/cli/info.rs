@@ -7,10 +7,9 @@ use anyhow::Result;
 use serde_json::{Map, Value, json};
 
 use super::args::InfoArgs;
-use super::console::{print_error, print_stdout, scene_error, single_line, strict_error};
-use super::plan::{load_limits, load_options, scene_list};
+use super::console::{print_error, print_stdout, scene_error, single_line, strict_error, with_flags};
+use super::plan::{load_options, scene_list};
 use super::run::panics;
-use super::run::posed_frame::ignored_triangles;
 use super::scene_file::load_scene_file;
 use super::summary::Summary;
 use super::usage::UsageError;
@@ -21,6 +20,7 @@ use blinn_scene::pose;
 use blinn_scene::{
     AnimationChoice, FileProjection, PoseSettings, PosedScene, Reflectance, Scene, SourceFormat,
 };
+use blinn_session::{ignored_triangles, load_limits};
 
 /// Properties of a scene by name, in the order in which they are printed.
 type Properties = Map<String, Value>;
@@ -65,7 +65,10 @@ fn read_properties(path: &Path, options: &LoadOptions, args: &InfoArgs) -> Resul
     let report = BuildReport::count_degenerate(&posed);
     let warnings: Vec<Warning> = warnings
         .into_iter()
-        .chain(ignored_triangles(&report).map(|message| Warning { location: String::new(), message }))
+        .chain(
+            ignored_triangles(&report)
+                .map(|notice| Warning { location: String::new(), message: notice.to_string() }),
+        )
         .collect();
     if args.common.strict
         && let Some(warning) = warnings.first()
@@ -106,14 +109,14 @@ fn glass(scene: &Scene, mode: GlassMode) -> Vec<Value> {
 }
 
 fn all_lines(warnings: &[Warning]) -> Vec<String> {
-    warnings.iter().map(ToString::to_string).collect()
+    warnings.iter().map(|warning| with_flags(&warning.to_string())).collect()
 }
 
 /// The first few warnings of each kind, and how many there are beyond.
 fn bounded_lines(warnings: &[Warning]) -> Vec<String> {
     let mut filter = WarningFilter::default();
     let admitted = warnings.iter().filter(|warning| filter.admit(&warning.message));
-    let mut lines: Vec<String> = admitted.map(ToString::to_string).collect();
+    let mut lines: Vec<String> = admitted.map(|warning| with_flags(&warning.to_string())).collect();
     lines.extend(filter.summary("use --json to print all"));
     lines
 }

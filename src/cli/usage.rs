@@ -2,7 +2,8 @@
 
 use std::ffi::OsString;
 
-use super::console::{eprint_line, print_error, single_line};
+use super::console::{eprint_line, print_error, single_line, with_flags};
+use blinn_session::SessionError;
 
 /// Exit code of a wrong command line.
 pub const EXIT_USAGE: u8 = 2;
@@ -10,6 +11,12 @@ pub const EXIT_USAGE: u8 = 2;
 /// A wrong command line: the flag or value, what is wrong with it, and what to do.
 #[derive(Debug)]
 pub struct UsageError(pub String);
+
+impl From<SessionError> for UsageError {
+    fn from(error: SessionError) -> UsageError {
+        UsageError(with_flags(&error.to_string()))
+    }
+}
 
 impl UsageError {
     /// Reports the error and returns the exit code. `argv` tells whether an OpenJD engine listens.

@@ -58,7 +58,7 @@ pub(crate) const MEMORY: &str = "bytes of memory";
 
 /// Returns the flag that raises a limit, as the end of a message.
 fn remedy(name: &str) -> &'static str {
-    if name == MEMORY { "; raise it with --max-memory" } else { "" }
+    if name == MEMORY { "; raise it with `max-memory`" } else { "" }
 }
 
 impl LoadError {

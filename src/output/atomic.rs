@@ -187,7 +187,7 @@ pub(super) fn check_overwrite(path: &Path, overwrite: Overwrite) -> io::Result<(
         && path.exists()
         && matches!(WriteTarget::resolve(path)?, WriteTarget::File(_))
     {
-        return Err(io::Error::new(io::ErrorKind::AlreadyExists, "it exists and --no-overwrite is set"));
+        return Err(io::Error::new(io::ErrorKind::AlreadyExists, "it exists and `no-overwrite` is set"));
     }
     if path.is_dir() {
         return Err(io::Error::new(io::ErrorKind::IsADirectory, "it is a folder"));

@@ -4,6 +4,7 @@
 #![deny(unsafe_code)]
 #![warn(missing_docs)]
 
+#[cfg(feature = "animation")]
 mod animation;
 mod atomic;
 mod canvas;
@@ -30,6 +31,7 @@ mod thumbnail;
 mod webp;
 mod write_target;
 
+#[cfg(feature = "animation")]
 pub use animation::{ANIMATION_QUALITY, AnimationFile, AnimationFormat, AnimationSettings};
 pub use atomic::{Overwrite, block_writes, unnamed_temp_file, write_atomically, write_atomically_with};
 pub use canvas::{Anchor, Canvas, TextStyle};

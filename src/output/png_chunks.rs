@@ -1,5 +1,6 @@
 //! Chunks of PNG and APNG files: length, name, data and CRC (PNG specification, section 5).
 
+#[cfg(feature = "animation")]
 use std::io::{self, Write};
 
 /// The bytes that every PNG starts with.
@@ -18,6 +19,7 @@ pub(super) fn chunks(png: &[u8]) -> impl Iterator<Item = (&[u8; 4], &[u8])> {
 }
 
 /// Writes a chunk with its CRC.
+#[cfg(feature = "animation")]
 pub(super) fn write_chunk(out: &mut dyn Write, name: &[u8; 4], data: &[u8]) -> io::Result<()> {
     let length = u32::try_from(data.len()).map_err(|_| io::ErrorKind::FileTooLarge)?;
     let mut crc = crc32fast::Hasher::new();

@@ -1,5 +1,6 @@
 //! Chunks of RIFF files such as WebP: name, length and data, padded to an even length.
 
+#[cfg(feature = "animation")]
 use std::io::{self, Write};
 
 /// The bytes `RIFF`, the file's length and its type.
@@ -19,6 +20,7 @@ pub(super) fn chunks(file: &[u8]) -> impl Iterator<Item = (&[u8; 4], &[u8])> {
 }
 
 /// Writes a chunk with its padding.
+#[cfg(feature = "animation")]
 pub(super) fn write_chunk(out: &mut dyn Write, name: &[u8; 4], data: &[u8]) -> io::Result<()> {
     let length = u32::try_from(data.len()).map_err(|_| io::ErrorKind::FileTooLarge)?;
     out.write_all(name)?;

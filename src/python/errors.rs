@@ -4,6 +4,7 @@ use pyo3::create_exception;
 use pyo3::exceptions::{PyException, PyUserWarning, PyValueError};
 use pyo3::prelude::*;
 
+use super::log::with_keywords;
 use blinn_import::LoadError;
 
 create_exception!(blinn, Error, PyException, "Base class of all errors of blinn.");
@@ -27,12 +28,13 @@ pub fn register(module: &Bound<'_, PyModule>) -> PyResult<()> {
 
 /// The exception for an error of the importer. A missing file is Python's own FileNotFoundError.
 pub fn load_error(name: &str, error: LoadError) -> PyErr {
+    let message = with_keywords(&error.to_string());
     let text = match &error {
         LoadError::Io { cause, .. } if cause.raw_os_error().is_some() => {
-            return std::io::Error::new(cause.kind(), error.to_string()).into();
+            return std::io::Error::new(cause.kind(), message).into();
         }
-        LoadError::Io { .. } => error.to_string(),
-        _ => format!("{name}: {error}"),
+        LoadError::Io { .. } => message,
+        _ => format!("{name}: {message}"),
     };
     match error {
         LoadError::Limit { .. } => LimitError::new_err(text),
@@ -45,12 +47,12 @@ pub fn load_error(name: &str, error: LoadError) -> PyErr {
 
 /// The exception for a failed render.
 pub fn render_error(error: &anyhow::Error) -> PyErr {
-    RenderError::new_err(format!("{error:#}"))
+    RenderError::new_err(with_keywords(&format!("{error:#}")))
 }
 
 /// A `ValueError`.
 pub fn value_error(text: impl Into<String>) -> PyErr {
-    PyValueError::new_err(text.into())
+    PyValueError::new_err(with_keywords(&text.into()))
 }
 
 /// Number of Python functions between the user's code and this module.
@@ -65,7 +67,7 @@ pub enum CallDepth {
 pub fn warn(py: Python<'_>, scene: &str, warnings: &[String], depth: CallDepth) -> PyResult<()> {
     let category = py.get_type::<SceneWarning>();
     for warning in warnings {
-        let text = std::ffi::CString::new(format!("{scene}: {warning}").replace('\0', " "))?;
+        let text = std::ffi::CString::new(format!("{scene}: {}", with_keywords(warning)).replace('\0', " "))?;
         PyErr::warn(py, &category, &text, depth as i32)?;
     }
     Ok(())

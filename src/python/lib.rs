@@ -17,6 +17,7 @@ mod command;
 mod errors;
 mod info;
 mod loaded;
+mod log;
 mod options;
 mod picture;
 mod pictures;

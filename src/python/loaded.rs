@@ -10,9 +10,9 @@ use super::errors::{CallDepth, load_error, value_error, warn};
 use super::pool;
 use super::posed::PosedCell;
 use super::render_job::ClipStart;
-use blinn_cli::embed::{BackFaceCulling, RenderPlan, load_limits};
 use blinn_import::{GlassMode, LoadOptions, load, load_bytes};
 use blinn_scene::{AnimationChoice, Scene};
+use blinn_session::{BackFaceCulling, SessionPlan, load_limits};
 
 /// Where a scene comes from.
 pub enum SceneInput {
@@ -39,7 +39,7 @@ impl LoadedScene {
         py: Python<'_>,
         input: SceneInput,
         name: PathBuf,
-        plan: &RenderPlan,
+        plan: &SessionPlan,
     ) -> PyResult<LoadedScene> {
         let options = LoadOptions { limits: load_limits(plan.max_memory), ..plan.options.load.clone() };
         let glass = options.glass;
@@ -69,7 +69,7 @@ impl LoadedScene {
     pub fn clip_start(
         &self,
         py: Python<'_>,
-        plan: &RenderPlan,
+        plan: &SessionPlan,
         animation: Option<&str>,
         choice: &AnimationChoice,
     ) -> PyResult<Arc<ClipStart>> {

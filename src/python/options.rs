@@ -7,7 +7,8 @@ use pyo3::prelude::*;
 use pyo3::types::{PyBool, PyDict, PyString};
 
 use super::plan_cache::resolve_plan;
-use blinn_cli::embed::{Options, RenderPlan, Repetition, render_options, scene_options};
+use blinn_cli::embed::{Options, Repetition, render_options, scene_options};
+use blinn_session::SessionPlan;
 
 /// Options of `load` that the command line has among those that decide the pixels.
 const LOAD_ONLY: [&str; 2] = ["hide", "only-objects"];
@@ -55,7 +56,7 @@ pub fn plan(
     set: OptionSet,
     options: Option<&Bound<'_, PyDict>>,
     more: &[(&str, String)],
-) -> PyResult<RenderPlan> {
+) -> PyResult<SessionPlan> {
     let known = set.options();
     let mut argv = Vec::new();
     for (flag, value) in more {

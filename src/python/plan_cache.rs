@@ -8,7 +8,8 @@ use std::time::SystemTime;
 use pyo3::prelude::*;
 
 use super::errors::value_error;
-use blinn_cli::embed::{RenderPlan, parse_render};
+use blinn_cli::embed::parse_render;
+use blinn_session::SessionPlan;
 
 /// Flags, and the files that they name.
 #[derive(Debug, PartialEq)]
@@ -20,10 +21,10 @@ struct PlanKey {
 /// A value that names a file, with the size and time of that file.
 type FileState = (OsString, u64, Option<SystemTime>);
 
-static LAST: Mutex<Option<(PlanKey, RenderPlan)>> = Mutex::new(None);
+static LAST: Mutex<Option<(PlanKey, SessionPlan)>> = Mutex::new(None);
 
 /// Resolves flags into a plan, or returns that of the last call if flags and files are the same.
-pub fn resolve_plan(flags: Vec<OsString>) -> PyResult<RenderPlan> {
+pub fn resolve_plan(flags: Vec<OsString>) -> PyResult<SessionPlan> {
     let files = flags.iter().filter_map(|flag| file_state(flag)).collect();
     let key = PlanKey { flags, files };
     let mut last = LAST.lock().unwrap_or_else(|e| e.into_inner());

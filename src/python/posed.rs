@@ -5,8 +5,8 @@ use std::sync::Arc;
 use anyhow::Result;
 
 use blinn_accel::{Accel, AccelSettings};
-use blinn_cli::embed::PosedFrame;
 use blinn_scene::{AnimationChoice, PoseSettings, Scene, pose};
+use blinn_session::PosedFrame;
 
 self_cell::self_cell!(
     /// A scene that owns its pose.

@@ -9,9 +9,9 @@ use rayon::prelude::*;
 
 use super::ray_order::coherent_order;
 use blinn_accel::{Accel, Coherence, HitFilter, RayBatch, ShadowRayBatch};
-use blinn_cli::embed::PosedFrame;
 use blinn_core::geometry::{Hit, HitId, Ray};
 use blinn_render::integrator::{MaterialHitFilter, barycentrics};
+use blinn_session::PosedFrame;
 
 /// Rays that one task traces.
 const TASK_RAYS: usize = 1 << 12;

@@ -10,15 +10,17 @@ use rayon::ThreadPool;
 use rayon::prelude::*;
 
 use super::camera::PyCamera;
+use super::log::WarningLog;
 use super::posed::PosedCell;
 use blinn_accel::Accel;
-use blinn_cli::embed::{
-    EmptyImages, PlannedFrame, PosedFrame, RenderPlan, RenderSession, RenderedImage, SceneLog, quiet_reporter,
-};
 use blinn_core::cancellation::CancelToken;
 use blinn_output::Picture;
 use blinn_render::ProgressMonitor;
 use blinn_scene::{Scene, View};
+use blinn_session::{
+    EmptyImages, PlannedFrame, PosedFrame, RenderedImage, SceneRenderer, SessionError, SessionLog,
+    SessionPlan,
+};
 
 /// Pixels of pictures that are rendered at the same time. Larger pictures keep all threads busy alone.
 const CONCURRENT_PIXELS: u64 = 1 << 20;
@@ -65,7 +67,7 @@ pub struct RenderJob {
     pub start: Arc<ClipStart>,
     /// The scene's path or name.
     pub name: PathBuf,
-    pub plan: RenderPlan,
+    pub plan: SessionPlan,
     /// A picture for each; `None` stands for the view of the plan.
     pub cameras: Vec<Option<PyCamera>>,
     /// In seconds.
@@ -126,17 +128,16 @@ impl RenderJob {
             let complete = Some(camera.resolve(self.plan.options.size_for(scene)));
             self.plan.options.view = View { complete, ..View::default() };
         }
-        let reporter = quiet_reporter();
-        let log = SceneLog::new(&reporter, &self.name, self.plan.strict).collecting();
+        let log = WarningLog::default();
         let outcome = self.render(scene, &log, pool, monitor, sender);
-        let _ = sender.send(Message::Warnings(log.finish()));
+        let _ = sender.send(Message::Warnings(log.into_warnings()));
         outcome
     }
 
     fn render(
         &self,
         scene: &Scene,
-        log: &SceneLog,
+        log: &WarningLog,
         pool: &ThreadPool,
         monitor: &JobMonitor,
         sender: &SyncSender<Message>,
@@ -144,7 +145,7 @@ impl RenderJob {
         let (session, frame) = pool.install(|| -> Result<_> {
             let mut start = self.start.frame();
             let session =
-                RenderSession::from_start(&self.plan, scene, log, &mut start, &CancelToken::default())?;
+                SceneRenderer::from_start(&self.plan, scene, log, &mut start, &CancelToken::default())?;
             let frame = session.setup.frame_at(self.time, start)?;
             Ok((session, frame))
         })?;
@@ -162,7 +163,7 @@ impl RenderJob {
         let concurrent =
             (CONCURRENT_PIXELS / session.pixels().max(1)).clamp(1, pool.current_num_threads() as u64);
         for cameras in self.cameras.chunks(concurrent as usize) {
-            let images: Vec<Result<RenderedImage>> =
+            let images: Vec<Result<RenderedImage, SessionError>> =
                 pool.install(|| cameras.par_iter().map(render).collect());
             for image in images {
                 let RenderedImage { picture, empty, .. } = image?;
@@ -174,8 +175,8 @@ impl RenderJob {
                 sender.send(Message::Picture(Box::new(picture))).map_err(|_| anyhow!("cancelled"))?;
             }
         }
-        if let Some(text) = empty_images.message(self.cameras.len()) {
-            log.warn(&text)?;
+        if let Some(notice) = empty_images.summary(self.cameras.len()) {
+            log.warn(notice)?;
         }
         self.start.keep(frame);
         Ok(())

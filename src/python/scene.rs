@@ -20,8 +20,9 @@ use super::pool;
 use super::posed::PosedCell;
 use super::rays;
 use super::render_job::RenderJob;
-use blinn_cli::embed::{RenderPlan, camera_name, natural_size, scene_properties};
+use blinn_cli::embed::scene_properties;
 use blinn_scene::{AnimationChoice, Scene, View, clip_duration};
+use blinn_session::{SessionPlan, camera_name, natural_size};
 
 /// A scene, at a time in seconds.
 #[pyclass(name = "Scene", module = "blinn", frozen)]
@@ -44,7 +45,7 @@ impl PyScene {
         &self.loaded.scene
     }
 
-    fn choice(&self, plan: &RenderPlan) -> PyResult<AnimationChoice> {
+    fn choice(&self, plan: &SessionPlan) -> PyResult<AnimationChoice> {
         plan.options.animation(self.scene()).map_err(|e| value_error(e.to_string()))
     }
 

@@ -95,23 +95,23 @@ impl View {
             }
             _ => Ok(()),
         };
-        positive("--proj-distance", self.proj_distance)?;
-        positive("--view-width", self.view_width)?;
-        positive("--view-height", self.view_height)?;
-        positive("--zoom", self.zoom)?;
+        positive("`proj-distance`", self.proj_distance)?;
+        positive("`view-width`", self.view_width)?;
+        positive("`view-height`", self.view_height)?;
+        positive("`zoom`", self.zoom)?;
         if let Some(k) = self.intrinsics {
-            positive("the FX of --intrinsics", Some(k.fx))?;
-            positive("the FY of --intrinsics", Some(k.fy))?;
+            positive("the FX of `intrinsics`", Some(k.fx))?;
+            positive("the FY of `intrinsics`", Some(k.fy))?;
         }
         if let Some(rect) = self.view_rect.filter(|rect| !rect.is_valid()) {
             return Err(ViewError::EmptyViewRect(rect));
         }
-        positive("the distance of --orbit", self.orbit.and_then(|o| o.distance))?;
+        positive("the distance of `orbit`", self.orbit.and_then(|o| o.distance))?;
         if let Some(yfov) = self.yfov
             && !(yfov > 0.0 && yfov < std::f64::consts::PI)
         {
             let value = yfov.to_degrees();
-            return Err(ViewError::OutOfRange { what: "--yfov", rule: "between 0 and 180 degrees", value });
+            return Err(ViewError::OutOfRange { what: "`yfov`", rule: "between 0 and 180 degrees", value });
         }
         Ok(())
     }
@@ -126,7 +126,7 @@ impl View {
             None if self.view_point.is_some() => "from the given view point".into(),
             None => "the whole scene, framed".into(),
         };
-        if self.orbit.is_some() { format!("{base}, from --orbit") } else { base }
+        if self.orbit.is_some() { format!("{base}, from `orbit`") } else { base }
     }
 
     /// Returns the view rectangle without intrinsics. A given width or height alone keeps pixels square.

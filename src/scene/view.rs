@@ -11,7 +11,7 @@ pub enum ViewError {
     #[error("the file has no camera '{0}'; its cameras are: {1}")]
     NoCamera(String, String),
     /// `view_up` is parallel to the view direction.
-    #[error("view up {up} is parallel to the view direction {dir}; set another --view-up")]
+    #[error("view up {up} is parallel to the view direction {dir}; set another `view-up`")]
     ParallelUp {
         /// The up vector.
         up: String,
@@ -23,16 +23,16 @@ pub enum ViewError {
     NoDirection(String),
     /// A camera of the file has no view direction.
     #[error(
-        "the file's camera '{0}' has no view direction: its node or a parent has scale 0; set --view-dir"
+        "the file's camera '{0}' has no view direction: its node or a parent has scale 0; set `view-dir`"
     )]
     DegenerateFileCamera(String),
     /// Intrinsics for an orthographic camera.
     #[error(
-        "--intrinsics describes a perspective camera, and {0} is orthographic; add --projection perspective"
+        "`intrinsics` describes a perspective camera, and {0} is orthographic; add `projection perspective`"
     )]
     OrthographicIntrinsics(String),
     /// A view rectangle without area.
-    #[error("--view-rect {0} must have L < R and B < T")]
+    #[error("`view-rect {0}` must have L < R and B < T")]
     EmptyViewRect(ViewRect),
     /// A value outside its range.
     #[error("{what} must be {rule}, not {value}")]

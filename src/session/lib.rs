@@ -1,17 +1,79 @@
-//! Rendering of many frames or files: frame lists, output paths, fingerprints and pipelining.
+//! From options to pictures: [`Scene::load`], [`Scene::render`] with [`Options`], [`Picture::save`]. A [`Session`] holds a
+//! scene with everything that its images share (camera, lights, exposure, acceleration structure) and renders any of them.
+//!
+//! A program makes [`Options`] from what its users write, and words [`Notice`]s and errors in their terms
+//! ([`with_option_names`]). Whichever program makes them, the same options give the same bytes.
+//!
+//! Beside pictures, this package has what batches share: lists of frames and files, output names, fingerprints of images,
+//! cameras and views of datasets, and limits of memory.
 #![deny(unsafe_code)]
 #![warn(missing_docs)]
 
+mod camera_list;
+mod camera_name;
+mod dataset_plan;
+mod dataset_views;
+mod depth_range;
+mod empty_images;
+mod environment_cache;
+mod error;
+mod exposure;
 mod fingerprint;
+mod frame_neighbours;
 mod frames;
+mod framing;
+mod identity;
+mod image_size;
+mod log;
+pub mod memory;
+mod memory_estimate;
+mod memory_limit;
+mod neighbour_frames;
+mod notice;
+mod option_names;
+mod options;
 mod path_list;
 mod path_template;
+mod picture;
 mod pipeline;
+mod plan;
+mod planned_frame;
+mod posed_frame;
+mod scene;
 mod scene_folder;
+mod scene_renderer;
+mod session;
 
+pub use camera_list::{CameraList, ImageCamera, ReplacedCameraFields};
+pub use camera_name::camera_name;
+pub use dataset_plan::DatasetPlan;
+pub use dataset_views::DatasetViews;
+pub use empty_images::{EmptyImages, EmptyReason, empty_reason};
+pub use environment_cache::load_cached;
+pub use error::SessionError;
+pub use exposure::ResolvedExposure;
 pub use fingerprint::{FileDigests, SettingsHash, fingerprint, is_marked_empty, mark_empty};
+pub use frame_neighbours::FrameNeighbours;
 pub use frames::{Chunk, FrameList, MAX_FRAMES};
+pub use framing::Framing;
+pub use image_size::{natural_size, scaled_to};
+pub use log::{NoticeLog, SessionLog};
+pub use memory_estimate::{check_memory, format_bytes};
+pub use memory_limit::load_limits;
+pub use notice::Notice;
+pub use option_names::with_option_names;
+pub use options::{
+    AovSelection, BackFaceCulling, CRYPTOMATTE, DEFAULT_BACKGROUND, Exposure, OcclusionSampling, Options,
+    TurntableRotation,
+};
 pub use path_list::{PathList, PathListBuilder, decode as decode_path};
 pub use path_template::{PathTemplate, TemplateFields};
+pub use picture::{ImageKind, Picture};
 pub use pipeline::run_pipeline;
+pub use plan::SessionPlan;
+pub use planned_frame::PlannedFrame;
+pub use posed_frame::{PosedFrame, SceneSetup, ignored_triangles};
+pub use scene::{Scene, prepare_scene};
 pub use scene_folder::{SCENE_EXTENSIONS, has_scene_extension, visit_scenes};
+pub use scene_renderer::{RenderedImage, SceneRenderer};
+pub use session::{Request, Session};

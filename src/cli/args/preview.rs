@@ -9,7 +9,8 @@ use super::render_options::{LightArgs, ShadingArgs};
 use super::scene::SceneArgs;
 use super::time::TimeArgs;
 use super::values;
-use super::values::{BackgroundArg, Exposure};
+use super::values::BackgroundArg;
+use blinn_session::Exposure;
 
 /// Options of views that have cameras of their own.
 #[derive(Clone, Debug, Args)]

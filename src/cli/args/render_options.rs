@@ -7,11 +7,12 @@ use glam::{DVec2, DVec3};
 
 use super::choices::*;
 use super::values;
-use super::values::{AoArg, AovSelection, BackgroundArg, Exposure, HdriArg};
+use super::values::{BackgroundArg, HdriArg};
 use blinn_core::geometry::Rgb;
 use blinn_render::PixelRect;
 use blinn_render::integrator::DEFAULT_BOUNCES;
 use blinn_scene::{ClipPlanes, Glob, Intrinsics, LightSet, Orbit, UserLight, ViewRect};
+use blinn_session::{AovSelection, Exposure, OcclusionSampling};
 
 #[derive(Debug, Args)]
 pub struct RenderOptionArgs {
@@ -198,7 +199,7 @@ pub struct LightArgs {
     ///
     /// Without --ambient, I_a is at least a fifth of the light of all lights.
     #[arg(long, value_name = "SAMPLES[,DISTANCE]", value_parser = values::ao)]
-    pub ao: Option<AoArg>,
+    pub ao: Option<OcclusionSampling>,
     /// Add a ground below the scene: a grey plane, or a shadow catcher (shadow)
     ///
     /// The ground is at the scene's lowest point. A shadow catcher shows only shadows, also on a transparent

@@ -1,6 +1,6 @@
 //! Reports the progress of a benchmark on standard error.
 
-use crate::console::{eprint_line, single_line, strict_error};
+use crate::console::{eprint_line, single_line, strict_error, with_flags};
 use crate::warning_filter::WarningFilter;
 use blinn_bench::{BenchObserver, Workload};
 use blinn_import::Warning;
@@ -24,7 +24,7 @@ impl BenchObserver for ConsoleObserver {
         }
         let mut filter = WarningFilter::default();
         let admitted = warnings.iter().filter(|warning| filter.admit(&warning.message));
-        let mut lines: Vec<String> = admitted.map(ToString::to_string).collect();
+        let mut lines: Vec<String> = admitted.map(|warning| with_flags(&warning.to_string())).collect();
         lines.extend(filter.summary("use blinn info --json to print all"));
         for line in lines.iter().filter(|_| !self.quiet) {
             eprint_line(&single_line(&format!("warning: {}: {line}", workload.name)));

@@ -19,7 +19,7 @@ use super::args::DiffArgs;
 use super::args::values::BackgroundArg;
 use super::console::{print_stdout, single_line};
 use super::files::create_parent_folder;
-use super::plan::{PathConflicts, RenderPlan, Writer, load_limits};
+use super::plan::{PathConflicts, RenderPlan, Writer};
 use super::run::progress::Reporter;
 use super::run::{panics, runtime};
 use super::scene_file::{is_stdin, scene_path};
@@ -29,6 +29,7 @@ use blinn_core::geometry::Rgb;
 use blinn_import::StoredPicture;
 use blinn_output::{Overwrite, check_writable, write_atomically};
 use blinn_render::display::Background;
+use blinn_session::load_limits;
 use comparison::{Comparison, Heading};
 
 /// The background without --background.
@@ -117,7 +118,7 @@ fn compare(args: &DiffArgs, files: [&Path; 2], plan: RenderPlan, reporter: &Repo
     }
     let [old, new] = files;
     match (is_picture(old)?, is_picture(new)?) {
-        (true, true) => images::compare(old, new, &args.compare, &load_limits(plan.max_memory)),
+        (true, true) => images::compare(old, new, &args.compare, &load_limits(plan.session.max_memory)),
         (false, false) => scenes::compare(files, plan, args.size, &args.compare, reporter),
         (is_old, _) => {
             let (image, scene) = if is_old { (old, new) } else { (new, old) };

@@ -8,12 +8,8 @@ use glam::{DMat3, DVec2, DVec3};
 use super::comparison::{Comparison, PicturePair, ViewComparison};
 use crate::args::CompareArgs;
 use crate::info::comparable_properties;
-use crate::plan::{RenderPlan, load_limits, natural_size, scaled_to};
-use crate::run::imported_scene::prepare_scene;
-use crate::run::memory_estimate;
-use crate::run::posed_frame::PosedFrame;
+use crate::plan::RenderPlan;
 use crate::run::progress::{ImageMonitor, Reporter, SceneLog};
-use crate::run::session::{RenderSession, RenderedImage};
 use crate::scene_file::load_scene_file;
 use blinn_core::cancellation::CancelToken;
 use blinn_core::geometry::Aabb;
@@ -21,6 +17,10 @@ use blinn_import::{LoadOptions, Warning};
 use blinn_output::compare::{DifferenceMap, ObjectDifference, compare_objects, json_differences};
 use blinn_render::PixelRect;
 use blinn_scene::{Camera, PoseSettings, PosedScene, Projection, Scene, StandardView, View, pose};
+use blinn_session::{
+    PosedFrame, RenderedImage, SceneRenderer, check_memory, load_limits, natural_size, prepare_scene,
+    scaled_to,
+};
 
 /// Cameras of the file that are compared.
 const MAX_CAMERAS: usize = 8;
@@ -57,33 +57,38 @@ pub fn compare(
     let [old, new] = [old.map_err(|e| in_file(files[0], e))?, new.map_err(|e| in_file(files[1], e))?];
     logs[0].warn_of_import(old.warnings.clone())?;
     logs[1].warn_of_import(new.warnings.clone())?;
-    let mode = plan.options.load.glass;
+    let mode = plan.session.options.load.glass;
     let properties = json_differences(
         &comparable_properties(&old.scene, &old.warnings, mode)?,
         &comparable_properties(&new.scene, &new.warnings, mode)?,
     );
     let frames = plan.frames.resolve(0.0)?;
     let planned = *frames.first().context("there is no frame")?;
-    plan.options.size = Some(size.unwrap_or_else(|| default_size(&old.scene)));
-    memory_estimate::check(&plan, &old.scene, 2)?;
-    memory_estimate::check(&plan, &new.scene, 2)?;
+    plan.session.options.size = Some(size.unwrap_or_else(|| default_size(&old.scene)));
+    check_memory(&plan.session, &old.scene, 2)?;
+    check_memory(&plan.session, &new.scene, 2)?;
 
     // Both scenes have one centre, so that equal triangles have equal coordinates.
-    let animation = |scene: &Scene| plan.options.animation(scene);
+    let animation = |scene: &Scene| plan.session.options.animation(scene);
     let at = PoseSettings { time: planned.time, animation: animation(&old.scene)?, centre: None };
     let posed_old = pose(&old.scene, &at)?;
-    let animation = animation(&new.scene).or_else(|_| plan.options.animation(&Scene::default()))?;
+    let animation = animation(&new.scene).or_else(|_| plan.session.options.animation(&Scene::default()))?;
     let at = PoseSettings { time: planned.time, animation, centre: Some(posed_old.centre) };
     let posed_new = pose(&new.scene, &at)?;
     let objects = compare_objects(&posed_old, &posed_new);
     let views = shared_views(&plan, &posed_old, &posed_new)?;
-    plan.options.view.complete = views.first().map(|view| view.camera);
+    plan.session.options.view.complete = views.first().map(|view| view.camera);
 
     let mut pictures = Vec::new();
     {
         let mut old_frame = PosedFrame { time: planned.time, posed: posed_old, accel: None };
-        let session =
-            RenderSession::from_start(&plan, &old.scene, &logs[0], &mut old_frame, &CancelToken::default())?;
+        let session = SceneRenderer::from_start(
+            &plan.session,
+            &old.scene,
+            &logs[0],
+            &mut old_frame,
+            &CancelToken::default(),
+        )?;
         session.setup.build(&mut old_frame)?;
         let mut new_frame = PosedFrame { time: planned.time, posed: posed_new, accel: None };
         session.setup.build(&mut new_frame)?;
@@ -118,10 +123,10 @@ fn in_file(file: &Path, error: anyhow::Error) -> anyhow::Error {
 }
 
 fn load(plan: &RenderPlan, file: &Path) -> Result<Loaded> {
-    let limits = load_limits(plan.max_memory);
-    let options = LoadOptions { limits, ..plan.options.load.clone() };
+    let limits = load_limits(plan.session.max_memory);
+    let options = LoadOptions { limits, ..plan.session.options.load.clone() };
     let (mut scene, warnings) = load_scene_file(file, &options)?;
-    prepare_scene(plan, &mut scene)?;
+    prepare_scene(&plan.session.options, &mut scene)?;
     Ok(Loaded { scene, warnings })
 }
 
@@ -135,7 +140,7 @@ fn default_size(scene: &Scene) -> (u32, u32) {
 
 /// The cameras of the old file and the isometric view; without cameras, all standard views. They frame both scenes.
 fn shared_views(plan: &RenderPlan, old: &PosedScene, new: &PosedScene) -> Result<Vec<SharedView>> {
-    let (width, height) = plan.options.size.unwrap_or((DEFAULT_SIDE, DEFAULT_SIDE));
+    let (width, height) = plan.session.options.size.unwrap_or((DEFAULT_SIDE, DEFAULT_SIDE));
     let mut views = Vec::new();
     for (i, camera) in old.cameras.iter().enumerate().take(MAX_CAMERAS) {
         let view = View { camera: Some(i.to_string()), ..View::default() };

@@ -4,10 +4,10 @@ use std::path::{Path, PathBuf};
 
 use super::job_text::single_line_text;
 use crate::args::JobCommand;
-use crate::plan::{AnimationOutput, OutputKind, PlannedFrame, RenderPlan, Target};
+use crate::plan::{AnimationOutput, OutputKind, RenderPlan, Target};
 use crate::usage::UsageError;
 use blinn_output::AnimationFormat;
-use blinn_session::PathTemplate;
+use blinn_session::{PathTemplate, PlannedFrame};
 
 /// Folder and names of the files that a job writes.
 pub struct JobOutput {

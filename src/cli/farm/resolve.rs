@@ -16,12 +16,11 @@ use crate::args::{CAMERA_FLAGS, EngineArgs, ExplicitFlags, JobCommand};
 use crate::plan::RenderPlan;
 use crate::run::imported_scene::load_scene;
 use crate::run::progress::SceneLog;
-use crate::run::session::RenderSession;
 use crate::scene_file::is_stdin;
 use crate::usage::UsageError;
 use blinn_core::cancellation::CancelToken;
 use blinn_scene::{ClipBoundsCache, PosedScene, Scene};
-use blinn_session::{FrameList, PathTemplate};
+use blinn_session::{FrameList, PathTemplate, SceneRenderer};
 
 /// Flags that a job sets itself or drops.
 const JOB_FLAGS: [&str; 14] = [
@@ -43,8 +42,10 @@ const JOB_FLAGS: [&str; 14] = [
 
 /// Returns an error if a dataset has files outside the folder of its images, which engines do not collect.
 fn check_dataset(plan: &RenderPlan, scene: &Path) -> Result<(), UsageError> {
-    let Some(dataset) = plan.dataset else { return Ok(()) };
-    let transforms = dataset.transforms_file(&plan.outputs, scene, 1);
+    if plan.session.dataset.is_none() {
+        return Ok(());
+    }
+    let transforms = plan.outputs.transforms_file(scene, 1);
     let images = transforms.parent().unwrap_or(Path::new(""));
     match plan.dataset_files(scene, 1).into_iter().find(|file| !file.starts_with(images)) {
         Some(file) => Err(UsageError(format!(
@@ -107,7 +108,7 @@ impl<'a> JobPlan<'a> {
         let hdri = options.light.hdri.as_ref().and_then(HdriArg::file);
         let files = [("camera-xml", options.camera.camera_xml.as_ref()), ("hdri", hdri)];
         let mut inputs = Vec::new();
-        if let Some(cameras) = &plan.cameras {
+        if let Some(cameras) = &plan.session.cameras {
             let (path, is_folder) = cameras.input();
             inputs.push(InputFile { flag: "cameras", path: folder.job_path(path)?, is_folder });
         }
@@ -139,26 +140,32 @@ impl<'a> JobPlan<'a> {
     pub fn resolve(self, log: &SceneLog) -> Result<FarmJob> {
         let plan = self.plan;
         let scene = load_scene(plan, &self.file, log, &CancelToken::default())?;
-        let (session, start) =
-            RenderSession::new(plan, &scene, 1, log, &ClipBoundsCache::default(), &CancelToken::default())?;
+        let (session, start) = SceneRenderer::new(
+            &plan.session,
+            &scene,
+            1,
+            log,
+            &ClipBoundsCache::default(),
+            &CancelToken::default(),
+        )?;
         if let Some(JobAnimation { output, file }) = &self.output.animation {
             output.format.check_size(session.size()).map_err(|text| anyhow!("-o {file}: {text}"))?;
         }
-        let size = plan.options.size_for(&scene);
+        let size = plan.session.options.size_for(&scene);
         let camera = self.camera_flags(&scene, &start.posed, size)?;
         let mut inputs = self.inputs;
         if camera.is_some() {
             inputs.retain(|input| input.flag != "camera-xml");
         }
         let (command, frames_flag) = match self.engine.command() {
-            JobCommand::Render(_) if plan.cameras.is_some() => ("render", "--only"),
+            JobCommand::Render(_) if plan.session.cameras.is_some() => ("render", "--only"),
             JobCommand::Render(_) => ("render", "--frames"),
             JobCommand::Turntable(_) => ("turntable", "--only"),
         };
         let mut flags = self.flags.without(&JOB_FLAGS);
         let mut resolved = Vec::new();
         // The images of a list have sizes of their own.
-        if plan.cameras.is_none() || self.engine.command().options().image.size.is_some() {
+        if plan.session.cameras.is_none() || self.engine.command().options().image.size.is_some() {
             resolved.push(format!("--size={}x{}", size.0, size.1));
         }
         resolved.push(format!("--exposure={}", session.exposure.ev));
@@ -215,7 +222,7 @@ impl<'a> JobPlan<'a> {
             assembly,
             chunk_size: self.engine.job().chunk_size.unwrap_or(default_chunk_size),
             threads: self.engine.command().process().threads,
-            max_memory: plan.max_memory,
+            max_memory: plan.session.max_memory,
         })
     }
 
@@ -226,8 +233,11 @@ impl<'a> JobPlan<'a> {
         posed: &PosedScene,
         size: (u32, u32),
     ) -> Result<Option<Vec<String>>> {
-        let view = &self.plan.options.view;
-        if self.plan.dataset.is_some() || self.plan.cameras.is_some() || view.uses_file_camera(scene) {
+        let view = &self.plan.session.options.view;
+        if self.plan.session.dataset.is_some()
+            || self.plan.session.cameras.is_some()
+            || view.uses_file_camera(scene)
+        {
             return Ok(None);
         }
         let (camera, _) = view.resolve(posed, size.0, size.1)?;

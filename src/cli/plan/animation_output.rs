@@ -3,13 +3,12 @@
 use std::path::Path;
 
 use super::frames::DEFAULT_FPS;
-use super::render_options::RenderOptions;
 use super::sequence_info::SequenceInfo;
 use crate::args::{LoopArg, OutputArgs};
 use crate::usage::UsageError;
 use blinn_output::{ANIMATION_QUALITY, AnimationFormat};
 use blinn_render::display::Background;
-use blinn_session::PathTemplate;
+use blinn_session::{Options, PathTemplate};
 
 /// Settings of an animation file.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -41,7 +40,7 @@ impl AnimationOutput {
         template: &PathTemplate,
         args: &OutputArgs,
         sequence: &SequenceInfo,
-        options: &RenderOptions,
+        options: &Options,
     ) -> Result<Self, UsageError> {
         let name = args.output.as_deref().unwrap_or("".as_ref()).display().to_string();
         check_options(format, template, args, sequence, options)
@@ -61,7 +60,7 @@ fn check_options(
     template: &PathTemplate,
     args: &OutputArgs,
     sequence: &SequenceInfo,
-    options: &RenderOptions,
+    options: &Options,
 ) -> Result<(), String> {
     const USE_FRAMES: &str = "render images (-o frames/####.png), then use blinn assemble";
     if !sequence.is_sequence {

@@ -6,10 +6,10 @@ use std::path::Path;
 
 use twox_hash::XxHash3_128;
 
-use super::camera_list::CameraList;
-use super::frames::PlannedFrame;
 use super::outputs::{OutputKind, Outputs};
 use crate::usage::UsageError;
+use blinn_session::ImageKind;
+use blinn_session::{CameraList, PlannedFrame};
 
 /// Checks that every camera has a size that suits the other options, and that no two images of `scene` have the
 /// same file. Returns the size with the most pixels.
@@ -38,7 +38,7 @@ pub fn check_cameras(
             )));
         }
         match outputs.kind {
-            OutputKind::Images(format, _) => {
+            OutputKind::Images(ImageKind { format, .. }) => {
                 let known = crop.map_or(size, |crop| (crop.width, crop.height));
                 format.check_size(known).map_err(|e| error(format!("is too large: {e}")))?;
                 let frame = PlannedFrame { camera: Some(index), ..PlannedFrame::at(index as i64 + 1, 0.0) };

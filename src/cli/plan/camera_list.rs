@@ -1,140 +1,24 @@
-//! The list of `--cameras`: names, sizes and cameras of images.
-
-use std::path::Path;
+//! Opens the list of `--cameras`.
 
 use crate::args::{CameraListArgs, ImageArgs, UpArg};
 use crate::usage::UsageError;
-use blinn_import::{CameraFile, Limits, ListedCamera, LoadError, RecordedView, UpAxis};
-use blinn_output::datasets::WorldUp;
-use blinn_render::PixelRect;
-use blinn_scene::{Camera, ClipPlanes, LightRotation, Normalization};
+use blinn_import::{Limits, UpAxis};
+use blinn_scene::ClipPlanes;
+use blinn_session::{CameraList, ReplacedCameraFields};
 
-/// The cameras of a list, each for an image.
-#[derive(Debug)]
-pub struct CameraList {
-    file: CameraFile,
-    /// The value of --size, which replaces the size of each camera.
-    size: Option<(u32, u32)>,
-    /// The value of --crop.
-    crop: Option<PixelRect>,
-    /// The value of --clip.
+/// Opens the list of --cameras, if there is one.
+pub fn open(
+    args: &CameraListArgs,
+    image: &ImageArgs,
     clip: Option<ClipPlanes>,
-}
-
-/// The camera of an image, with what else a list or a dataset sets for it.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct ImageCamera {
-    pub camera: Camera,
-    /// Width and height of the image without crop.
-    pub size: (u32, u32),
-    /// The rendered region.
-    pub crop: Option<PixelRect>,
-    /// Metres, or units of the normalization, per step of 16-bit depth.
-    pub depth_step: Option<f64>,
-    /// Rotation of the light.
-    pub light: LightRotation,
-    /// From the scene's world to the units of layers. `None` for metres.
-    pub normalization: Option<Normalization>,
-}
-
-impl CameraList {
-    /// Opens the list of --cameras, if there is one.
-    pub fn open(
-        args: &CameraListArgs,
-        image: &ImageArgs,
-        clip: Option<ClipPlanes>,
-        limits: &Limits,
-    ) -> Result<Option<CameraList>, UsageError> {
-        let Some(path) = &args.cameras else { return Ok(None) };
-        let file = CameraFile::open(path, limits).map_err(|e| UsageError(format!("--cameras: {e}")))?;
-        let up = match args.cameras_up {
-            Some(UpArg::Z) => UpAxis::Z,
-            Some(UpArg::Y) => UpAxis::Y,
-            None => file.up(),
-        };
-        Ok(Some(CameraList { file: file.with_up(up), size: image.size, crop: image.crop, clip }))
-    }
-
-    /// The file of the list.
-    pub fn path(&self) -> &Path {
-        self.file.path()
-    }
-
-    /// Path that --cameras has to name to find the list: a file, or true and the folder of a list of several files.
-    pub fn input(&self) -> (&Path, bool) {
-        let file = self.file.path();
-        match file.parent().filter(|_| self.file.has_several_files()) {
-            Some(folder) => (folder, true),
-            None => (file, false),
-        }
-    }
-
-    /// The up axis of the world that the list describes.
-    pub fn world_up(&self) -> WorldUp {
-        match self.file.up() {
-            UpAxis::Y => WorldUp::Y,
-            UpAxis::Z => WorldUp::Z,
-        }
-    }
-
-    pub fn len(&self) -> usize {
-        self.file.len()
-    }
-
-    /// A camera as the list has it.
-    ///
-    /// # Errors
-    /// The file changed.
-    pub fn listed(&self, index: usize) -> Result<ListedCamera, LoadError> {
-        self.file.camera(index)
-    }
-
-    /// The time of a camera in seconds, if it has one.
-    pub fn time(&self, index: usize) -> Option<f64> {
-        self.file.time(index)
-    }
-
-    /// The name of a camera for output files: that of its picture, else its number.
-    pub fn name(&self, index: usize) -> String {
-        let name = self.file.camera(index).ok().and_then(|camera| camera.name);
-        name.unwrap_or_else(|| format!("{:04}", index + 1))
-    }
-
-    /// The camera of an image. It does not depend on the scene.
-    ///
-    /// # Errors
-    /// The file changed.
-    pub fn camera(&self, index: usize) -> Result<ImageCamera, LoadError> {
-        let listed = self.file.camera(index)?;
-        // All cameras were checked to have a size.
-        let (size, crop) = self.size_of(&listed).unwrap_or(((1, 1), None));
-        let camera = listed.camera(size);
-        let recorded = self.recorded();
-        let camera =
-            recorded.map_or(Camera { clip: ClipPlanes::OFF, ..camera }, |view| view.lens_of(&camera));
-        let camera = Camera { clip: self.clip.unwrap_or(camera.clip), ..camera };
-        let normalization = self.file.normalization();
-        Ok(ImageCamera {
-            camera,
-            size,
-            crop,
-            depth_step: listed.depth_step,
-            light: listed.light,
-            normalization,
-        })
-    }
-
-    /// The recorded lens of blinn's own list, if no option changes the size of images.
-    fn recorded(&self) -> Option<&RecordedView> {
-        self.file.recorded().filter(|_| self.size.is_none() && self.crop.is_none())
-    }
-
-    /// Width and height of an image, and the rendered region.
-    pub fn size_of(&self, listed: &ListedCamera) -> Option<((u32, u32), Option<PixelRect>)> {
-        if let Some(view) = self.recorded() {
-            let crop = view.crop.map(|[x, y, width, height]| PixelRect { x, y, width, height });
-            return Some((view.size, crop));
-        }
-        Some((self.size.or(listed.size)?, self.crop))
-    }
+    limits: &Limits,
+) -> Result<Option<CameraList>, UsageError> {
+    let Some(path) = &args.cameras else { return Ok(None) };
+    let up = args.cameras_up.map(|up| match up {
+        UpArg::Z => UpAxis::Z,
+        UpArg::Y => UpAxis::Y,
+    });
+    let replaced = ReplacedCameraFields { size: image.size, crop: image.crop, clip };
+    let list = CameraList::open(path, up, replaced, limits);
+    list.map(Some).map_err(|e| UsageError(format!("--cameras: {e}")))
 }

@@ -4,10 +4,11 @@ use std::path::Path;
 
 use super::command_files::NumberedScene;
 use super::path_conflicts::{PathConflicts, Writer};
-use super::{OutputKind, PlannedFrame, RenderPlan, load_limits};
+use super::{OutputKind, RenderPlan};
 use crate::usage::UsageError;
 use blinn_import::{LoadOptions, load};
 use blinn_scene::clip_duration;
+use blinn_session::{PlannedFrame, load_limits};
 
 impl RenderPlan {
     /// Checks that no two frames of a clip have the same file. Only scenes whose names differ just by digits next to
@@ -29,8 +30,8 @@ impl RenderPlan {
     }
 
     fn frames_of_file(&self, scene: &Path) -> Option<Vec<PlannedFrame>> {
-        let limits = load_limits(self.max_memory);
-        let (scene, _) = load(scene, &LoadOptions { limits, ..self.options.load.clone() }).ok()?;
-        self.frames.resolve(clip_duration(&scene, &self.options.animation(&scene).ok()?).ok()?).ok()
+        let limits = load_limits(self.session.max_memory);
+        let (scene, _) = load(scene, &LoadOptions { limits, ..self.session.options.load.clone() }).ok()?;
+        self.frames.resolve(clip_duration(&scene, &self.session.options.animation(&scene).ok()?).ok()?).ok()
     }
 }

@@ -3,113 +3,90 @@
 use std::path::{Path, PathBuf};
 
 use super::animation_output::animation_format;
-use super::frames::PlannedFrame;
 use super::outputs::{Outputs, Target};
-use super::render_options::RenderOptions;
 use crate::args::{TurntableArgs, UnitShapeArg, UpArg, ViewSamplingArgs};
 use crate::usage::UsageError;
 use blinn_output::datasets::WorldUp;
 use blinn_render::integrator::Aov;
-use blinn_scene::{Projection, UnitShape, ViewLayout, ViewSampling, icosphere};
-
-/// The views of a dataset.
-#[derive(Clone, Copy, Debug)]
-pub struct DatasetPlan {
-    pub count: u32,
-    /// Time of all views in the animation, in seconds.
-    pub time: f64,
-    pub up: WorldUp,
-    /// How the views are chosen.
-    pub sampling: ViewSampling,
-}
+use blinn_scene::{Projection, UnitShape, ViewSampling};
+use blinn_session::{DatasetPlan, Options, PlannedFrame};
 
 /// AOVs that every dataset has.
 const AOVS: [Aov; 3] = [Aov::Depth, Aov::Normal, Aov::Mask];
 /// The file with the cameras of all views.
 const TRANSFORMS: &str = "transforms.json";
 
-impl DatasetPlan {
-    /// Resolves a dataset. Sets projection, orbit and AOVs in `options`.
-    pub fn new(
-        count: u32,
-        args: &TurntableArgs,
-        options: &mut RenderOptions,
-    ) -> Result<DatasetPlan, UsageError> {
-        if options.view.projection == Some(Projection::Orthographic) {
-            return Err(UsageError(format!(
-                "--views: {TRANSFORMS} supports only perspective cameras; remove the orthographic projection"
-            )));
-        }
-        if args.output.output.as_deref().and_then(animation_format).is_some() {
-            let text = "--views: a dataset consists of images; set -o to .png, .jpg, .webp or .exr";
-            return Err(UsageError(text.into()));
-        }
-        options.view.projection = Some(Projection::Perspective);
-        let sampling = sampling(&args.turn.sampling, options.settings.seed);
-        let has_elevation = sampling.elevation.is_some();
-        sampling.layout.check(count, has_elevation).map_err(|text| UsageError(format!("--on: {text}")))?;
-        options.normalize = args.turn.sampling.normalize.map(|shape| match shape {
-            UnitShapeArg::UnitCube => UnitShape::Cube,
-            UnitShapeArg::UnitSphere => UnitShape::Sphere,
-        });
-        for aov in AOVS {
-            if !options.aovs.aovs.contains(&aov) {
-                options.aovs.aovs.push(aov);
-            }
-        }
-        let up = match args.turn.nerf_up {
-            Some(UpArg::Y) => WorldUp::Y,
-            Some(UpArg::Z) | None => WorldUp::Z,
-        };
-        let dataset = DatasetPlan { count, time: args.time.time.unwrap_or(0.0), up, sampling };
-        options.view.orbit = dataset.views(1..=1).next().and_then(|frame| frame.view).map(|view| view.orbit);
-        Ok(dataset)
+/// Resolves a dataset. Sets projection, orbit and AOVs in `options`.
+pub fn dataset_plan(
+    count: u32,
+    args: &TurntableArgs,
+    options: &mut Options,
+) -> Result<DatasetPlan, UsageError> {
+    if options.view.projection == Some(Projection::Orthographic) {
+        return Err(UsageError(format!(
+            "--views: {TRANSFORMS} supports only perspective cameras; remove the orthographic projection"
+        )));
     }
-
-    /// All views, also those that --only or --chunk leave out.
-    pub fn frames(&self) -> impl Iterator<Item = PlannedFrame> {
-        self.views(1..=i64::from(self.count))
+    if args.output.output.as_deref().and_then(animation_format).is_some() {
+        let text = "--views: a dataset consists of images; set -o to .png, .jpg, .webp or .exr";
+        return Err(UsageError(text.into()));
     }
-
-    /// The views with these numbers.
-    pub fn views(&self, numbers: impl Iterator<Item = i64>) -> impl Iterator<Item = PlannedFrame> {
-        let DatasetPlan { count, time, sampling, .. } = *self;
-        let is_icosphere = sampling.layout == ViewLayout::Icosphere;
-        let positions = if is_icosphere { icosphere(count) } else { Vec::new() };
-        numbers.map(move |number| {
-            let view = sampling.view(u32::try_from(number - 1).unwrap_or_default(), count, &positions);
-            PlannedFrame { view: Some(view), ..PlannedFrame::at(number, time) }
-        })
+    options.view.projection = Some(Projection::Perspective);
+    let sampling = sampling(&args.turn.sampling, options.seed);
+    let has_elevation = sampling.elevation.is_some();
+    sampling.layout.check(count, has_elevation).map_err(|text| UsageError(format!("--on: {text}")))?;
+    options.normalize = args.turn.sampling.normalize.map(|shape| match shape {
+        UnitShapeArg::UnitCube => UnitShape::Cube,
+        UnitShapeArg::UnitSphere => UnitShape::Sphere,
+    });
+    for aov in AOVS {
+        if !options.aovs.aovs.contains(&aov) {
+            options.aovs.aovs.push(aov);
+        }
     }
+    let up = match args.turn.nerf_up {
+        Some(UpArg::Y) => WorldUp::Y,
+        Some(UpArg::Z) | None => WorldUp::Z,
+    };
+    let dataset = DatasetPlan { count, time: args.time.time.unwrap_or(0.0), up, sampling };
+    options.view.orbit = dataset.views(1..=1).next().and_then(|frame| frame.view).map(|view| view.orbit);
+    Ok(dataset)
+}
 
+impl Outputs {
     /// The `transforms.json` beside the images of a scene.
-    pub fn transforms_file(&self, outputs: &Outputs, scene: &Path, index: usize) -> PathBuf {
-        match outputs.target(scene, index, &PlannedFrame::at(1, self.time)) {
+    pub fn transforms_file(&self, scene: &Path, index: usize) -> PathBuf {
+        match self.target(scene, index, &PlannedFrame::at(1, 0.0)) {
             Target::File(image) => image.with_file_name(TRANSFORMS),
             Target::Stdout => TRANSFORMS.into(),
         }
     }
+}
 
-    /// Checks that the images of a scene are in one folder, and that their names are UTF-8.
-    pub fn check_folder(&self, scene: &Path, index: usize, outputs: &Outputs) -> Result<(), UsageError> {
-        let transforms = self.transforms_file(outputs, scene, index);
-        let last = PlannedFrame::at(i64::from(self.count), self.time);
-        let last = outputs.target(scene, index, &last);
-        if !matches!(&last, Target::File(last) if last.parent() == transforms.parent()) {
-            return Err(UsageError(
-                "--views: the images of a dataset must be in one folder; use the frame number only in file names"
-                    .into(),
-            ));
+/// Checks that the images of a scene are in one folder, and that their names are UTF-8.
+pub fn check_folder(
+    dataset: &DatasetPlan,
+    scene: &Path,
+    index: usize,
+    outputs: &Outputs,
+) -> Result<(), UsageError> {
+    let transforms = outputs.transforms_file(scene, index);
+    let last = PlannedFrame::at(i64::from(dataset.count), dataset.time);
+    let last = outputs.target(scene, index, &last);
+    if !matches!(&last, Target::File(last) if last.parent() == transforms.parent()) {
+        return Err(UsageError(
+            "--views: the images of a dataset must be in one folder; use the frame number only in file names"
+                .into(),
+        ));
+    }
+    match &last {
+        Target::File(image) if image.file_name().is_some_and(|name| name.to_str().is_none()) => {
+            Err(UsageError(format!(
+                "--views: the name {} is not UTF-8, as {TRANSFORMS} requires; set another name with -o",
+                image.display()
+            )))
         }
-        match &last {
-            Target::File(image) if image.file_name().is_some_and(|name| name.to_str().is_none()) => {
-                Err(UsageError(format!(
-                    "--views: the name {} is not UTF-8, as {TRANSFORMS} requires; set another name with -o",
-                    image.display()
-                )))
-            }
-            _ => Ok(()),
-        }
+        _ => Ok(()),
     }
 }
 

@@ -2,13 +2,13 @@
 
 use std::path::{Path, PathBuf};
 
-use super::dataset::DatasetPlan;
-use super::frames::PlannedFrame;
 use super::outputs::{OutputKind, Outputs, Target};
 use crate::args::TurnArgs;
 use crate::args::values::{CategoryRule, DatasetFormat, DatasetFormats};
 use crate::usage::UsageError;
 use blinn_output::datasets::{CocoMasks, ColmapForm};
+use blinn_session::ImageKind;
+use blinn_session::{DatasetPlan, PlannedFrame};
 
 /// The formats of a dataset.
 #[derive(Clone, Debug, Default)]
@@ -179,7 +179,8 @@ fn check_colmap_name(image: &Path) -> Result<(), UsageError> {
 
 fn check_bop_name(image: &Path, number: i64, outputs: &Outputs) -> Result<(), UsageError> {
     let name = image.file_stem().unwrap_or_default();
-    let is_image = matches!(outputs.kind, OutputKind::Images(format, _) if !format.supports_layers());
+    let is_image =
+        matches!(outputs.kind, OutputKind::Images(ImageKind { format, .. }) if !format.supports_layers());
     let folders: Vec<_> = image.parent().into_iter().flat_map(Path::ancestors).collect();
     let is_deep = folders.len() > 3 && folders[0].ends_with(BOP_IMAGES);
     if is_image && is_deep && name == format!("{number:06}").as_str() {

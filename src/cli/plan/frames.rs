@@ -4,33 +4,18 @@ use std::sync::Arc;
 
 use anyhow::{Result, bail};
 
-use super::camera_list::CameraList;
 use crate::args::{CameraListArgs, FrameArgs, TimeArgs};
 use crate::usage::UsageError;
-use blinn_scene::SampledView;
-use blinn_session::{Chunk, FrameList, MAX_FRAMES};
+use blinn_session::{CameraList, Chunk, FrameList, FrameNeighbours, MAX_FRAMES, PlannedFrame};
 
 /// Frames per second without --fps.
 pub const DEFAULT_FPS: f64 = 24.0;
 
-/// One image of a scene.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct PlannedFrame {
-    pub number: i64,
-    /// Time in the animation, in seconds.
-    pub time: f64,
-    /// Rotation of a turntable, in radians.
-    pub angle: f64,
-    /// Camera and light in a dataset.
-    pub view: Option<SampledView>,
-    /// Index in the list of --cameras.
-    pub camera: Option<usize>,
-}
-
-impl PlannedFrame {
-    /// A frame at a time, without rotation.
-    pub fn at(number: i64, time: f64) -> PlannedFrame {
-        PlannedFrame { number, time, angle: 0.0, view: None, camera: None }
+/// The frames before and after those of `render`, for layers of flow.
+pub fn neighbours(args: &FrameArgs) -> FrameNeighbours {
+    match (&args.frames, args.frame) {
+        (None, None) => FrameNeighbours::None,
+        _ => FrameNeighbours::Animation { fps: args.fps.unwrap_or(DEFAULT_FPS) },
     }
 }
 

@@ -4,15 +4,12 @@
 mod animation_output;
 mod camera_checks;
 mod camera_list;
-mod camera_name;
 mod check;
 mod clip_conflicts;
 mod command_files;
 mod dataset;
 mod dataset_formats;
-mod frame_neighbours;
 mod frames;
-mod memory_limit;
 mod output_names;
 mod outputs;
 mod path_conflicts;
@@ -27,38 +24,31 @@ use std::ops::Range;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
-use super::args::values::{AovSelection, HdriArg};
+use super::args::values::HdriArg;
 use super::args::{ProcessArgs, RenderArgs, RenderOptionArgs, TurntableArgs};
 use super::console::is_stdout;
 use super::usage::UsageError;
 use blinn_accel::AccelSettings;
 use blinn_import::file_version;
-use blinn_output::datasets::WorldUp;
-use blinn_render::RenderSettings;
-use blinn_scene::View;
-use blinn_session::{Chunk, SettingsHash};
+use blinn_session::{
+    Chunk, FrameNeighbours, ImageCamera, PlannedFrame, SessionPlan, SettingsHash, load_limits,
+};
 
 pub use animation_output::AnimationOutput;
-pub use camera_list::{CameraList, ImageCamera};
-pub use camera_name::camera_name;
 pub use check::CheckPlan;
 pub use command_files::NumberedScene;
-pub use dataset::DatasetPlan;
 pub use dataset_formats::{BopFolders, FormatsPlan, coco_file, colmap_folder};
-pub use frame_neighbours::FrameNeighbours;
-pub use frames::{FrameSet, PlannedFrame};
-pub use memory_limit::load_limits;
+pub use frames::FrameSet;
 pub use outputs::{OutputKind, Outputs, Target};
 pub use path_conflicts::{PathConflicts, Writer};
-pub use render_options::{
-    BackFaceCulling, RenderOptions, TurntableRotation, load_options, natural_size, scaled_to,
-};
+pub use render_options::{load_options, options_from_args};
 pub use scene_list::{SceneList, scene_list};
 pub use shards::{ShardPlan, sample_key};
 pub use simd_level::simd_level;
 
 use camera_checks::check_cameras;
 use command_files::OptionFiles;
+use dataset::dataset_plan;
 use sequence_info::SequenceInfo;
 
 /// Images of one or more scenes.
@@ -69,22 +59,14 @@ pub struct RenderPlan {
     pub scene_chunk: Option<Chunk>,
     /// The frames of each scene.
     pub frames: FrameSet,
-    /// The frames before and after each frame, for layers of flow.
-    pub neighbours: FrameNeighbours,
-    pub options: RenderOptions,
+    /// What is rendered of each scene.
+    pub session: SessionPlan,
     pub outputs: Outputs,
-    pub build: AccelSettings,
-    /// Set for `turntable --views`.
-    pub dataset: Option<DatasetPlan>,
     /// The formats of the dataset.
     pub formats: FormatsPlan,
-    /// Set for `render --cameras`.
-    pub cameras: Option<Arc<CameraList>>,
     /// Golden images to compare with.
     pub check: Option<CheckPlan>,
     pub strict: bool,
-    /// Memory limit in bytes for a scene and its images.
-    pub max_memory: Option<u64>,
     /// True to print the names of output files only.
     pub dry_run: bool,
 }
@@ -94,10 +76,10 @@ impl RenderPlan {
     pub fn for_render(args: &RenderArgs) -> Result<RenderPlan, UsageError> {
         let animation = args.time.animation.as_deref();
         let mut options =
-            RenderOptions::from_args(&args.options, &args.scene, animation, &args.common, &args.process)?;
+            options_from_args(&args.options, &args.scene, animation, &args.common, &args.process)?;
         let limits = load_limits(args.process.max_memory);
         let cameras =
-            CameraList::open(&args.cameras, &args.options.image, args.options.camera.clip, &limits)?
+            camera_list::open(&args.cameras, &args.options.image, args.options.camera.clip, &limits)?
                 .map(Arc::new);
         let scenes = Arc::new(scene_list(&args.scene.scenes)?);
         let chunk =
@@ -125,23 +107,26 @@ impl RenderPlan {
         }
         let neighbours = match &cameras {
             Some(cameras) => FrameNeighbours::of_cameras(cameras, &options)?,
-            None => FrameNeighbours::of_render(&args.frames),
+            None => frames::neighbours(&args.frames),
         };
         let check = CheckPlan::from_args(&args.check, &outputs)?;
         RenderPlan {
             scenes,
             scene_chunk: chunk.scenes,
             frames,
-            neighbours,
-            options,
+            session: SessionPlan {
+                options,
+                build: build_settings()?,
+                neighbours,
+                dataset: None,
+                cameras,
+                holds_layers: outputs.holds_aovs(),
+                max_memory: args.process.max_memory,
+            },
             outputs,
-            build: build_settings()?,
-            dataset: None,
             formats: FormatsPlan::default(),
-            cameras,
             check,
             strict: args.common.strict,
-            max_memory: args.process.max_memory,
             dry_run: args.process.dry_run,
         }
         .checked(&args.options, &args.process)
@@ -151,8 +136,8 @@ impl RenderPlan {
     pub fn for_turntable(args: &TurntableArgs) -> Result<RenderPlan, UsageError> {
         let animation = args.time.animation.as_deref();
         let mut options =
-            RenderOptions::from_args(&args.options, &args.scene, animation, &args.common, &args.process)?;
-        let dataset = args.turn.views.map(|count| DatasetPlan::new(count, args, &mut options)).transpose()?;
+            options_from_args(&args.options, &args.scene, animation, &args.common, &args.process)?;
+        let dataset = args.turn.views.map(|count| dataset_plan(count, args, &mut options)).transpose()?;
         if dataset.is_none() {
             options.rotation = Some(turntable::rotation(&args.turn));
             turntable::place_camera(&args.turn, &mut options)?;
@@ -171,16 +156,19 @@ impl RenderPlan {
             scenes,
             scene_chunk: chunk.scenes,
             frames,
-            neighbours: turntable::neighbours(&args.turn),
-            options,
+            session: SessionPlan {
+                options,
+                build: build_settings()?,
+                neighbours: turntable::neighbours(&args.turn),
+                dataset,
+                cameras: None,
+                holds_layers: outputs.holds_aovs(),
+                max_memory: args.process.max_memory,
+            },
             outputs,
-            build: build_settings()?,
-            dataset,
             formats: FormatsPlan::from_args(&args.turn)?,
-            cameras: None,
             check: None,
             strict: args.common.strict,
-            max_memory: args.process.max_memory,
             dry_run: args.process.dry_run,
         }
         .checked(&args.options, &args.process)
@@ -188,67 +176,30 @@ impl RenderPlan {
 
     /// Hash of everything that decides an image, neither of a dataset nor of a list of cameras, except the input files.
     pub fn settings_hash(&self, frame: &PlannedFrame) -> SettingsHash {
-        let has_flow = self.options.aovs.aovs.iter().any(|aov| aov.is_flow());
-        let neighbours = has_flow.then(|| [-1, 1].map(|step| self.neighbours.frame(frame, step)));
-        let frame = (frame.time, frame.angle, frame.view);
-        SettingsHash::of(&(&self.options, self.outputs.kind, frame, neighbours)).strict(self.strict)
+        self.session.settings_hash(self.outputs.kind.settings(), frame).strict(self.strict)
     }
 
-    /// Hash of everything that decides an image of a dataset or of a list of cameras except the input files. It is the
-    /// same for a dataset and for its `transforms.json` as a list, and does not change with other cameras of a list.
+    /// Hash of everything that decides an image of a dataset or of a list of cameras except the input files.
     pub fn view_hash(&self, frame: &PlannedFrame, view: &ImageCamera) -> SettingsHash {
-        let options = &self.options;
-        // Lights that follow the camera follow the view at rest.
-        let rest = (&options.view.camera, options.view.look_at);
-        let aovs = if self.outputs.holds_aovs() { options.aovs.clone() } else { AovSelection::default() };
-        let settings = RenderSettings { crop: None, ..options.settings };
-        // The normalization of the view counts.
-        let options = RenderOptions {
-            size: None,
-            view: View::default(),
-            normalize: None,
-            aovs,
-            settings,
-            ..options.clone()
-        };
-        let up = match (&self.dataset, &self.cameras) {
-            (Some(dataset), _) => dataset.up,
-            (None, Some(cameras)) => cameras.world_up(),
-            (None, None) => WorldUp::Y,
-        };
-        let depth_step = options.depth_unit.or(view.depth_step);
-        let view = ImageCamera { camera: view.camera.with_positive_zeros(), depth_step, ..*view };
-        let neighbours = self.listed_neighbours(frame);
-        SettingsHash::of(&(&options, rest, self.outputs.kind, frame.time, view, up, neighbours))
-            .strict(self.strict)
-    }
-
-    /// Times and cameras of the neighbours in a list to which layers of flow lead.
-    fn listed_neighbours(&self, frame: &PlannedFrame) -> [Option<(f64, Option<ImageCamera>)>; 2] {
-        let has_flow = self.options.aovs.aovs.iter().any(|aov| aov.is_flow());
-        [-1, 1].map(|step| {
-            let cameras = self.cameras.as_ref().filter(|_| has_flow)?;
-            let PlannedFrame { time, camera, .. } = self.neighbours.frame(frame, step)?;
-            Some((time, cameras.camera(camera?).ok()))
-        })
+        self.session.view_hash(self.outputs.kind.settings(), frame, view).strict(self.strict)
     }
 
     /// Hash of everything that decides an image in an archive except the input files, whatever its scene. `None` if its
     /// camera is not found in the list.
     pub fn member_hash(&self, frame: &PlannedFrame) -> Option<SettingsHash> {
-        if let (Some(cameras), Some(index)) = (&self.cameras, frame.camera) {
+        if let (Some(cameras), Some(index)) = (&self.session.cameras, frame.camera) {
             return Some(self.view_hash(frame, &cameras.camera(index).ok()?));
         }
-        let dataset = self.dataset.map(|dataset| (dataset.count, dataset.up));
+        let dataset = self.session.dataset.map(|dataset| (dataset.count, dataset.up));
         Some(SettingsHash::of(&(self.settings_hash(frame), dataset)).strict(self.strict))
     }
 
     /// Hash of everything that decides the images of a scene except its files.
     pub fn scene_settings_hash(&self) -> SettingsHash {
-        let dataset = self.dataset.map(|dataset| (dataset.count, dataset.up));
-        let cameras = self.cameras.as_ref().map(|cameras| file_version(cameras.path()));
-        let formats = (&self.neighbours, &self.formats, cameras);
-        SettingsHash::of(&(&self.options, self.outputs.kind, &self.frames, dataset, formats))
+        let dataset = self.session.dataset.map(|dataset| (dataset.count, dataset.up));
+        let cameras = self.session.cameras.as_ref().map(|cameras| file_version(cameras.path()));
+        let formats = (&self.session.neighbours, &self.formats, cameras);
+        SettingsHash::of(&(&self.session.options, self.outputs.kind, &self.frames, dataset, formats))
             .strict(self.strict)
     }
 
@@ -279,17 +230,19 @@ impl RenderPlan {
 
     /// The files that describe all views of the dataset of a scene.
     pub fn dataset_files(&self, scene: &Path, index: usize) -> Vec<PathBuf> {
-        let transforms = self.dataset.map(|dataset| dataset.transforms_file(&self.outputs, scene, index));
-        transforms.map_or_else(Vec::new, |transforms| self.formats.shared_files(&transforms))
+        if self.session.dataset.is_none() {
+            return Vec::new();
+        }
+        self.formats.shared_files(&self.outputs.transforms_file(scene, index))
     }
 
     /// Checks that no two outputs have the same name and that none is an input.
     fn checked(self, options: &RenderOptionArgs, process: &ProcessArgs) -> Result<RenderPlan, UsageError> {
         let hdri = options.light.hdri.as_ref().and_then(HdriArg::file);
-        let cameras = self.cameras.as_ref().map(|cameras| cameras.path().to_path_buf());
+        let cameras = self.session.cameras.as_ref().map(|cameras| cameras.path().to_path_buf());
         let inputs = [hdri, options.camera.camera_xml.as_ref(), process.config.as_ref(), cameras.as_ref()];
         let report = process.report.as_deref();
-        self.neighbours.check(&self.options)?;
+        self.session.neighbours.check(&self.session.options)?;
         self.outputs.check_stdout(self.scenes.len(), report.is_some_and(is_stdout))?;
         let report = report.filter(|report| !is_stdout(report)).map(|report| ("--report", report));
         let ledger = process.ledger.as_deref().map(|ledger| ("--ledger", ledger));
@@ -306,8 +259,8 @@ impl RenderPlan {
                 "--check compares all image files; remove --ledger, and write no archives".into(),
             ));
         }
-        if self.dataset.is_some() {
-            self.formats.check_outputs(&self.outputs, self.options.normalize.is_some())?;
+        if self.session.dataset.is_some() {
+            self.formats.check_outputs(&self.outputs, self.session.options.normalize.is_some())?;
         }
         self.check_output_names(&OptionFiles {
             inputs: inputs.into_iter().flatten().map(PathBuf::as_path).collect(),

@@ -6,10 +6,12 @@ use std::hash::{DefaultHasher, Hash, Hasher};
 use std::path::{Path, PathBuf};
 
 use super::command_files::{NumberedScene, OptionFiles};
+use super::dataset::check_folder;
 use super::path_conflicts::{PathConflicts, Writer};
-use super::{FrameSet, PlannedFrame, RenderPlan, ShardPlan, Target};
+use super::{FrameSet, Outputs, RenderPlan, ShardPlan, Target};
 use crate::usage::UsageError;
 use blinn_import::has_tar_extension;
+use blinn_session::PlannedFrame;
 
 /// A frame number that no clip has, to find its digits in a name.
 pub(super) const PLACEHOLDER: i64 = i64::MAX;
@@ -32,10 +34,10 @@ impl RenderPlan {
             _ => self.frames.known().filter(|frames| !frames.is_empty()),
         };
         let frames = frames.unwrap_or_else(|| vec![PlannedFrame::at(1, 0.0)]);
-        if let Some(dataset) = &self.dataset {
+        if let Some(dataset) = &self.session.dataset {
             for scene in self.numbered_scenes() {
                 let NumberedScene { number, path } = scene?;
-                dataset.check_folder(&path, number, &self.outputs)?;
+                check_folder(dataset, &path, number, &self.outputs)?;
                 self.formats.check_names(dataset, &path, number, &self.outputs)?;
             }
         }
@@ -45,8 +47,8 @@ impl RenderPlan {
         } else {
             self.suspects(&frames[0], options)?
         };
-        if let Some(dataset) = &self.dataset {
-            dataset.check_distinct(&scenes, &self.outputs)?;
+        if self.session.dataset.is_some() {
+            check_distinct(&scenes, &self.outputs)?;
         }
         if let Some(check) = &self.check {
             let mut images = Vec::new();
@@ -147,8 +149,8 @@ impl RenderPlan {
     /// A hash that is equal for scenes that may have an output in common.
     fn name_key(&self, scene: &Path, number: usize) -> u64 {
         let mut hasher = DefaultHasher::new();
-        if let Some(dataset) = &self.dataset {
-            let transforms = dataset.transforms_file(&self.outputs, scene, number);
+        if self.session.dataset.is_some() {
+            let transforms = self.outputs.transforms_file(scene, number);
             self.formats.shared_path(&transforms).hash(&mut hasher);
         } else if let Target::File(file) =
             self.outputs.target(scene, number, &PlannedFrame::at(PLACEHOLDER, 0.0))
@@ -170,21 +172,19 @@ fn without_frame_digits(file: &Path) -> String {
     parts.collect::<Vec<_>>().join("#")
 }
 
-impl super::DatasetPlan {
-    /// Checks that no two datasets share a folder.
-    fn check_distinct(&self, scenes: &[NumberedScene], outputs: &super::Outputs) -> Result<(), UsageError> {
-        let mut transforms_files: HashMap<PathBuf, &PathBuf> = HashMap::new();
-        for NumberedScene { number, path } in scenes {
-            let transforms = self.transforms_file(outputs, path, *number);
-            if let Some(other) = transforms_files.insert(transforms.clone(), path) {
-                return Err(UsageError(format!(
-                    "{} and {} would both write {}; use {{stem}}/ in -o",
-                    other.display(),
-                    path.display(),
-                    transforms.display()
-                )));
-            }
+/// Checks that no two datasets share a folder.
+fn check_distinct(scenes: &[NumberedScene], outputs: &Outputs) -> Result<(), UsageError> {
+    let mut transforms_files: HashMap<PathBuf, &PathBuf> = HashMap::new();
+    for NumberedScene { number, path } in scenes {
+        let transforms = outputs.transforms_file(path, *number);
+        if let Some(other) = transforms_files.insert(transforms.clone(), path) {
+            return Err(UsageError(format!(
+                "{} and {} would both write {}; use {{stem}}/ in -o",
+                other.display(),
+                path.display(),
+                transforms.display()
+            )));
         }
-        Ok(())
     }
+    Ok(())
 }

@@ -1,12 +1,11 @@
 //! Names and formats of output files.
 
+use std::fmt::Debug;
 use std::path::{Path, PathBuf, is_separator};
 use std::sync::Arc;
 
 use super::animation_output::{AnimationOutput, animation_format};
-use super::camera_list::CameraList;
-use super::frames::{FrameSet, PlannedFrame};
-use super::render_options::RenderOptions;
+use super::frames::FrameSet;
 use super::sequence_info::SequenceInfo;
 use super::shards::{self, ShardPlan};
 use crate::args::OutputArgs;
@@ -15,7 +14,11 @@ use crate::usage::UsageError;
 use blinn_output::{BitDepth, ImageFormat, Overwrite, read_fingerprint};
 use blinn_render::display::Background;
 use blinn_render::integrator::Aov;
-use blinn_session::{FileDigests, PathTemplate, SettingsHash, TemplateFields, is_marked_empty};
+use blinn_session::ImageKind;
+use blinn_session::{
+    CameraList, FileDigests, Options, PathTemplate, PlannedFrame, SettingsHash, TemplateFields,
+    is_marked_empty,
+};
 
 /// Where one image is written.
 #[derive(Clone, Debug, PartialEq, Eq, Hash)]
@@ -29,9 +32,19 @@ pub enum Target {
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum OutputKind {
     /// One image per frame.
-    Images(ImageFormat, BitDepth),
+    Images(ImageKind),
     /// One animation per scene.
     Animation(AnimationOutput),
+}
+
+impl OutputKind {
+    /// The settings that decide the bytes of a file.
+    pub fn settings(&self) -> &dyn Debug {
+        match self {
+            OutputKind::Images(kind) => kind,
+            OutputKind::Animation(animation) => animation,
+        }
+    }
 }
 
 /// All output files.
@@ -68,7 +81,7 @@ impl Outputs {
         args: &OutputArgs,
         sequence: &SequenceInfo,
         frames: &FrameSet,
-        options: &RenderOptions,
+        options: &Options,
     ) -> Result<Outputs, UsageError> {
         let output = args.output.as_deref();
         let mut pattern = name_pattern(output, sequence.has_cameras)?;
@@ -110,7 +123,7 @@ impl Outputs {
             shards,
             previews: Vec::new(),
         };
-        let OutputKind::Images(format, _) = outputs.kind else {
+        let OutputKind::Images(ImageKind { format, .. }) = outputs.kind else {
             return match options.depth_unit {
                 Some(_) => Err(UsageError("--depth-unit applies only to images; remove it".into())),
                 None => Ok(outputs),
@@ -189,7 +202,7 @@ impl Outputs {
 
     /// True if AOVs are stored in the images themselves.
     pub fn holds_aovs(&self) -> bool {
-        matches!(self.kind, OutputKind::Images(format, _) if format.supports_layers())
+        matches!(self.kind, OutputKind::Images(ImageKind { format, .. }) if format.supports_layers())
     }
 
     /// The image, if its files exist and their fingerprints match the settings and the current input files.
@@ -245,7 +258,7 @@ fn split_existing_folder(pattern: &str) -> (&str, &str) {
 }
 
 /// Returns an error if --depth-unit has no effect.
-fn check_depth_unit(options: &RenderOptions, format: ImageFormat) -> Result<(), UsageError> {
+fn check_depth_unit(options: &Options, format: ImageFormat) -> Result<(), UsageError> {
     let text = if options.depth_unit.is_none() {
         return Ok(());
     } else if format.supports_layers() {
@@ -259,7 +272,7 @@ fn check_depth_unit(options: &RenderOptions, format: ImageFormat) -> Result<(), 
 }
 
 /// ImageFormat and bit depth of images with this name.
-fn image_kind(name: &str, args: &OutputArgs, options: &RenderOptions) -> Result<OutputKind, UsageError> {
+fn image_kind(name: &str, args: &OutputArgs, options: &Options) -> Result<OutputKind, UsageError> {
     let mut format = match ImageFormat::from_path(Path::new(name)) {
         _ if name == "-" => ImageFormat::Png,
         Some(format) => format,
@@ -284,7 +297,8 @@ fn image_kind(name: &str, args: &OutputArgs, options: &RenderOptions) -> Result<
     if let Some(size) = options.known_size() {
         format.check_size(size).map_err(|e| UsageError(format!("-o {name}: {e}")))?;
     }
-    Ok(OutputKind::Images(format, bit_depth(args.depth.as_deref(), format)?))
+    let depth = bit_depth(args.depth.as_deref(), format)?;
+    Ok(OutputKind::Images(ImageKind { format, depth }))
 }
 
 fn bit_depth(bits: Option<&str>, format: ImageFormat) -> Result<BitDepth, UsageError> {

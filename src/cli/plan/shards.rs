@@ -124,8 +124,8 @@ pub fn sample_key(scene: &Path, index: usize, frame: i64) -> String {
 
 #[cfg(test)]
 mod tests {
-    use super::super::frames::PlannedFrame;
     use super::*;
+    use blinn_session::PlannedFrame;
 
     #[test]
     fn archives_hold_whole_scenes() {

@@ -4,22 +4,21 @@ use std::f64::consts::TAU;
 
 use glam::DVec3;
 
-use super::dataset::DatasetPlan;
-use super::frame_neighbours::FrameNeighbours;
-use super::frames::{FrameSet, PlannedFrame};
-use super::render_options::{RenderOptions, TurntableRotation};
+use super::frames::FrameSet;
 use super::sequence_info::SequenceInfo;
 use crate::args::{DirectionArg, EaseArg, TurnArg, TurnArgs};
 use crate::usage::UsageError;
 use blinn_scene::{DEFAULT_VIEW_DIR, Orbit};
-use blinn_session::{Chunk, FrameList};
+use blinn_session::{
+    Chunk, DatasetPlan, FrameList, FrameNeighbours, Options, PlannedFrame, TurntableRotation,
+};
 
 pub fn rotation(args: &TurnArgs) -> TurntableRotation {
     TurntableRotation { axis: args.axis.unwrap_or(DVec3::Y), rotates_camera: args.turn == TurnArg::Camera }
 }
 
 /// Places the camera at --elevation, with the azimuth of framed views.
-pub fn place_camera(args: &TurnArgs, options: &mut RenderOptions) -> Result<(), UsageError> {
+pub fn place_camera(args: &TurnArgs, options: &mut Options) -> Result<(), UsageError> {
     let is_upright = args.axis.unwrap_or(DVec3::Y).abs() == DVec3::Y;
     if options.ground.is_some() && !is_upright && args.turn == TurnArg::Model {
         return Err(UsageError(

@@ -14,13 +14,13 @@ use super::report::Report;
 use super::scene_job::SceneJob;
 use super::scene_ledger::SceneLedger;
 use crate::console::{scene_error, single_line};
-use crate::plan::{NumberedScene, RenderPlan, load_limits};
+use crate::plan::{NumberedScene, RenderPlan};
 use crate::summary::Summary;
 use blinn_core::cancellation::{CancelToken, Cancelled};
 use blinn_import::LoadError;
 use blinn_output::{SaveError, ShardWriter};
 use blinn_scene::ClipBoundsCache;
-use blinn_session::FileDigests;
+use blinn_session::{FileDigests, SessionError, load_limits};
 
 /// The scenes of a run, and what is written about them.
 pub struct Batch<'a> {
@@ -69,7 +69,7 @@ impl Batch<'_> {
             log: &log,
             report: self.report.as_mut(),
             shard: self.shard.as_mut(),
-            digests: FileDigests::with_limit(load_limits(plan.max_memory).file_bytes),
+            digests: FileDigests::with_limit(load_limits(plan.session.max_memory).file_bytes),
             frames: Vec::new(),
             images: ImageCounts::default(),
             cancel: cancel.clone(),
@@ -154,7 +154,11 @@ pub fn fail(summary: &mut Summary, reporter: &Reporter, error: &Error) {
 /// Returns true for the error of work that was cancelled.
 fn is_cancellation(error: &Error) -> bool {
     let is_load_error = |e: &LoadError| matches!(e, LoadError::Cancelled(_));
-    error.chain().any(|cause| cause.is::<Cancelled>() || cause.downcast_ref().is_some_and(is_load_error))
+    error.chain().any(|cause| {
+        cause.is::<Cancelled>()
+            || cause.downcast_ref().is_some_and(is_load_error)
+            || cause.downcast_ref().is_some_and(SessionError::is_cancelled)
+    })
 }
 
 fn timeout_error(timeout: Duration) -> Error {

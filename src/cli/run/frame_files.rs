@@ -8,8 +8,8 @@ use std::path::{Display, Path, PathBuf};
 
 use anyhow::{Context, Result, bail};
 
-use crate::args::values::AovSelection;
 use blinn_output::canonical_path;
+use blinn_session::AovSelection;
 
 /// Extensions of frames.
 const EXTENSIONS: [&str; 4] = ["png", "jpg", "jpeg", "webp"];

@@ -7,11 +7,12 @@ use anyhow::Result;
 
 use super::panics;
 use super::progress::SceneLog;
-use crate::plan::{BackFaceCulling, RenderPlan, load_limits};
+use crate::plan::RenderPlan;
 use crate::scene_file::{is_stdin, load_scene_file};
 use blinn_core::cancellation::CancelToken;
 use blinn_import::{Limits, LoadOptions, Warning};
 use blinn_scene::Scene;
+use blinn_session::{Notice, SessionLog, load_limits, prepare_scene};
 
 /// A scene without its hidden objects, and what is to be reported about it in its turn.
 pub struct ImportedScene {
@@ -35,10 +36,11 @@ impl ImportedScene {
         cancel: &CancelToken,
     ) -> Result<ImportedScene> {
         let start = Instant::now();
-        let load_options = LoadOptions { limits, cancel: cancel.clone(), ..plan.options.load.clone() };
+        let load_options =
+            LoadOptions { limits, cancel: cancel.clone(), ..plan.session.options.load.clone() };
         let (mut scene, warnings) = load_scene_file(path, &load_options)?;
         let is_empty = scene.instances.is_empty();
-        prepare_scene(plan, &mut scene)?;
+        prepare_scene(&plan.session.options, &mut scene)?;
         Ok(ImportedScene { scene, warnings, is_empty, time: start.elapsed() })
     }
 
@@ -48,12 +50,12 @@ impl ImportedScene {
     /// With --strict, the first warning.
     pub fn report(self, log: &SceneLog) -> Result<Scene> {
         let ImportedScene { scene, warnings, is_empty, time } = self;
-        log.stage_took("load", time, &format!("{} triangles", scene.instanced_triangle_count()));
+        log.stage("load", time, &format!("{} triangles", scene.instanced_triangle_count()));
         log.warn_of_import(warnings)?;
         if is_empty {
-            log.warn("nothing to render: no node of the scene has a mesh with triangles")?;
+            log.warn(Notice::NoTriangles)?;
         } else if scene.instances.is_empty() {
-            log.warn("nothing to render: --hide and --only-objects exclude all objects")?;
+            log.warn(Notice::NothingSelected)?;
         }
         Ok(scene)
     }
@@ -85,17 +87,5 @@ impl NextScene<'_> {
 /// # Errors
 /// As [`ImportedScene::read`] and [`ImportedScene::report`].
 pub fn load_scene(plan: &RenderPlan, path: &Path, log: &SceneLog, cancel: &CancelToken) -> Result<Scene> {
-    ImportedScene::read(plan, path, load_limits(plan.max_memory), cancel)?.report(log)
-}
-
-/// Removes hidden objects, and applies --cull back.
-///
-/// # Errors
-/// The objects of --hide and --only-objects are not found.
-pub fn prepare_scene(plan: &RenderPlan, scene: &mut Scene) -> Result<()> {
-    scene.select(&plan.options.selection)?;
-    if plan.options.cull == BackFaceCulling::All {
-        scene.materials.iter_mut().for_each(|material| material.double_sided = false);
-    }
-    Ok(())
+    ImportedScene::read(plan, path, load_limits(plan.session.max_memory), cancel)?.report(log)
 }

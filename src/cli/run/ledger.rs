@@ -12,10 +12,10 @@ use serde_json::{Value, json};
 
 use crate::console::single_line;
 use crate::files::create_parent_folder;
-use crate::plan::{PlannedFrame, RenderPlan};
+use crate::plan::RenderPlan;
 use blinn_import::file_version;
 use blinn_output::{Overwrite, check_overwrite};
-use blinn_session::SettingsHash;
+use blinn_session::{PlannedFrame, SettingsHash};
 
 /// The start of every line.
 const LINE_START: &[u8] = b"{\"scene\":";

@@ -13,10 +13,10 @@ use super::batch::{Batch, fail, is_disk_full};
 use super::ledger::PastOutcome;
 use super::shard_batch::is_description;
 use crate::files::create_parent_folder;
-use crate::plan::{NumberedScene, ShardPlan, load_limits, sample_key};
+use crate::plan::{NumberedScene, ShardPlan, sample_key};
 use crate::usage::UsageError;
 use blinn_output::{ShardWriter, check_overwrite, read_shard};
-use blinn_session::FileDigests;
+use blinn_session::{FileDigests, load_limits};
 
 /// Scenes one after the other.
 type Scenes<'s> = Box<dyn Iterator<Item = Result<NumberedScene, UsageError>> + 's>;
@@ -211,7 +211,7 @@ impl ArchivedScene {
     fn is_current(&self, batch: &Batch, scene: &NumberedScene) -> bool {
         let plan = batch.plan;
         let frames = plan.frames.known().unwrap_or_default();
-        let mut digests = FileDigests::with_limit(load_limits(plan.max_memory).file_bytes);
+        let mut digests = FileDigests::with_limit(load_limits(plan.session.max_memory).file_bytes);
         let mut is_same = |(frame, (key, fingerprint)): (_, &(String, String))| {
             let hash = plan.member_hash(frame);
             *key == sample_key(&scene.path, scene.number, frame.number)

@@ -13,7 +13,8 @@ use std::os::unix::ffi::OsStrExt;
 use std::os::unix::process::CommandExt;
 use std::path::PathBuf;
 
-use crate::plan::{RenderPlan, load_limits};
+use crate::plan::RenderPlan;
+use blinn_session::load_limits;
 
 /// From this number of scenes on, memory matters more than time.
 const MANY_SCENES: usize = 8;
@@ -44,7 +45,7 @@ pub fn restart_with_tunables(plan: &RenderPlan, argv: &[OsString]) {
         let file = scene.ok().and_then(|scene| std::fs::metadata(scene).ok());
         file.is_some_and(|file| file.len() <= SMALL_FILE)
     };
-    let has_memory = || plan.max_memory.is_none() && load_limits(None).memory_bytes >= AMPLE_MEMORY;
+    let has_memory = || plan.session.max_memory.is_none() && load_limits(None).memory_bytes >= AMPLE_MEMORY;
     let tunables = match plan.scenes.len() {
         MANY_SCENES.. => FRUGAL,
         _ if plan.scenes.iter().all(is_small) && has_memory() => FAST,

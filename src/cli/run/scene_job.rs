@@ -9,23 +9,17 @@ use anyhow::{Context, Error, Result, bail};
 use serde_json::json;
 
 use super::animation_writer::AnimationWriter;
-use super::dataset::{DatasetViews, TransformsFile};
+use super::dataset::TransformsFile;
 use super::dataset_files::DatasetFiles;
-use super::empty_images::EmptyImages;
 use super::golden_check;
 use super::imported_scene::{ImportedScene, NextScene};
 use super::ledger::ImageCounts;
-use super::memory_estimate;
-use super::posed_frame::{PosedFrame, SceneSetup};
 use super::progress::{ImageMonitor, SceneLog};
 use super::report::{Report, THUMBNAIL_SIDE};
-use super::session::{RenderSession, RenderedImage};
 use crate::args::values::DatasetFormat;
 use crate::console::print_stdout;
 use crate::files::create_parent_folder;
-use crate::plan::{
-    ImageCamera, OutputKind, PathConflicts, PlannedFrame, RenderPlan, Target, Writer, load_limits,
-};
+use crate::plan::{OutputKind, PathConflicts, RenderPlan, Target, Writer};
 use crate::scene_file::is_stdin;
 use crate::watched_files::scene_files;
 use blinn_core::cancellation::CancelToken;
@@ -36,7 +30,11 @@ use blinn_output::{
     save,
 };
 use blinn_scene::{ClipBoundsCache, Scene, clip_duration};
-use blinn_session::{FileDigests, fingerprint, mark_empty, run_pipeline};
+use blinn_session::ImageKind;
+use blinn_session::{
+    DatasetViews, EmptyImages, FileDigests, ImageCamera, PlannedFrame, PosedFrame, RenderedImage,
+    SceneRenderer, SceneSetup, SessionLog, check_memory, fingerprint, load_limits, mark_empty, run_pipeline,
+};
 
 /// Frames whose output files are checked at once.
 const FILES_AT_ONCE: usize = 1024;
@@ -80,58 +78,67 @@ impl SceneJob<'_> {
         self.render_missing()?;
         let Some(check) = self.plan.check.as_ref().filter(|_| !self.plan.dry_run) else { return Ok(()) };
         let files = self.plan.output_files(self.path, self.index, &self.frames);
-        let limits = load_limits(self.plan.max_memory);
+        let limits = load_limits(self.plan.session.max_memory);
         golden_check::check(check, self.path, &files, &limits, self.log.reporter)
     }
 
     fn render_missing(&mut self) -> Result<()> {
         // If all images are up to date, the scene need not be read.
         // The fingerprints of a dataset's images have cameras that depend on the scene.
-        let needs_scene = self.plan.dataset.is_some() && self.plan.outputs.resume && self.shard.is_none();
+        let needs_scene =
+            self.plan.session.dataset.is_some() && self.plan.outputs.resume && self.shard.is_none();
         let known = self.plan.frames.known().filter(|_| !needs_scene);
         let known = known.map(|frames| self.without_kept(frames, None)).transpose()?;
         if self.plan.dry_run && !is_stdin(self.path) {
             // Checks that the file exists and may be a scene.
-            let limit = load_limits(self.plan.max_memory).file_bytes;
+            let limit = load_limits(self.plan.session.max_memory).file_bytes;
             if is_in_archive(self.path) {
                 open_input_file(self.path, limit).with_context(|| self.path.display().to_string())?;
             } else {
                 open_scene_file(self.path, limit)?;
             }
         }
-        let is_done = |frames: &[PlannedFrame]| frames.is_empty() && self.plan.dataset.is_none();
+        let is_done = |frames: &[PlannedFrame]| frames.is_empty() && self.plan.session.dataset.is_none();
         if let Some(frames) = known.as_ref().filter(|frames| is_done(frames) || self.plan.dry_run) {
             return self.list(frames);
         }
         let imported = match self.imported.take() {
             Some(imported) => imported,
-            None => {
-                ImportedScene::read(self.plan, self.path, load_limits(self.plan.max_memory), &self.cancel)?
-            }
+            None => ImportedScene::read(
+                self.plan,
+                self.path,
+                load_limits(self.plan.session.max_memory),
+                &self.cancel,
+            )?,
         };
         let scene = imported.report(self.log)?;
         self.scene_files = scene_files(self.path, scene.source.file_names());
         // If a file was replaced after its hash was compared, compare again.
         let is_unchanged = self.digests.record(self.path, &scene.source);
+        let plan = self.plan;
+        let views = |dataset| DatasetViews::new(&plan.session, dataset, &scene, &self.clip_bounds);
+        let views = plan.session.dataset.as_ref().map(views).transpose()?;
+        let views = views.as_ref();
         let frames = match known {
             Some(frames) if is_unchanged => frames,
             _ => {
-                let duration = clip_duration(&scene, &self.plan.options.animation(&scene)?)?;
-                self.without_kept(self.plan.frames.resolve(duration)?, Some(&scene))?
+                let duration = clip_duration(&scene, &self.plan.session.options.animation(&scene)?)?;
+                self.without_kept(self.plan.frames.resolve(duration)?, views)?
             }
         };
         if self.plan.dry_run {
             return self.list(&frames);
         }
-        self.check_files(&scene, &frames)?;
+        self.check_files(&scene, views, &frames)?;
         if frames.is_empty() {
-            return self.write_files(&scene);
+            return self.write_files(&scene, views);
         }
-        let memory_left = memory_estimate::check(self.plan, &scene, frames.len())?;
-        let (plan, next) = (self.plan, self.next);
+        let memory_left = check_memory(&self.plan.session, &scene, frames.len())?;
+        let next = self.next;
         let ((outcome, end), imported_next) = rayon::join(
             || {
-                let outcome = self.render(&scene, &frames).and_then(|()| self.write_files(&scene));
+                let outcome = self.render(&scene, views, &frames);
+                let outcome = outcome.and_then(|()| self.write_files(&scene, views));
                 (outcome, Instant::now())
             },
             || next.and_then(|next| next.read(plan, memory_left)),
@@ -142,18 +149,14 @@ impl SceneJob<'_> {
     }
 
     /// Writes the files that describe all images.
-    fn write_files(&self, scene: &Scene) -> Result<()> {
-        if let Some(transforms) = self.transforms_file(scene) {
-            for file in (DatasetFiles { transforms: &transforms, log: self.log })
-                .write(&self.clip_bounds, &self.cancel)?
-            {
-                self.log.reporter.wrote(Some(self.path), &file);
-            }
+    fn write_files(&self, scene: &Scene, views: Option<&DatasetViews>) -> Result<()> {
+        let Some(transforms) = self.transforms_file(scene, views) else { return Ok(()) };
+        for file in (DatasetFiles { transforms: &transforms, log: self.log }).write(&self.cancel)? {
+            self.log.reporter.wrote(Some(self.path), &file);
         }
         // transforms.json comes last: if it exists, all images do.
-        if let Some(transforms) = self.transforms_file(scene)
-            && self.plan.formats.has(DatasetFormat::Nerf)
-            && let Some(file) = transforms.write(&self.clip_bounds, &self.views_shown)?
+        if self.plan.formats.has(DatasetFormat::Nerf)
+            && let Some(file) = transforms.write(&self.views_shown)?
         {
             self.log.reporter.wrote(Some(self.path), &file);
         }
@@ -161,7 +164,12 @@ impl SceneJob<'_> {
     }
 
     /// Checks before rendering that all files can be written, and that none is an input or has to be kept.
-    fn check_files(&mut self, scene: &Scene, frames: &[PlannedFrame]) -> Result<()> {
+    fn check_files(
+        &mut self,
+        scene: &Scene,
+        views: Option<&DatasetViews>,
+        frames: &[PlannedFrame],
+    ) -> Result<()> {
         let paths = PathConflicts::with_scene(self.path, scene.source.file_names());
         if let Some(report) = &mut self.report {
             report.check_not_input(&paths)?;
@@ -174,18 +182,16 @@ impl SceneJob<'_> {
             }
             self.check_not_kept(&files)?;
         }
-        if let Some(transforms) = self.transforms_file(scene)
-            && self.plan.formats.has(DatasetFormat::Nerf)
-        {
-            transforms.check(&self.clip_bounds)?;
-        }
-        if let Some(transforms) = self.transforms_file(scene)
-            && let Some(file) = self.plan.formats.preferred_model(&transforms.file())
-        {
-            let file = file.display();
-            bail!(
-                "--dataset colmap: readers would prefer {file} to the text files; remove it or write colmap-bin"
-            );
+        if let Some(transforms) = self.transforms_file(scene, views) {
+            if self.plan.formats.has(DatasetFormat::Nerf) {
+                transforms.check()?;
+            }
+            if let Some(file) = self.plan.formats.preferred_model(&transforms.file()) {
+                let file = file.display();
+                bail!(
+                    "--dataset colmap: readers would prefer {file} to the text files; remove it or write colmap-bin"
+                );
+            }
         }
         let first = &frames[..frames.len().min(1)];
         if let Some(first) = self.plan.output_files(self.path, self.index, first).first() {
@@ -195,9 +201,14 @@ impl SceneJob<'_> {
         Ok(())
     }
 
-    fn transforms_file<'s>(&'s self, scene: &'s Scene) -> Option<TransformsFile<'s>> {
-        let dataset = self.plan.dataset.as_ref().filter(|_| self.shard.is_none())?;
-        Some(TransformsFile { plan: self.plan, dataset, scene, path: self.path, index: self.index })
+    /// The `transforms.json` of a dataset, unless its images go into an archive.
+    fn transforms_file<'s>(
+        &'s self,
+        scene: &'s Scene,
+        views: Option<&'s DatasetViews<'s>>,
+    ) -> Option<TransformsFile<'s>> {
+        let views = views.filter(|_| self.shard.is_none())?;
+        Some(TransformsFile { plan: self.plan, views, scene, path: self.path, index: self.index })
     }
 
     /// Returns an error if a file exists that --no-overwrite keeps. The files that describe all views are checked by their
@@ -211,11 +222,17 @@ impl SceneJob<'_> {
 
     /// Renders frames in a pipeline: while one frame is rendered, the next is posed and its BVH built, and the
     /// previous one is encoded and written.
-    fn render(&mut self, scene: &Scene, frames: &[PlannedFrame]) -> Result<()> {
+    fn render(&mut self, scene: &Scene, views: Option<&DatasetViews>, frames: &[PlannedFrame]) -> Result<()> {
         let (path, reporter) = (self.path, self.log.reporter);
         reporter.begin_frames(path, frames.len());
-        let (session, start) =
-            RenderSession::new(self.plan, scene, frames.len(), self.log, &self.clip_bounds, &self.cancel)?;
+        let (session, start) = SceneRenderer::new(
+            &self.plan.session,
+            scene,
+            frames.len(),
+            self.log,
+            &self.clip_bounds,
+            &self.cancel,
+        )?;
         let mut animation = match (self.plan.outputs.kind, self.target(&frames[0])) {
             (OutputKind::Animation(output), Target::File(file)) => {
                 let replace = self.plan.outputs.replace;
@@ -223,10 +240,10 @@ impl SceneJob<'_> {
             }
             _ => None,
         };
-        let samples = match (&self.shard, &self.plan.dataset) {
-            (Some(_), Some(dataset)) => {
+        let samples = match (&self.shard, views) {
+            (Some(_), Some(views)) => {
                 let SceneJob { plan, path, index, .. } = *self;
-                Some(TransformsFile { plan, dataset, scene, path, index }.describe(&self.clip_bounds)?)
+                Some(TransformsFile { plan, views, scene, path, index }.describe()?)
             }
             _ => None,
         };
@@ -246,7 +263,7 @@ impl SceneJob<'_> {
                     reporter.count_empty();
                     // With --strict, the first ends the scene.
                     let message = empty_images.add(reason, frames[i].number);
-                    message.filter(|_| log.is_strict()).map_or(Ok(()), |text| log.warn(&text))?;
+                    message.filter(|_| log.is_strict()).map_or(Ok(()), |notice| log.warn(notice))?;
                 }
                 Ok((image, since.elapsed()))
             },
@@ -264,8 +281,8 @@ impl SceneJob<'_> {
                 Ok(())
             },
         )?;
-        if let Some(text) = empty_images.message(frames.len()) {
-            log.warn(&text)?;
+        if let Some(notice) = empty_images.summary(frames.len()) {
+            log.warn(notice)?;
         }
         if let Some(animation) = animation {
             self.finish_animation(animation)?;
@@ -281,14 +298,14 @@ impl SceneJob<'_> {
     ) -> Result<()> {
         let start = Instant::now();
         animation.add(&image.picture, render_time)?;
-        self.log.stage("encode", start, "");
+        self.log.stage_since("encode", start, "");
         Ok(())
     }
 
     fn finish_animation(&mut self, animation: AnimationWriter) -> Result<()> {
         let start = Instant::now();
         let written = animation.finish()?;
-        self.log.stage("save", start, "");
+        self.log.stage_since("save", start, "");
         self.images.files += 1;
         self.images.bytes += written.file.metadata().map_or(0, |file| file.len());
         self.log.reporter.wrote(Some(self.path), &written.file);
@@ -306,7 +323,7 @@ impl SceneJob<'_> {
     fn without_kept(
         &mut self,
         mut frames: Vec<PlannedFrame>,
-        scene: Option<&Scene>,
+        views: Option<&DatasetViews>,
     ) -> Result<Vec<PlannedFrame>> {
         let plan = self.plan;
         if plan.check.is_some() {
@@ -315,14 +332,8 @@ impl SceneJob<'_> {
         let count = frames.len();
         // Archives are kept as a whole.
         if plan.outputs.resume && self.shard.is_none() {
-            let views = match (&plan.dataset, scene) {
-                (Some(dataset), Some(scene)) => {
-                    Some(DatasetViews::new(plan, dataset, scene, &self.clip_bounds)?)
-                }
-                _ => None,
-            };
             frames.retain(|frame| {
-                let hash = match (&views, &plan.cameras, frame.camera) {
+                let hash = match (views, &plan.session.cameras, frame.camera) {
                     (Some(views), ..) => views.view(frame).ok().map(|view| plan.view_hash(frame, &view)),
                     (None, Some(cameras), Some(index)) => {
                         cameras.camera(index).ok().map(|view| plan.view_hash(frame, &view))
@@ -349,7 +360,7 @@ impl SceneJob<'_> {
 
     /// Notes for `transforms.json` if an image of a dataset shows something.
     fn add_view(&mut self, file: &Path, is_shown: bool) {
-        if self.plan.dataset.is_some() {
+        if self.plan.session.dataset.is_some() {
             let name = file.file_name().unwrap_or_default().to_string_lossy().into_owned();
             self.views_shown.insert(name, is_shown);
         }
@@ -373,7 +384,7 @@ impl SceneJob<'_> {
     ) -> Result<()> {
         let start = Instant::now();
         let RenderedImage { picture, empty, view } = image;
-        let OutputKind::Images(format, depth) = self.plan.outputs.kind else { return Ok(()) };
+        let OutputKind::Images(ImageKind { format, depth }) = self.plan.outputs.kind else { return Ok(()) };
         let Target::File(name) = self.target(frame) else { return Ok(()) };
         picture.fingerprint = image_fingerprint(self.plan, frame, *view, self.path, scene, empty.is_some());
         let hash = self.plan.member_hash(frame);
@@ -402,7 +413,7 @@ impl SceneJob<'_> {
             self.images.files += 1;
             self.images.bytes += bytes.len() as u64;
         }
-        self.log.stage("save", start, "");
+        self.log.stage_since("save", start, "");
         Ok(())
     }
 
@@ -418,7 +429,7 @@ impl SceneJob<'_> {
         let RenderedImage { picture, empty, view } = image;
         let is_empty = empty.is_some();
         let outputs = &self.plan.outputs;
-        let OutputKind::Images(format, depth) = outputs.kind else { return Ok(()) };
+        let OutputKind::Images(ImageKind { format, depth }) = outputs.kind else { return Ok(()) };
         match self.target(frame) {
             Target::Stdout => {
                 let bytes = format.encode(picture, depth).context("standard output")?;
@@ -439,7 +450,7 @@ impl SceneJob<'_> {
                 self.add_view(&file, !is_empty);
             }
         }
-        self.log.stage("save", start, "");
+        self.log.stage_since("save", start, "");
         Ok(())
     }
 }
@@ -453,13 +464,13 @@ pub fn image_fingerprint(
     scene: &Scene,
     is_empty: bool,
 ) -> Option<String> {
-    let has_view = plan.dataset.is_some() || plan.cameras.is_some();
+    let has_view = plan.session.dataset.is_some() || plan.session.cameras.is_some();
     let hash = match view.filter(|_| has_view) {
         Some(view) => plan.view_hash(frame, &view),
         None => plan.settings_hash(frame),
     };
     let fingerprint = fingerprint(hash, path, &scene.source)?;
-    let is_marked = is_empty && plan.dataset.is_some();
+    let is_marked = is_empty && plan.session.dataset.is_some();
     Some(if is_marked { mark_empty(&fingerprint) } else { fingerprint })
 }
 

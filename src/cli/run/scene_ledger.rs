@@ -6,12 +6,11 @@ use std::time::Instant;
 use anyhow::Result;
 
 use super::ledger::{ImageCounts, Ledger, LedgerEntry, PastOutcome, SceneKey};
-use super::memory_estimate::format_bytes;
 use crate::args::ProcessArgs;
 use crate::plan::{RenderPlan, Target};
 use crate::scene_file::is_stdin;
 use crate::summary::Summary;
-use blinn_session::SettingsHash;
+use blinn_session::{SettingsHash, format_bytes};
 
 /// The ledger of a plan.
 pub struct SceneLedger<'a> {

@@ -5,7 +5,6 @@ use std::time::Duration;
 
 use super::batch::{Batch, fail, is_disk_full};
 use super::limited_shards::render_limited_shards;
-use super::memory_estimate::format_bytes;
 use super::progress::Reporter;
 use super::report::Report;
 use super::scene_ledger::SceneLedger;
@@ -14,7 +13,8 @@ use crate::args::ProcessArgs;
 use crate::plan::RenderPlan;
 use crate::summary::Summary;
 use crate::usage::UsageError;
-use blinn_bench::memory::peak_bytes;
+use blinn_session::format_bytes;
+use blinn_session::memory::peak_bytes;
 
 /// Renders each scene of the plan's share, and returns the files that the last one was made from. The failure of a scene
 /// does not affect the others.

@@ -10,10 +10,10 @@ use super::batch::{Batch, fail, is_disk_full};
 use super::ledger::PastOutcome;
 use crate::console::print_stdout;
 use crate::files::create_parent_folder;
-use crate::plan::{NumberedScene, PlannedFrame, ShardPlan, load_limits, sample_key};
+use crate::plan::{NumberedScene, ShardPlan, sample_key};
 use crate::usage::UsageError;
 use blinn_output::{ShardMember, ShardWriter, check_overwrite, read_shard};
-use blinn_session::FileDigests;
+use blinn_session::{FileDigests, PlannedFrame, load_limits};
 
 /// Renders scenes into archives. With --resume, archives that are up to date are kept, and all others are made anew.
 pub fn render_shards(
@@ -127,7 +127,7 @@ fn is_current(batch: &Batch, file: &Path, scenes: &[NumberedScene], past: &[Opti
             missing.extend(frames.iter().map(|frame| (key(frame), (i, frame))));
         }
     }
-    let max_bytes = load_limits(plan.max_memory).file_bytes;
+    let max_bytes = load_limits(plan.session.max_memory).file_bytes;
     let mut digests: Vec<FileDigests> = scenes.iter().map(|_| FileDigests::with_limit(max_bytes)).collect();
     let stale = || std::io::Error::other("not up to date");
     let check = |ShardMember { name, bytes, .. }: ShardMember| {

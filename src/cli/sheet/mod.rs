@@ -13,13 +13,10 @@ use super::args::SheetArgs;
 use super::args::values::BackgroundArg;
 use super::console::{print_stdout, scene_error, single_line};
 use super::files::create_parent_folder;
-use super::plan::{NumberedScene, OutputKind, PathConflicts, PlannedFrame, RenderPlan, Target, Writer};
-use super::run::empty_images::EmptyImages;
+use super::plan::{NumberedScene, OutputKind, PathConflicts, RenderPlan, Target, Writer};
 use super::run::imported_scene::load_scene;
-use super::run::posed_frame::PosedFrame;
 use super::run::progress::{ImageMonitor, Reporter, SceneLog};
-use super::run::session::RenderSession;
-use super::run::{memory_estimate, panics, runtime};
+use super::run::{panics, runtime};
 use super::summary::Summary;
 use super::usage::UsageError;
 use blinn_core::cancellation::CancelToken;
@@ -27,6 +24,8 @@ use blinn_core::geometry::Rgb;
 use blinn_output::{Canvas, ImageFormat, check_writable, write_atomically};
 use blinn_render::display::Background;
 use blinn_scene::{PoseSettings, SourceFormat, linear_to_srgb8, pose};
+use blinn_session::ImageKind;
+use blinn_session::{EmptyImages, PlannedFrame, PosedFrame, SceneRenderer, SessionLog, check_memory};
 use labels::{Labels, Unit};
 use layout::{MIN_SIDE, SheetLayout};
 
@@ -35,7 +34,9 @@ const BACKGROUND: Rgb = Rgb::new(0.8, 0.82, 0.85);
 
 pub fn run(args: &SheetArgs) -> Result<Summary, UsageError> {
     let plan = plan(args)?;
-    let OutputKind::Images(format, _) = plan.outputs.kind else { return Err(no_such_format()) };
+    let OutputKind::Images(ImageKind { format, .. }) = plan.outputs.kind else {
+        return Err(no_such_format());
+    };
     if format == ImageFormat::Exr {
         return Err(no_such_format());
     }
@@ -119,17 +120,18 @@ impl Sheet<'_> {
             create_parent_folder(file)?;
             check_writable(file, plan.outputs.replace)?;
         }
-        memory_estimate::check(plan, &scene, 1)?;
-        let animation = plan.options.animation(&scene)?;
+        check_memory(&plan.session, &scene, 1)?;
+        let animation = plan.session.options.animation(&scene)?;
         let posed = pose(&scene, &PoseSettings { time: planned.time, animation, centre: None })?;
         let layout = SheetLayout::new(posed.bounds(), self.size);
 
         let mut plan = plan.clone();
-        plan.options.view.complete = layout.cells.first().map(|cell| cell.camera);
+        plan.session.options.view.complete = layout.cells.first().map(|cell| cell.camera);
         let mut frame = PosedFrame { time: planned.time, posed, accel: None };
-        let session = RenderSession::from_start(&plan, &scene, log, &mut frame, &CancelToken::default())?;
+        let session =
+            SceneRenderer::from_start(&plan.session, &scene, log, &mut frame, &CancelToken::default())?;
         session.setup.build(&mut frame)?;
-        let mut canvas = Canvas::new(self.size, background_pixel(plan.options.background));
+        let mut canvas = Canvas::new(self.size, background_pixel(plan.session.options.background));
         let empty_images = EmptyImages::default();
         log.reporter.begin_frames(path, layout.cells.len());
         for cell in &layout.cells {
@@ -140,12 +142,12 @@ impl Sheet<'_> {
             canvas.copy(&pixels, layout.cell_size.0, cell.origin);
             image.empty.map(|reason| empty_images.add(reason, planned.number));
         }
-        if let Some(text) = empty_images.message(layout.cells.len()) {
-            log.warn(&text)?;
+        if let Some(notice) = empty_images.summary(layout.cells.len()) {
+            log.warn(notice)?;
         }
         let is_metres = scene.source.format == SourceFormat::Gltf;
         let unit = Unit::for_longest(layout.bounds.extent().max_element(), is_metres);
-        let on_light = is_light(plan.options.background);
+        let on_light = is_light(plan.session.options.background);
         labels::draw(&mut canvas, &layout, &Labels { title: &scene.name, unit, on_light });
         self.save(&target, &canvas.into_pixels())?;
         Ok(self.describe(&target, &layout, is_metres, session.exposure.ev))
@@ -167,7 +169,7 @@ impl Sheet<'_> {
                 self.log.reporter.wrote(Some(self.path), file);
             }
         }
-        self.log.stage("save", start, "");
+        self.log.stage_since("save", start, "");
         Ok(())
     }
 

@@ -9,9 +9,8 @@ use glam::DVec3;
 use super::start_flags::StartFlags;
 use super::state::{CameraState, ExposureState, OrbitState, ProjectionState, ViewState};
 use super::visibility::HidePatterns;
-use crate::plan::camera_name;
-use crate::run::metering::ResolvedExposure;
 use blinn_scene::{Orbit, Scene};
+use blinn_session::{ResolvedExposure, camera_name};
 
 /// Minimum number of samples for adaptive sampling.
 const ADAPTIVE_SAMPLES: u32 = 5;

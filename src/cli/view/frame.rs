@@ -7,17 +7,15 @@ use anyhow::{Result, bail};
 use serde_json::{Value, json};
 
 use super::view_scene::ViewScene;
-use crate::args::values::AoArg;
-use crate::plan::{OutputKind, PlannedFrame, RenderPlan};
-use crate::run::empty_images::EmptyImages;
-use crate::run::memory_estimate;
+use crate::plan::{OutputKind, RenderPlan};
 use crate::run::progress::{SceneLog, quiet_reporter};
 use crate::run::scene_job::image_fingerprint;
-use crate::run::session::RenderSession;
 use blinn_core::cancellation::CancelToken;
 use blinn_output::{BitDepth, ImageFormat, Picture};
 use blinn_render::display::Background;
 use blinn_scene::{Camera, Projection};
+use blinn_session::ImageKind;
+use blinn_session::{EmptyImages, OcclusionSampling, PlannedFrame, SceneRenderer, SessionLog, check_memory};
 
 /// JPEG quality of all frames but the last.
 const DRAFT_QUALITY: u8 = 82;
@@ -87,8 +85,8 @@ pub fn render_frame(
     let reporter = quiet_reporter();
     let log = SceneLog::new(&reporter, path, false).collecting();
     let frame = view_scene.with_poses(|scene, poses| {
-        memory_estimate::check(plan, scene, 1)?;
-        let session = RenderSession::from_start(plan, scene, &log, &mut poses.start, cancel)?;
+        check_memory(&plan.session, scene, 1)?;
+        let session = SceneRenderer::from_start(&plan.session, scene, &log, &mut poses.start, cancel)?;
         let posed = poses.at(&session.setup, planned.time)?;
         let start = Instant::now();
         let image = session.render(&planned, posed, cancel)?;
@@ -104,13 +102,13 @@ pub fn render_frame(
         };
         let empty_images = EmptyImages::default();
         image.empty.map(|reason| empty_images.add(reason, planned.number));
-        empty_images.message(1).map_or(Ok(()), |text| log.warn(&text))?;
+        empty_images.summary(1).map_or(Ok(()), |notice| log.warn(notice))?;
         let is_jpeg = matches!(format, Some(ImageFormat::Jpeg(_)));
         Ok(Frame {
             bytes,
             mime: if is_jpeg { "image/jpeg" } else { "image/png" },
             size: session.size(),
-            samples: plan.options.settings.samples,
+            samples: plan.session.options.samples,
             is_final: quality == Quality::Final,
             time: start.elapsed(),
             camera: camera.unwrap_or(Value::Null),
@@ -127,20 +125,21 @@ fn with_quality(plan: &RenderPlan, quality: Quality) -> RenderPlan {
     if quality == Quality::Final {
         return plan;
     }
-    let options = &mut plan.options;
-    options.settings.samples = 1;
-    options.settings.adaptive = None;
+    let options = &mut plan.session.options;
+    options.samples = 1;
+    options.adaptive = None;
     if let Quality::Coarse { width, height } = quality {
         options.size = Some((width, height));
         options.bounces = options.bounces.min(DRAFT_BOUNCES);
-        options.ao = options.ao.map(|ao| AoArg { samples: ao.samples.min(DRAFT_OCCLUSION), ..ao });
+        options.ao =
+            options.ao.map(|ao| OcclusionSampling { samples: ao.samples.min(DRAFT_OCCLUSION), ..ao });
     }
     plan
 }
 
 /// A format that is encoded and sent sooner; `None` for the picture itself.
 fn draft_format(plan: &RenderPlan, quality: Quality) -> Option<ImageFormat> {
-    let is_opaque = plan.options.background != Background::Transparent;
+    let is_opaque = plan.session.options.background != Background::Transparent;
     match quality {
         Quality::Final => None,
         _ if is_opaque => Some(ImageFormat::Jpeg(DRAFT_QUALITY)),
@@ -151,7 +150,7 @@ fn draft_format(plan: &RenderPlan, quality: Quality) -> Option<ImageFormat> {
 /// Encodes a picture as `blinn render` does.
 fn encode_final(plan: &RenderPlan, picture: &Picture) -> Result<Vec<u8>> {
     match plan.outputs.kind {
-        OutputKind::Images(format, depth) => Ok(format.encode(picture, depth)?),
+        OutputKind::Images(ImageKind { format, depth }) => Ok(format.encode(picture, depth)?),
         OutputKind::Animation(_) => bail!("a picture is no animation"),
     }
 }

@@ -4,11 +4,13 @@ use std::path::Path;
 
 use anyhow::Result;
 
-use crate::plan::{BackFaceCulling, RenderPlan, load_limits};
+use crate::console::with_flags;
+use crate::plan::RenderPlan;
 use crate::scene_file::load_scene_file;
 use blinn_core::cancellation::CancelToken;
 use blinn_import::LoadOptions;
 use blinn_scene::{Animation, Instance, Light, Scene, Selection};
+use blinn_session::{BackFaceCulling, load_limits};
 
 /// A scene, and the parts that a selection removes from it.
 pub struct LoadedScene {
@@ -26,16 +28,16 @@ impl LoadedScene {
     /// # Errors
     /// The file cannot be read.
     pub fn load(plan: &RenderPlan, path: &Path, cancel: &CancelToken) -> Result<LoadedScene> {
-        let limits = load_limits(plan.max_memory);
-        let options = LoadOptions { limits, cancel: cancel.clone(), ..plan.options.load.clone() };
+        let limits = load_limits(plan.session.max_memory);
+        let options = LoadOptions { limits, cancel: cancel.clone(), ..plan.session.options.load.clone() };
         let (mut scene, warnings) = load_scene_file(path, &options)?;
-        if plan.options.cull == BackFaceCulling::All {
+        if plan.session.options.cull == BackFaceCulling::All {
             scene.materials.iter_mut().for_each(|material| material.double_sided = false);
         }
         Ok(LoadedScene {
             instances: scene.instances.clone(),
             lights: (!scene.lights.is_empty()).then(|| (scene.lights.clone(), scene.animations.clone())),
-            warnings: warnings.iter().map(ToString::to_string).collect(),
+            warnings: warnings.iter().map(|warning| with_flags(&warning.to_string())).collect(),
             scene,
         })
     }

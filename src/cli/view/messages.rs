@@ -4,6 +4,7 @@ use serde::Deserialize;
 use serde_json::{Value, json};
 
 use super::state::ViewState;
+use crate::console::with_flags;
 
 /// A message of the page.
 #[derive(Clone, Debug, Deserialize)]
@@ -35,12 +36,12 @@ pub struct PickMessage {
 
 /// The text of an error of a picture, which the next picture clears.
 pub fn error(text: &str) -> String {
-    json!({"type": "error", "text": text, "scene": false}).to_string()
+    json!({"type": "error", "text": with_flags(text), "scene": false}).to_string()
 }
 
 /// The text of an error of the scene's files, which stays until they are read without one.
 pub fn scene_error(text: &str) -> String {
-    json!({"type": "error", "text": text, "scene": true}).to_string()
+    json!({"type": "error", "text": with_flags(text), "scene": true}).to_string()
 }
 
 /// The text of a status: `loading`, `rendering`, `idle` or `reloading`.

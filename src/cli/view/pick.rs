@@ -6,12 +6,12 @@ use anyhow::{Context, Result};
 
 use super::frame::planned_frame;
 use super::view_scene::ViewScene;
-use crate::plan::{BackFaceCulling, RenderPlan};
+use crate::plan::RenderPlan;
 use crate::run::progress::{SceneLog, quiet_reporter};
-use crate::run::session::RenderSession;
 use blinn_accel::RayBatch;
 use blinn_core::cancellation::CancelToken;
 use blinn_render::integrator::MaterialHitFilter;
+use blinn_session::{BackFaceCulling, SceneRenderer};
 
 /// An object by its index from 0, and the point that is visible.
 pub type Picked = (u32, [f64; 3]);
@@ -32,13 +32,13 @@ pub fn pick(
     let log = SceneLog::new(&reporter, path, false);
     view_scene.with_poses(|scene, poses| {
         let cancel = CancelToken::default();
-        let session = RenderSession::from_start(plan, scene, &log, &mut poses.start, &cancel)?;
+        let session = SceneRenderer::from_start(&plan.session, scene, &log, &mut poses.start, &cancel)?;
         let frame = poses.at(&session.setup, planned.time)?;
         let camera = session.camera(&planned, &frame.posed)?;
         let (width, height) = session.full_size();
         let (film_x, film_y) = (x / f64::from(width), 1.0 - y / f64::from(height));
         let ray = camera.eye_ray(film_x, film_y, frame.posed.centre);
-        let cull_back_faces = plan.options.cull != BackFaceCulling::Off;
+        let cull_back_faces = plan.session.options.cull != BackFaceCulling::Off;
         let mut rays = RayBatch { cull_back_faces, ..Default::default() };
         // As eye rays do.
         rays.t_min = (camera.clip.near / camera.depth_per_t()) as f32;

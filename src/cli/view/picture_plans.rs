@@ -14,9 +14,9 @@ use super::state::ExposureState;
 use super::visibility::HidePatterns;
 use crate::plan::RenderPlan;
 use crate::render_flags::render_plan;
-use crate::run::metering::ResolvedExposure;
 use crate::usage::UsageError;
 use blinn_core::cancellation::CancelToken;
+use blinn_session::{ResolvedExposure, SessionPlan};
 
 /// Maximum number of metered exposures that are kept.
 const MAX_EXPOSURES: usize = 64;
@@ -66,7 +66,8 @@ impl PicturePlans {
 
     fn parse(&self, flags: Vec<OsString>) -> Result<RenderPlan, UsageError> {
         let plan = render_plan(flags, &self.path)?;
-        Ok(RenderPlan { max_memory: self.max_memory, ..plan })
+        let session = SessionPlan { max_memory: self.max_memory, ..plan.session };
+        Ok(RenderPlan { session, ..plan })
     }
 
     /// Forgets what depends on the files.

@@ -5,22 +5,21 @@ use glam::DVec3;
 
 use super::start_flags::StartFlags;
 use super::state::{CameraState, ExposureState, OrbitState, ProjectionState, ViewState};
-use crate::args::values::Exposure;
 use crate::plan::RenderPlan;
-use crate::run::framing::Framing;
 use blinn_render::display::ViewTransform;
 use blinn_scene::{
     AnimationChoice, Camera, DEFAULT_YFOV, LightSet, PosedScene, Projection, Scene, View, active_animations,
 };
+use blinn_session::{Exposure, Framing};
 
 /// The state that shows what `blinn render` would with the same flags.
 ///
 /// # Errors
 /// The camera does not suit the scene.
 pub fn start_state(plan: &RenderPlan, flags: &StartFlags, posed: &PosedScene) -> Result<ViewState> {
-    let options = &plan.options;
+    let options = &plan.session.options;
     let scene = posed.scene;
-    let framing = Framing::new(plan, posed, options.size_for(scene))?;
+    let framing = Framing::new(&plan.session, posed, options.size_for(scene))?;
     let lit = options.lighting.resolve(posed, &framing.camera);
     Ok(ViewState {
         camera: start_camera(plan, posed, &framing.camera),
@@ -46,7 +45,7 @@ pub fn start_state(plan: &RenderPlan, flags: &StartFlags, posed: &PosedScene) ->
         background: flags.all.value("background").and_then(|value| value.to_str()).unwrap_or_default().into(),
         ground: options.ground.is_some(),
         ao: options.ao.map_or(0, |ao| ao.samples),
-        samples: options.settings.samples,
+        samples: options.samples,
     })
 }
 
@@ -72,7 +71,7 @@ fn light_names(sets: &[LightSet]) -> String {
 /// axis that is closest to the scene's centre.
 fn start_camera(plan: &RenderPlan, posed: &PosedScene, camera: &Camera) -> CameraState {
     let scene = posed.scene;
-    let view = &plan.options.view;
+    let view = &plan.session.options.view;
     let without_lens = View { camera: None, fit: Default::default(), clip: None, ..view.clone() };
     let is_unchanged = without_lens == View::default();
     if is_unchanged && view.uses_file_camera(scene) {

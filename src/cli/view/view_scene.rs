@@ -5,14 +5,11 @@ use std::path::Path;
 use anyhow::{Context, Result};
 
 use super::loaded_scene::LoadedScene;
-use crate::plan::{BackFaceCulling, RenderPlan};
-use crate::run::memory_estimate;
-use crate::run::metering::ResolvedExposure;
-use crate::run::posed_frame::{PosedFrame, SceneSetup};
+use crate::plan::RenderPlan;
 use crate::run::progress::{SceneLog, quiet_reporter};
-use crate::run::session::RenderSession;
 use blinn_core::cancellation::CancelToken;
 use blinn_scene::{AnimationChoice, PoseSettings, Scene, Selection, pose};
+use blinn_session::{BackFaceCulling, PosedFrame, ResolvedExposure, SceneRenderer, SceneSetup, check_memory};
 
 self_cell::self_cell!(
     /// A scene that owns its poses.
@@ -69,7 +66,7 @@ enum Content {
 
 /// Options of a plan that take effect when a scene is loaded, as text.
 fn load_key(plan: &RenderPlan) -> String {
-    format!("{:?} {}", plan.options.load, plan.options.cull == BackFaceCulling::All)
+    format!("{:?} {}", plan.session.options.load, plan.session.options.cull == BackFaceCulling::All)
 }
 
 impl ViewScene {
@@ -79,12 +76,12 @@ impl ViewScene {
     /// The file cannot be read, or needs more memory than there is.
     pub fn load(plan: &RenderPlan, path: &Path, cancel: &CancelToken) -> Result<ViewScene> {
         let mut loaded = LoadedScene::load(plan, path, cancel)?;
-        loaded.show(&plan.options.selection)?;
-        memory_estimate::check(plan, &loaded.scene, 1)?;
+        loaded.show(&plan.session.options.selection)?;
+        check_memory(&plan.session, &loaded.scene, 1)?;
         let mut view_scene = ViewScene {
             key: load_key(plan),
-            selection: plan.options.selection.clone(),
-            animation: plan.options.animation(&loaded.scene)?,
+            selection: plan.session.options.selection.clone(),
+            animation: plan.session.options.animation(&loaded.scene)?,
             content: None,
         };
         view_scene.pose(loaded)?;
@@ -101,8 +98,8 @@ impl ViewScene {
     /// # Errors
     /// A pattern matches nothing, or there is no such animation.
     pub fn show(&mut self, plan: &RenderPlan) -> Result<()> {
-        let animation = plan.options.animation(self.scene()?)?;
-        let selection = &plan.options.selection;
+        let animation = plan.session.options.animation(self.scene()?)?;
+        let selection = &plan.session.options.selection;
         let is_posed = matches!(self.content, Some(Content::Posed(_)));
         if is_posed && self.selection == *selection && self.animation == animation {
             return Ok(());
@@ -183,7 +180,7 @@ impl ViewScene {
         let reporter = quiet_reporter();
         let log = SceneLog::new(&reporter, path, false);
         self.with_poses(|scene, poses| {
-            Ok(RenderSession::from_start(plan, scene, &log, &mut poses.start, cancel)?.exposure)
+            Ok(SceneRenderer::from_start(&plan.session, scene, &log, &mut poses.start, cancel)?.exposure)
         })
     }
 }

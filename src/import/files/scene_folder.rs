@@ -226,7 +226,7 @@ impl SceneFolder {
             return refuse("is not a file name");
         }
         let relative = self.normalize(name);
-        let outside = "is outside the scene's folder and was not read; allow it with --allow-outside";
+        let outside = "is outside the scene's folder and was not read; allow it with `allow-outside`";
         // A colon without slashes is part of a file name. Drive letters are path prefixes on Windows.
         if relative.contains("://") {
             return refuse("is not a local file and was not read");

@@ -98,7 +98,7 @@ pub(super) fn warn_of_empty_scene(
     if let Some(other) = root.scenes.iter().position(&mut shows_mesh) {
         let default = root.scene.map_or(0, |scene| scene.value());
         let name = printable(&scene_names(root)[other]);
-        let message = format!("the default scene has no meshes; select another with --scene '{name}'");
+        let message = format!("the default scene has no meshes; select another with `scene {name}`");
         warnings.add(format_args!("scenes[{default}]"), message);
     }
 }

@@ -38,7 +38,7 @@ pub(super) fn check_rate(fps: f64) -> Result<(), String> {
     if timing(fps).delay(0) <= u64::from(u16::MAX) {
         return Ok(());
     }
-    Err(format!("APNG has at least one frame in 6.5 s, not {fps} frames a second; set another --fps"))
+    Err(format!("APNG has at least one frame in 6.5 s, not {fps} frames a second; set another `fps`"))
 }
 
 impl Apng {

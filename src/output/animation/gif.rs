@@ -35,7 +35,7 @@ pub(super) fn check_rate(fps: f64) -> Result<(), String> {
     if fps > MAX_FPS || timing(fps).delay(0) > u64::from(u16::MAX) {
         return Err(format!(
             "GIF has at most {MAX_FPS} frames a second and at least one in 655 s, not {fps}; \
-             set another --fps, or write .apng or .mp4"
+             set another `fps`, or write .apng or .mp4"
         ));
     }
     Ok(())

@@ -159,7 +159,7 @@ fn unsupported_input_is_an_error_of_one_line() {
     assert_eq!(std::fs::read_dir(folder.path()).unwrap().count(), 0);
 
     std::fs::write(&path, "mine").unwrap();
-    refused(&path, AnimationFormat::Gif, &with(|s| s.overwrite = Overwrite::No), "--no-overwrite");
+    refused(&path, AnimationFormat::Gif, &with(|s| s.overwrite = Overwrite::No), "no-overwrite");
     assert_eq!(std::fs::read(&path).unwrap(), b"mine");
 }
 

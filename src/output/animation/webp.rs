@@ -38,7 +38,7 @@ pub(super) fn check_rate(fps: f64) -> Result<(), String> {
     if fps <= 1000.0 && timing(fps).delay(0) <= MAX_DELAY {
         return Ok(());
     }
-    Err(format!("WebP has 0.00006 to 1000 frames a second, not {fps}; set another --fps"))
+    Err(format!("WebP has 0.00006 to 1000 frames a second, not {fps}; set another `fps`"))
 }
 
 /// Checks the number of pixels a side.

@@ -7,7 +7,8 @@ use blinn_bench::BenchStage;
 use blinn_core::geometry::Rgb;
 use blinn_render::PixelRect;
 use blinn_render::display::Background;
-use blinn_render::integrator::{Aov, MatteKind};
+use blinn_render::integrator::Aov;
+use blinn_session::{AovSelection, CRYPTOMATTE, Exposure};
 
 /// `R,G,B` in linear light, or `#rrggbb` in sRGB.
 pub fn color(text: &str) -> Result<Rgb, String> {
@@ -99,15 +100,6 @@ pub fn crop(text: &str) -> Result<PixelRect, String> {
     Ok(PixelRect { x, y, width, height })
 }
 
-/// The value of --exposure.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub enum Exposure {
-    /// Metered.
-    Auto,
-    /// In stops.
-    Stops(f64),
-}
-
 /// Stops, or `auto`.
 pub fn exposure(text: &str) -> Result<Exposure, String> {
     if text == "auto" {
@@ -115,34 +107,6 @@ pub fn exposure(text: &str) -> Result<Exposure, String> {
     }
     let ev = number(text).map_err(|e| format!("{e}; expected stops, or 'auto'"))?;
     if ev.abs() <= 100.0 { Ok(Exposure::Stops(ev)) } else { Err("must be within ±100 stops".into()) }
-}
-
-/// The AOVs to write beside the colour.
-#[derive(Clone, Debug, Default, PartialEq)]
-pub struct AovSelection {
-    /// AOVs sampled at pixel centres.
-    pub aovs: Vec<Aov>,
-    /// Cryptomattes of objects and materials.
-    pub cryptomatte: bool,
-}
-
-const CRYPTOMATTE: &str = "cryptomatte";
-
-impl AovSelection {
-    pub fn all() -> AovSelection {
-        AovSelection { aovs: Aov::ALL.to_vec(), cryptomatte: true }
-    }
-
-    pub fn is_empty(&self) -> bool {
-        self.aovs.is_empty() && !self.cryptomatte
-    }
-
-    /// Names of the preview images.
-    pub fn preview_names(&self) -> Vec<String> {
-        let aovs = self.aovs.iter().map(|aov| aov.name().to_string());
-        let mattes = MatteKind::ALL.iter().filter(|_| self.cryptomatte);
-        aovs.chain(mattes.map(|kind| format!("{CRYPTOMATTE}-{}", kind.name()))).collect()
-    }
 }
 
 /// A comma-separated list of AOV names.

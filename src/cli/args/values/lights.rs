@@ -9,6 +9,7 @@ use super::image::color;
 use super::numbers::{exactly, number, positive};
 use blinn_core::geometry::Rgb;
 use blinn_scene::{LightSet, UserLight};
+use blinn_session::OcclusionSampling;
 
 /// The radius of lights in metres.
 pub fn radius(text: &str) -> Result<f64, String> {
@@ -16,17 +17,8 @@ pub fn radius(text: &str) -> Result<f64, String> {
     if (0.0..=1e6).contains(&v) { Ok(v) } else { Err("must be from 0 to 1000000 metres".into()) }
 }
 
-/// The value of --ao.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct AoArg {
-    /// Rays per pixel.
-    pub samples: u32,
-    /// Maximum distance of occluders in metres; `None` for the default.
-    pub distance: Option<f64>,
-}
-
 /// `SAMPLES` or `SAMPLES,DISTANCE`.
-pub fn ao(text: &str) -> Result<AoArg, String> {
+pub fn ao(text: &str) -> Result<OcclusionSampling, String> {
     let (samples, distance) = match text.split_once(',') {
         Some((samples, distance)) => (samples, Some(distance.trim())),
         None => (text, None),
@@ -42,7 +34,7 @@ pub fn ao(text: &str) -> Result<AoArg, String> {
             Some(positive(metres).map_err(|e| format!("distance: {e}; expected metres, or 'inf'"))?)
         }
     };
-    Ok(AoArg { samples, distance })
+    Ok(OcclusionSampling { samples, distance })
 }
 
 /// The value of --hdri.
@@ -160,9 +152,9 @@ mod tests {
 
     #[test]
     fn occlusion_takes_samples_and_a_distance() {
-        assert_eq!(ao("16").unwrap(), AoArg { samples: 16, distance: None });
-        assert_eq!(ao("64,.5").unwrap(), AoArg { samples: 64, distance: Some(0.5) });
-        assert_eq!(ao("1,inf").unwrap(), AoArg { samples: 1, distance: Some(f64::INFINITY) });
+        assert_eq!(ao("16").unwrap(), OcclusionSampling { samples: 16, distance: None });
+        assert_eq!(ao("64,.5").unwrap(), OcclusionSampling { samples: 64, distance: Some(0.5) });
+        assert_eq!(ao("1,inf").unwrap(), OcclusionSampling { samples: 1, distance: Some(f64::INFINITY) });
         for wrong in ["0", "-1", "65537", "x", "", "16,", "16,0", "16,-1", "16,nan", "1.5", "16,1,2"] {
             assert!(ao(wrong).is_err(), "{wrong}");
         }

@@ -11,10 +11,9 @@ mod views;
 pub use camera::{axis, clip, elevation, field_of_view, intrinsics, orbit, shift, view_rect};
 pub use dataset::{CategoryRule, DatasetFormat, DatasetFormats, category_rule, dataset_formats};
 pub use image::{
-    AovSelection, BackgroundArg, Exposure, aovs, background, color, crop, exposure, image_background,
-    ray_kind, size, sizes,
+    BackgroundArg, aovs, background, color, crop, exposure, image_background, ray_kind, size, sizes,
 };
-pub use lights::{AoArg, HdriArg, ao, hdri, lights, point_light, radius, strength, sun};
+pub use lights::{HdriArg, ao, hdri, lights, point_light, radius, strength, sun};
 pub use numbers::{
     angle, bytes, depth_unit, direction, fraction, frame_count, glob, number, positive, smooth, tolerance,
     triangle_counts, vector,

@@ -1,6 +1,5 @@
 //! Resolves light options into lighting settings, and reports those that would have no effect.
 
-use super::environment_cache::load_cached;
 use crate::args::values::HdriArg;
 use crate::args::{GroundArg, LightArgs, UnitsArg};
 use crate::usage::UsageError;
@@ -8,6 +7,7 @@ use blinn_core::geometry::Rgb;
 use blinn_import::{Limits, load_environment};
 use blinn_render::integrator::Stage;
 use blinn_scene::{Environment, LightSet, LightUnits, Lighting};
+use blinn_session::load_cached;
 
 /// Resolves the lights. The environment is made within `limits`, by that many threads.
 pub(super) fn lighting(

@@ -18,19 +18,20 @@ use self::bop::BopWriter;
 use self::categories::ObjectCategories;
 use self::context::{DatasetContext, ImageMasks, NumberedView};
 use crate::args::values::DatasetFormat;
-use crate::plan::{BackFaceCulling, coco_file};
+use crate::plan::coco_file;
 use blinn_accel::Accel;
 use blinn_core::cancellation::CancelToken;
-use blinn_output::datasets::{CocoDataset, CocoObject, Dataset};
+use blinn_output::datasets::{CocoDataset, CocoObject};
 use blinn_render::integrator::Frame;
-use blinn_render::{MaskRect, RenderSettings, render_object_masks};
-use blinn_scene::{Camera, ClipBoundsCache, PosedScene};
+use blinn_render::{MaskRect, render_object_masks};
+use blinn_scene::{Camera, PosedScene};
+use blinn_session::BackFaceCulling;
 
 pub use self::context::DatasetFiles;
 
 impl DatasetFiles<'_> {
     /// Writes all files and returns those that describe all views.
-    pub fn write(&self, clip_bounds: &ClipBoundsCache, cancel: &CancelToken) -> Result<Vec<PathBuf>> {
+    pub fn write(&self, cancel: &CancelToken) -> Result<Vec<PathBuf>> {
         let formats = &self.transforms.plan.formats;
         let has = |format: DatasetFormat| formats.has(format);
         let (has_masks, colmap) =
@@ -39,15 +40,15 @@ impl DatasetFiles<'_> {
             return Ok(Vec::new());
         }
         let start = Instant::now();
-        let (_, posed) = self.transforms.pose(clip_bounds)?;
-        let (dataset, views) = self.transforms.describe(clip_bounds)?;
+        let posed = self.transforms.views.posed();
+        let (dataset, views) = self.transforms.describe()?;
         let Some(camera) = views.first().map(|view| view.camera) else { return Ok(Vec::new()) };
-        let (accel, _) = Accel::build_cancellable(&posed, &self.transforms.plan.build, cancel)?;
-        let numbers = self.transforms.dataset.frames().map(|frame| frame.number);
+        let (accel, _) = Accel::build_cancellable(posed, &self.transforms.plan.session.build, cancel)?;
+        let numbers = self.transforms.views.frames().map(|frame| frame.number);
         let context = DatasetContext {
             views: numbers.zip(views).map(|(number, view)| NumberedView { number, view }).collect(),
-            frame: self.frame(&posed, &accel, camera),
-            settings: self.settings(&dataset),
+            frame: self.frame(posed, &accel, camera),
+            settings: self.transforms.plan.session.options.render_settings(dataset.size, 0.0),
             dataset,
             cancel: cancel.clone(),
         };
@@ -58,21 +59,16 @@ impl DatasetFiles<'_> {
         if let Some(form) = colmap {
             written.extend(self.write_colmap(&context, form)?);
         }
-        self.log.stage("dataset", start, &format!("{} views", context.views.len()));
+        self.log.stage_since("dataset", start, &format!("{} views", context.views.len()));
         Ok(written)
     }
 
     /// The posed scene with the faces that eye rays hit.
     fn frame<'p>(&self, posed: &'p PosedScene<'p>, accel: &'p Accel, camera: Camera) -> Frame<'p> {
-        let options = &self.transforms.plan.options;
+        let options = &self.transforms.plan.session.options;
         let lit = options.lighting.resolve(posed, &camera);
         let cull_back_faces = options.cull != BackFaceCulling::Off;
         Frame { cull_back_faces, ..Frame::new(posed, accel, camera, &lit) }
-    }
-
-    fn settings(&self, dataset: &Dataset) -> RenderSettings {
-        let (width, height) = dataset.size;
-        RenderSettings { width, height, ..self.transforms.plan.options.settings }
     }
 
     /// Writes what depends on the masks of objects: the formats of COCO and BOP.

@@ -12,7 +12,7 @@ use serde_json::{Value, json};
 use super::format::progress_line;
 use super::work_progress::WorkProgress;
 use crate::args::{LogArgs, ProgressArg};
-use crate::console::{eprint_line, single_line};
+use crate::console::{eprint_line, single_line, with_flags};
 use crate::summary::Summary;
 
 pub struct Reporter {
@@ -75,7 +75,7 @@ impl Reporter {
         if self.quiet {
             return;
         }
-        let text = single_line(text);
+        let text = single_line(&with_flags(text));
         match self.style {
             Style::Json => {
                 self.event(json!({"event": "warning", "scene": scene.to_string_lossy(), "text": text}))
@@ -91,6 +91,7 @@ impl Reporter {
 
     /// Reports a failure, of a scene or of anything else, also with --quiet.
     pub fn fail(&self, scene: Option<&Path>, line: &str) {
+        let line = &with_flags(line);
         match self.style {
             Style::OpenJd => self.line(&format!("openjd_fail: {line}")),
             Style::Json => self.event(json!({
@@ -104,7 +105,7 @@ impl Reporter {
     /// Reports a choice, for --verbose.
     pub fn note(&self, text: &str) {
         if self.verbose && !self.quiet {
-            self.remark(&single_line(text));
+            self.remark(&single_line(&with_flags(text)));
         }
     }
 

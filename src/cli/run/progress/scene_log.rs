@@ -9,9 +9,10 @@ use std::time::{Duration, Instant};
 use anyhow::Result;
 
 use super::reporter::Reporter;
-use crate::console::strict_error;
+use crate::console::{strict_error, with_flags};
 use crate::warning_filter::WarningFilter;
 use blinn_import::Warning;
+use blinn_session::{Notice, SessionError, SessionLog};
 
 /// Reports each warning of a scene once: the first few of each kind and the number of the others. Collects all if a
 /// page needs them.
@@ -42,30 +43,30 @@ impl<'a> SceneLog<'a> {
         self
     }
 
-    /// Reports a warning unless it was reported before. With --strict, returns it as an error.
-    pub fn warn(&self, text: &str) -> Result<()> {
-        self.warn_of_kind(text, text)
+    /// Reports a warning unless it was reported before.
+    fn report(&self, text: &str) {
+        self.report_of_kind(text, text);
     }
 
     /// Reports the warnings of an import, then how many of each kind were withheld.
     pub fn warn_of_import(&self, warnings: Vec<Warning>) -> Result<()> {
         for warning in warnings {
-            self.warn_of_kind(&warning.to_string(), &warning.message)?;
+            if self.strict {
+                return Err(strict_error(warning));
+            }
+            self.report_of_kind(&with_flags(&warning.to_string()), &warning.message);
         }
         self.report_withheld();
         Ok(())
     }
 
     /// Reports a warning; `message` is the part that decides its kind.
-    fn warn_of_kind(&self, text: &str, message: &str) -> Result<()> {
-        if self.strict {
-            return Err(strict_error(text));
-        }
+    fn report_of_kind(&self, text: &str, message: &str) {
         let mut warnings = self.warnings();
         let mut hasher = DefaultHasher::new();
         text.hash(&mut hasher);
         if !warnings.known.insert(hasher.finish()) {
-            return Ok(());
+            return;
         }
         if self.reporter.prints_all_warnings() || warnings.filter.admit(message) {
             self.reporter.warn(self.scene, text);
@@ -73,7 +74,6 @@ impl<'a> SceneLog<'a> {
         if let Some(collected) = &mut warnings.collected {
             collected.push(text.into());
         }
-        Ok(())
     }
 
     /// Reports how many warnings were withheld since the last call.
@@ -98,19 +98,30 @@ impl<'a> SceneLog<'a> {
         self.strict
     }
 
+    /// Reports the time since the start of a stage, for --perf.
+    pub fn stage_since(&self, stage: &str, start: Instant, detail: &str) {
+        self.stage(stage, start.elapsed(), detail);
+    }
+}
+
+impl SessionLog for SceneLog<'_> {
+    /// Reports a warning unless it was reported before. With --strict, returns it as an error.
+    fn warn(&self, notice: Notice) -> Result<(), SessionError> {
+        if self.strict {
+            return Err(SessionError::Warning(notice));
+        }
+        self.report(&with_flags(&notice.to_string()));
+        Ok(())
+    }
+
     /// Reports a choice, for --verbose.
-    pub fn note(&self, text: &str) {
-        self.reporter.note(text);
+    fn note(&self, notice: Notice) {
+        self.reporter.note(&notice.to_string());
     }
 
     /// Reports the time of a stage, for --perf.
-    pub fn stage(&self, name: &str, since: Instant, detail: &str) {
-        self.stage_took(name, since.elapsed(), detail);
-    }
-
-    /// Reports the time of a stage that ended earlier, for --perf.
-    pub fn stage_took(&self, name: &str, time: Duration, detail: &str) {
-        self.reporter.stage(name, time, detail);
+    fn stage(&self, stage: &str, time: Duration, detail: &str) {
+        self.reporter.stage(stage, time, detail);
     }
 }
 
@@ -133,11 +144,11 @@ mod tests {
         let log = SceneLog::new(&reporter, Path::new("a.glb"), false).collecting();
         let texts: Vec<String> = (0..1000).map(|i| format!("no texture {}", i * 7919 % 1000)).collect();
         for text in texts.iter().chain(&texts) {
-            assert!(log.warn(text).is_ok());
+            assert!(log.warn(Notice::View(text.clone())).is_ok());
         }
         assert_eq!(log.finish(), texts);
         let log = SceneLog::new(&reporter, Path::new("a.glb"), false);
-        assert!(log.warn("no texture").is_ok());
+        assert!(log.warn(Notice::View("no texture".into())).is_ok());
         assert!(log.finish().is_empty(), "nothing is kept where no page needs it");
     }
 }

@@ -168,7 +168,7 @@ fn an_empty_default_scene_beside_a_full_one_names_the_flag() {
     fixture.json["scenes"][0]["nodes"] = json!([]);
     let (scene, warnings) = fixture.load();
     assert!(scene.instances.is_empty());
-    let warning = "scenes[0]: the default scene has no meshes; select another with --scene 'full'";
+    let warning = "scenes[0]: the default scene has no meshes; select another with `scene full`";
     assert_eq!(warnings, [warning]);
     // No other scene has meshes, or the user has selected the empty one.
     let options = crate::LoadOptions { scene: SceneChoice::Named("0".into()), ..Default::default() };

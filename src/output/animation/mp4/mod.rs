@@ -54,7 +54,7 @@ pub(super) fn check_rate(fps: f64) -> Result<(), String> {
     if (1.0..=1e9).contains(&timescale(fps)) {
         return Ok(());
     }
-    Err(format!("MP4 has 0.001 to 1000000 frames a second, not {fps}; set another --fps"))
+    Err(format!("MP4 has 0.001 to 1000000 frames a second, not {fps}; set another `fps`"))
 }
 
 /// Checks that openh264 encodes frames of this size.
@@ -67,7 +67,7 @@ pub(super) fn check_size((width, height): (u32, u32)) -> Result<(), String> {
     }
     Err(format!(
         "MP4 has at most {max_long}x{max_short} pixels, in portrait or landscape, and at least {MIN_SIDE} a side, \
-         not {width}x{height}; set another --size, or write .apng"
+         not {width}x{height}; set another `size`, or write .apng"
     ))
 }
 
@@ -169,7 +169,7 @@ impl Encoder for Mp4 {
     fn frame(&mut self, pixels: &[[u8; 4]], body: &mut Spool) -> io::Result<()> {
         if pixels.iter().any(|p| p[3] < 255) {
             return Err(invalid_input(
-                "MP4 has no transparency; set --background COLOR, or write .webp, .apng, .gif or .html"
+                "MP4 has no transparency; set `background COLOR`, or write .webp, .apng, .gif or .html"
                     .into(),
             ));
         }

@@ -1,71 +1,75 @@
-//! Resolves arguments into render options.
+//! Resolves arguments into options of images.
 
-use super::{BackFaceCulling, RenderOptions, camera, lights};
-use crate::args::values::{AovSelection, BackgroundArg};
+mod camera;
+mod lights;
+
+use crate::args::values::BackgroundArg;
 use crate::args::{
     CommonArgs, CullArg, FilterArg, FormatArg, GlassArg, GroundArg, HeatmapArg, ImageArgs, IntegratorArg,
     ProcessArgs, RenderOptionArgs, SceneArgs, ShadingArgs, UpArg, ViewArg,
 };
-use crate::plan::memory_limit::load_limits;
 use crate::usage::UsageError;
 use blinn_core::cancellation::CancelToken;
 use blinn_core::geometry::Rgb;
 use blinn_import::{GlassMode, Limits, LoadOptions, SceneChoice, UpAxis};
+use blinn_render::PixelFilter;
 use blinn_render::display::{Background, ViewTransform};
 use blinn_render::integrator::{Aov, MaterialOverrides, Stage};
-use blinn_render::{AdaptiveSampling, PixelFilter, RenderSettings};
 use blinn_scene::{GroundKind, Selection, SourceFormat};
+use blinn_session::{AovSelection, BackFaceCulling, DEFAULT_BACKGROUND, Options, load_limits};
 
-impl RenderOptions {
-    /// Resolves arguments. The limits of the process apply to the environment map.
-    pub fn from_args(
-        args: &RenderOptionArgs,
-        scene: &SceneArgs,
-        animation: Option<&str>,
-        common: &CommonArgs,
-        process: &ProcessArgs,
-    ) -> Result<RenderOptions, UsageError> {
-        let RenderOptionArgs { image, camera, light, shading } = args;
-        let stage = stage(shading.integrator);
-        lights::check_effects(light, stage)?;
-        check_image(image)?;
-        check_background(image, stage)?;
-        Ok(RenderOptions {
-            load: load_options(scene, common),
-            selection: Selection { only: shading.only_objects.clone(), hide: shading.hide.clone() },
-            animation: animation.map(str::to_string),
-            size: image.size,
-            max_size: image.max_size,
-            settings: render_settings(image),
-            background: background(image, stage),
-            environment_background: match image.background {
-                Some(BackgroundArg::Hdri) => Some(image.background_blur.unwrap_or(0.0)),
-                _ => None,
-            },
-            exposure: image.exposure,
-            view_transform: view_transform(image.view),
-            aovs: aovs(image),
-            depth_unit: image.depth_unit,
-            view: camera::view(camera)?,
-            lighting: lights::lighting(light, &load_limits(process.max_memory), process.threads)?,
-            shadows: !light.no_shadows,
-            ao: light.ao,
-            ground: light.ground.map(|ground| match ground {
-                GroundArg::Plane => GroundKind::Plane,
-                GroundArg::Shadow => GroundKind::ShadowCatcher,
-            }),
-            stage,
-            overrides: overrides(shading),
-            bounces: shading.bounces,
-            cull: match shading.cull {
-                CullArg::Auto => BackFaceCulling::SingleSided,
-                CullArg::Back => BackFaceCulling::All,
-                CullArg::Off => BackFaceCulling::Off,
-            },
-            normalize: None,
-            rotation: None,
-        })
-    }
+/// Resolves arguments. The limits of the process apply to the environment map.
+pub fn options_from_args(
+    args: &RenderOptionArgs,
+    scene: &SceneArgs,
+    animation: Option<&str>,
+    common: &CommonArgs,
+    process: &ProcessArgs,
+) -> Result<Options, UsageError> {
+    let RenderOptionArgs { image, camera, light, shading } = args;
+    let stage = stage(shading.integrator);
+    lights::check_effects(light, stage)?;
+    check_image(image)?;
+    check_background(image, stage)?;
+    Ok(Options {
+        load: load_options(scene, common),
+        selection: Selection { only: shading.only_objects.clone(), hide: shading.hide.clone() },
+        animation: animation.map(str::to_string),
+        size: image.size,
+        max_size: image.max_size,
+        samples: image.samples,
+        filter: pixel_filter(image.filter),
+        seed: image.seed,
+        adaptive: image.adaptive,
+        crop: image.crop,
+        background: background(image, stage),
+        environment_background: match image.background {
+            Some(BackgroundArg::Hdri) => Some(image.background_blur.unwrap_or(0.0)),
+            _ => None,
+        },
+        exposure: image.exposure,
+        view_transform: view_transform(image.view),
+        aovs: aovs(image),
+        depth_unit: image.depth_unit,
+        view: camera::view(camera)?,
+        lighting: lights::lighting(light, &load_limits(process.max_memory), process.threads)?,
+        shadows: !light.no_shadows,
+        ao: light.ao,
+        ground: light.ground.map(|ground| match ground {
+            GroundArg::Plane => GroundKind::Plane,
+            GroundArg::Shadow => GroundKind::ShadowCatcher,
+        }),
+        stage,
+        overrides: overrides(shading),
+        bounces: shading.bounces,
+        cull: match shading.cull {
+            CullArg::Auto => BackFaceCulling::SingleSided,
+            CullArg::Back => BackFaceCulling::All,
+            CullArg::Off => BackFaceCulling::Off,
+        },
+        normalize: None,
+        rotation: None,
+    })
 }
 
 /// Options for reading scene files. Fingerprints of images hash them, so the limits are defaults on every machine.
@@ -128,21 +132,12 @@ fn check_background(image: &ImageArgs, stage: Stage) -> Result<(), UsageError> {
     Ok(())
 }
 
-fn render_settings(args: &ImageArgs) -> RenderSettings {
-    RenderSettings {
-        samples: args.samples,
-        filter: match args.filter {
-            FilterArg::Box => PixelFilter::Box,
-            FilterArg::Tent => PixelFilter::Tent,
-            FilterArg::Gaussian => PixelFilter::Gaussian,
-            FilterArg::BlackmanHarris => PixelFilter::BlackmanHarris,
-        },
-        seed: args.seed,
-        // The exposure is known only after reading the scene.
-        adaptive: args.adaptive.map(|threshold| AdaptiveSampling { threshold, ev: 0.0 }),
-        crop: args.crop,
-        tile: if args.samples > 16 { 16 } else { 32 },
-        ..Default::default()
+fn pixel_filter(filter: FilterArg) -> PixelFilter {
+    match filter {
+        FilterArg::Box => PixelFilter::Box,
+        FilterArg::Tent => PixelFilter::Tent,
+        FilterArg::Gaussian => PixelFilter::Gaussian,
+        FilterArg::BlackmanHarris => PixelFilter::BlackmanHarris,
     }
 }
 
@@ -156,7 +151,7 @@ fn background(args: &ImageArgs, stage: Stage) -> Background {
         (Some(BackgroundArg::Hdri), _) => Background::Color(Rgb::ZERO),
         // As in the lecture: the colour of the surface, else black.
         (None, Stage::Color) => Background::Color(Rgb::ZERO),
-        (None, _) => Background::Color(Rgb::splat(0.05)),
+        (None, _) => DEFAULT_BACKGROUND,
     }
 }
 

@@ -1,15 +1,14 @@
 //! The scene in the frames before and after a frame, for layers of flow.
 
-use anyhow::Result;
-
-use super::posed_frame::{PosedFrame, SceneSetup};
-use super::session::RenderSession;
-use crate::plan::PlannedFrame;
+use crate::error::SessionError;
+use crate::planned_frame::PlannedFrame;
+use crate::posed_frame::{PosedFrame, SceneSetup};
+use crate::scene_renderer::SceneRenderer;
 use blinn_render::integrator::{Aov, Frame};
 use blinn_scene::Camera;
 
 /// A frame before or after another one.
-pub struct NeighbourFrame<'p, 'a> {
+pub(crate) struct NeighbourFrame<'p, 'a> {
     planned: PlannedFrame,
     camera: Camera,
     posed: NeighbourPose<'p, 'a>,
@@ -24,7 +23,7 @@ enum NeighbourPose<'p, 'a> {
 
 impl NeighbourFrame<'_, '_> {
     /// The frame to trace rays in.
-    pub fn frame<'m>(&'m self, setup: &SceneSetup) -> Result<Frame<'m>> {
+    pub fn frame<'m>(&'m self, setup: &SceneSetup) -> Result<Frame<'m>, SessionError> {
         let posed = match &self.posed {
             NeighbourPose::Same(posed) => posed,
             NeighbourPose::Other(posed) => posed.as_ref(),
@@ -33,16 +32,18 @@ impl NeighbourFrame<'_, '_> {
     }
 }
 
-impl<'a> RenderSession<'a> {
+impl<'a> SceneRenderer<'a> {
     /// The frames before and after a frame to which its layers of flow lead. Other frames are not posed.
-    pub fn neighbour_frames<'p>(
+    pub(crate) fn neighbour_frames<'p>(
         &self,
         planned: &PlannedFrame,
         posed_frame: &'p PosedFrame<'a>,
-    ) -> Result<[Option<NeighbourFrame<'p, 'a>>; 2]> {
-        let aovs = &self.setup.options.aovs.aovs;
-        let neighbour = |aov: Aov, step: i64| -> Result<Option<NeighbourFrame<'p, 'a>>> {
-            let Some(planned) = self.neighbours.frame(planned, step).filter(|_| aovs.contains(&aov)) else {
+    ) -> Result<[Option<NeighbourFrame<'p, 'a>>; 2], SessionError> {
+        let aovs = &self.setup.plan.options.aovs.aovs;
+        let neighbour = |aov: Aov, step: i64| -> Result<Option<NeighbourFrame<'p, 'a>>, SessionError> {
+            let Some(planned) =
+                self.setup.plan.neighbours.frame(planned, step).filter(|_| aovs.contains(&aov))
+            else {
                 return Ok(None);
             };
             let posed = if self.setup.is_at(posed_frame, planned.time) {

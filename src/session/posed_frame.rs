@@ -1,13 +1,16 @@
 //! A scene at one time with its acceleration structure, and what is needed to trace rays in it.
 
+use std::sync::Arc;
 use std::time::Instant;
 
-use anyhow::{Result, bail};
 use glam::DAffine3;
 
-use super::framing::Framing;
-use super::progress::SceneLog;
-use crate::plan::{BackFaceCulling, RenderOptions, TurntableRotation};
+use crate::error::SessionError;
+use crate::framing::Framing;
+use crate::log::SessionLog;
+use crate::notice::Notice;
+use crate::options::{BackFaceCulling, TurntableRotation};
+use crate::plan::SessionPlan;
 use blinn_accel::{Accel, AccelSettings, BuildReport};
 use blinn_core::cancellation::CancelToken;
 use blinn_render::integrator::Frame;
@@ -17,6 +20,7 @@ use blinn_scene::{AxisRotation, Camera, Environment, Lighting, PosedScene, Resol
 pub struct PosedFrame<'s> {
     /// In seconds, at most the end of the clip.
     pub time: f64,
+    /// The scene at that time.
     pub posed: PosedScene<'s>,
     /// `None` until it is needed.
     pub accel: Option<Accel>,
@@ -24,13 +28,17 @@ pub struct PosedFrame<'s> {
 
 /// Camera framing, lighting and options that all frames of a scene share.
 pub struct SceneSetup<'a> {
-    pub options: &'a RenderOptions,
-    pub log: &'a SceneLog<'a>,
+    /// What is rendered.
+    pub plan: Arc<SessionPlan>,
+    /// Receives warnings and times.
+    pub log: &'a dyn SessionLog,
+    /// How BVHs are built.
     pub build: AccelSettings,
     /// Ends the work on the scene.
     pub cancel: CancelToken,
     /// End of the clip in seconds. The last pose holds from there on.
     pub clip_duration: f64,
+    /// View, ground and distances.
     pub framing: Framing,
     /// Light sources and ambient colour are those at the start of the clip.
     pub lighting: Lighting,
@@ -51,12 +59,12 @@ impl SceneSetup<'_> {
         time: f64,
         other: &PosedFrame<'s>,
         reusable: Option<Accel>,
-    ) -> Result<PosedFrame<'s>> {
+    ) -> Result<PosedFrame<'s>, SessionError> {
         self.cancel.check()?;
         let time = time.min(self.clip_duration);
         let start = Instant::now();
         let posed = other.posed.at_time(time);
-        self.log.stage("pose", start, "");
+        self.log.stage_since("pose", start, "");
         let mut frame = PosedFrame { time, posed, accel: None };
         match reusable {
             Some(mut accel) => {
@@ -71,7 +79,7 @@ impl SceneSetup<'_> {
     }
 
     /// The scene at `time` with its acceleration structure, starting from the first frame.
-    pub fn frame_at<'s>(&self, time: f64, mut start: PosedFrame<'s>) -> Result<PosedFrame<'s>> {
+    pub fn frame_at<'s>(&self, time: f64, mut start: PosedFrame<'s>) -> Result<PosedFrame<'s>, SessionError> {
         if self.is_at(&start, time) {
             self.build(&mut start)?;
             return Ok(start);
@@ -81,7 +89,7 @@ impl SceneSetup<'_> {
     }
 
     /// Builds the acceleration structure if the frame has none.
-    pub fn build(&self, frame: &mut PosedFrame) -> Result<()> {
+    pub fn build(&self, frame: &mut PosedFrame) -> Result<(), SessionError> {
         if frame.accel.is_some() {
             return Ok(());
         }
@@ -91,20 +99,17 @@ impl SceneSetup<'_> {
         self.log_build("build", start, &report)
     }
 
-    fn log_build(&self, stage: &str, start: Instant, report: &BuildReport) -> Result<()> {
+    fn log_build(&self, stage: &str, start: Instant, report: &BuildReport) -> Result<(), SessionError> {
         let zero_area = match report.zero_area {
             0 => String::new(),
             count => format!("{count} triangles without area"),
         };
-        self.log.stage(stage, start, &zero_area);
-        match ignored_triangles(report) {
-            Some(warning) => self.log.warn(&warning),
-            None => Ok(()),
-        }
+        self.log.stage_since(stage, start, &zero_area);
+        ignored_triangles(report).map_or(Ok(()), |notice| self.log.warn(notice))
     }
 
     /// The frame as `camera` sees it, without ground.
-    pub fn frame<'m>(&self, frame: &'m PosedFrame<'m>, camera: Camera) -> Result<Frame<'m>> {
+    pub fn frame<'m>(&self, frame: &'m PosedFrame<'m>, camera: Camera) -> Result<Frame<'m>, SessionError> {
         let lit = self.lights(frame, &camera);
         self.lit_frame(frame, camera, &lit)
     }
@@ -121,13 +126,15 @@ impl SceneSetup<'_> {
         frame: &'m PosedFrame<'m>,
         camera: Camera,
         lit: &ResolvedLighting,
-    ) -> Result<Frame<'m>> {
-        let Some(accel) = &frame.accel else { bail!("the scene has no acceleration structure") };
+    ) -> Result<Frame<'m>, SessionError> {
+        let Some(accel) = &frame.accel else {
+            return Err(SessionError::Option("the scene has no acceleration structure".into()));
+        };
         Ok(Frame {
-            overrides: self.options.overrides,
-            bounces: self.options.bounces,
-            cull_back_faces: self.options.cull != BackFaceCulling::Off,
-            shadows: self.options.shadows,
+            overrides: self.plan.options.overrides,
+            bounces: self.plan.options.bounces,
+            cull_back_faces: self.plan.options.cull != BackFaceCulling::Off,
+            shadows: self.plan.options.shadows,
             ambient_occlusion: self.framing.occlusion,
             background: self.background.clone(),
             ..Frame::new(&frame.posed, accel, camera, lit)
@@ -140,8 +147,8 @@ impl SceneSetup<'_> {
         angle: f64,
         frame: &'m PosedFrame<'m>,
         camera: Camera,
-    ) -> Result<Frame<'m>> {
-        let Some(TurntableRotation { axis, rotates_camera }) = self.options.rotation else {
+    ) -> Result<Frame<'m>, SessionError> {
+        let Some(TurntableRotation { axis, rotates_camera }) = self.plan.options.rotation else {
             return self.frame(frame, camera);
         };
         let rotation: DAffine3 = AxisRotation { axis, pivot: self.framing.pivot, angle }.to_affine();
@@ -155,7 +162,7 @@ impl SceneSetup<'_> {
 
 /// Warning about triangles that are not rendered. Triangles without area cause none: they cover no pixel, and nearly
 /// every exporter writes some.
-pub fn ignored_triangles(report: &BuildReport) -> Option<String> {
+pub fn ignored_triangles(report: &BuildReport) -> Option<Notice> {
     let count = report.non_finite;
-    (count > 0).then(|| format!("ignored {count} triangles with vertices that are not finite numbers"))
+    (count > 0).then_some(Notice::NonFiniteTriangles(count))
 }

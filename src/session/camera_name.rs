@@ -1,4 +1,4 @@
-//! Names of the file's cameras, as flags give them.
+//! Names of the file's cameras, as options give them.
 
 use blinn_scene::Scene;
 

@@ -4,17 +4,21 @@
 use std::sync::Arc;
 use std::time::Instant;
 
-use anyhow::{Context, Result, bail};
 use glam::{DAffine3, DMat3, DVec3, Vec3};
 
-use super::depth_range::check_depth_range;
-use super::empty_images::{EmptyReason, empty_reason};
-use super::framing::{Framing, log_clip_bounds};
-use super::memory_estimate::bvh_triangles;
-use super::metering::{ResolvedExposure, resolve_exposure};
-use super::posed_frame::{PosedFrame, SceneSetup};
-use super::progress::SceneLog;
-use crate::plan::{CameraList, FrameNeighbours, ImageCamera, PlannedFrame, RenderOptions, RenderPlan};
+use crate::camera_list::ImageCamera;
+use crate::depth_range::check_depth_range;
+use crate::empty_images::{EmptyReason, empty_reason};
+use crate::error::SessionError;
+use crate::exposure::{ResolvedExposure, resolve_exposure};
+use crate::framing::{Framing, log_clip_bounds};
+use crate::log::SessionLog;
+use crate::memory_estimate::bvh_triangles;
+use crate::notice::Notice;
+use crate::options::Options;
+use crate::plan::SessionPlan;
+use crate::planned_frame::PlannedFrame;
+use crate::posed_frame::{PosedFrame, SceneSetup};
 use blinn_accel::{AccelSettings, Preset};
 use blinn_core::cancellation::CancelToken;
 use blinn_output::datasets::WorldUp;
@@ -32,14 +36,13 @@ use blinn_scene::{
 use blinn_scene::{active_animations, clip_duration, pose};
 
 /// A scene with everything that its images share.
-pub struct RenderSession<'a> {
+pub struct SceneRenderer<'a> {
+    /// What all frames share.
     pub setup: SceneSetup<'a>,
+    /// The exposure of all images.
     pub exposure: ResolvedExposure,
     settings: RenderSettings,
-    pub neighbours: &'a FrameNeighbours,
     id_names: Arc<IdNames>,
-    /// Cameras of a list.
-    cameras: Option<&'a CameraList>,
     display: Display,
     /// Rotation from the scene's world to that of AOVs.
     aov_world: DMat3,
@@ -47,83 +50,93 @@ pub struct RenderSession<'a> {
     memory: RenderMemory,
 }
 
-impl<'a> RenderSession<'a> {
+impl<'a> SceneRenderer<'a> {
     /// Resolves camera, lights and exposure for a number of frames. Also returns the scene at the start of its clip.
     pub fn new(
-        plan: &'a RenderPlan,
+        plan: &SessionPlan,
         scene: &'a Scene,
         frames: usize,
-        log: &'a SceneLog<'a>,
+        log: &'a dyn SessionLog,
         clip_bounds: &ClipBoundsCache,
         cancel: &CancelToken,
-    ) -> Result<(RenderSession<'a>, PosedFrame<'a>)> {
+    ) -> Result<(SceneRenderer<'a>, PosedFrame<'a>), SessionError> {
         let animation = plan.options.animation(scene)?;
         let start = Instant::now();
         let posed = pose(scene, &PoseSettings { time: 0.0, animation, centre: None })?
             .with_clip_bounds_cache(clip_bounds);
-        log.stage("pose", start, "");
+        log.stage_since("pose", start, "");
         let mut first = PosedFrame { time: 0.0, posed, accel: None };
         let samples = plan.options.samples_of_frames(scene, frames);
         let preset = Preset::for_samples(samples, bvh_triangles(scene, plan.build.flatten));
         let build = AccelSettings { preset, ..plan.build };
-        let session = RenderSession::resolve(plan, build, scene, log, &mut first, cancel)?;
+        let session = SceneRenderer::resolve(plan, build, scene, log, &mut first, cancel)?;
         Ok((session, first))
     }
 
     /// Resolves camera, lights and exposure for a scene that is posed at the start of its clip. Builds the acceleration
     /// structure of `first` if the exposure is metered.
     pub fn from_start(
-        plan: &'a RenderPlan,
+        plan: &SessionPlan,
         scene: &'a Scene,
-        log: &'a SceneLog<'a>,
+        log: &'a dyn SessionLog,
         first: &mut PosedFrame<'_>,
         cancel: &CancelToken,
-    ) -> Result<RenderSession<'a>> {
-        RenderSession::resolve(plan, plan.build, scene, log, first, cancel)
+    ) -> Result<SceneRenderer<'a>, SessionError> {
+        SceneRenderer::resolve(plan, plan.build, scene, log, first, cancel)
     }
 
     fn resolve(
-        plan: &'a RenderPlan,
+        plan: &SessionPlan,
         build: AccelSettings,
         scene: &'a Scene,
-        log: &'a SceneLog<'a>,
+        log: &'a dyn SessionLog,
         first: &mut PosedFrame<'_>,
         cancel: &CancelToken,
-    ) -> Result<RenderSession<'a>> {
+    ) -> Result<SceneRenderer<'a>, SessionError> {
+        let plan = Arc::new(plan.clone());
         let options = &plan.options;
         let animation = options.animation(scene)?;
         log_idle_animations(scene, &animation, log)?;
 
         let (width, height) = options.size_for(scene);
-        let mut settings = RenderSettings { width, height, ..options.settings };
+        let mut settings = options.render_settings((width, height), 0.0);
         check_crop(&settings)?;
         let framing =
-            log_clip_bounds(log, &first.posed, || Framing::new(plan, &first.posed, (width, height)))??;
+            log_clip_bounds(log, &first.posed, || Framing::new(&plan, &first.posed, (width, height)))??;
         match &plan.cameras {
             Some(cameras) => {
-                log.note(&format!("cameras: {} from {}", cameras.len(), cameras.path().display()));
+                log.note(Notice::CameraList { count: cameras.len(), file: cameras.path().to_path_buf() });
             }
             None => {
-                log.note(&format!("camera: {}", framing.notes.description));
-                framing.notes.warnings.iter().try_for_each(|warning| log.warn(warning))?;
+                log.note(Notice::Camera(framing.notes.description.clone()));
+                let mut warnings = framing.notes.warnings.iter();
+                warnings.try_for_each(|warning| log.warn(Notice::View(warning.clone())))?;
             }
         }
         cancel.check()?;
         let camera = framing.camera;
         let lit = options.lighting.resolve(&first.posed, &camera);
-        log.note(&format!("lights: {}", lit.description));
+        log.note(Notice::Lights(lit.description.clone()));
         let lighting = fixed_lighting(options.lighting.clone(), &lit, scene);
         let clip_duration = clip_duration(scene, &animation)?;
         let background = background(options, &lit)?;
         if lit.rig.sky.is_none() && options.lighting.adjusts_environment() {
-            log.warn("--hdri-rotate and --hdri-strength have no effect: no environment lights the scene")?;
+            log.warn(Notice::NoEnvironment { options: "`hdri-rotate` and `hdri-strength` have" })?;
         }
         if lit.rig.sky.is_none() && plan.dataset.is_some_and(|dataset| dataset.sampling.random_environment) {
-            log.warn("--random-hdri has no effect: no environment lights the scene")?;
+            log.warn(Notice::NoEnvironment { options: "`random-hdri` has" })?;
         }
         let cancel = cancel.clone();
-        let mut setup =
-            SceneSetup { options, log, build, cancel, clip_duration, framing, lighting, background };
+        let mut setup = SceneSetup {
+            plan: plan.clone(),
+            log,
+            build,
+            cancel,
+            clip_duration,
+            framing,
+            lighting,
+            background,
+        };
         let exposure = resolve_exposure(&setup, first, &lit)?;
         let ev = exposure.ev;
         settings.adaptive = settings.adaptive.map(|adaptive| AdaptiveSampling { ev, ..adaptive });
@@ -136,18 +149,16 @@ impl<'a> RenderSession<'a> {
             && lit.rig.lights.is_empty()
             && options.ao.is_none()
         {
-            log.warn("--ground shadow shows nothing: no light casts shadows; add a light or --ao")?;
+            log.warn(Notice::NothingCastsShadows)?;
         }
         let view = options.view_transform.unwrap_or_else(|| ViewTransform::default_for(&scene.source));
-        Ok(RenderSession {
+        Ok(SceneRenderer {
             setup,
             exposure,
             settings,
-            neighbours: &plan.neighbours,
-            id_names: id_names(plan, scene),
-            cameras: plan.cameras.as_deref(),
+            id_names: id_names(&plan, scene),
             display: Display { ev, view, background: options.background },
-            aov_world: aov_world(plan),
+            aov_world: aov_world(&plan),
             memory: RenderMemory::default(),
         })
     }
@@ -165,27 +176,27 @@ impl<'a> RenderSession<'a> {
     }
 
     /// Number of pixels of the image of a frame.
-    pub fn frame_pixels(&self, planned: &PlannedFrame) -> Result<u64> {
+    pub fn frame_pixels(&self, planned: &PlannedFrame) -> Result<u64, SessionError> {
         let Some(listed) = self.listed_camera(planned)? else { return Ok(self.pixels()) };
         let window = self.settings_for(&listed).window();
         Ok(u64::from(window.width) * u64::from(window.height))
     }
 
-    /// Width and height of an image without --crop.
+    /// Width and height of an image without crop.
     pub fn full_size(&self) -> (u32, u32) {
         (self.settings.width, self.settings.height)
     }
 
     /// The camera of a frame.
-    pub fn camera(&self, planned: &PlannedFrame, posed: &PosedScene) -> Result<Camera> {
+    pub fn camera(&self, planned: &PlannedFrame, posed: &PosedScene) -> Result<Camera, SessionError> {
         Ok(self.image_camera(planned, posed)?.camera)
     }
 
     /// The camera of a frame, with what the list or the dataset sets for its image.
-    fn image_camera(&self, planned: &PlannedFrame, posed: &PosedScene) -> Result<ImageCamera> {
-        let options = self.setup.options;
+    fn image_camera(&self, planned: &PlannedFrame, posed: &PosedScene) -> Result<ImageCamera, SessionError> {
+        let options = &self.setup.plan.options;
         if let Some(listed) = self.listed_camera(planned)? {
-            // --depth-unit takes precedence.
+            // An option takes precedence.
             return Ok(ImageCamera { depth_step: options.depth_unit.or(listed.depth_step), ..listed });
         }
         Ok(ImageCamera {
@@ -213,16 +224,18 @@ impl<'a> RenderSession<'a> {
         planned: &PlannedFrame,
         posed_frame: &PosedFrame<'a>,
         monitor: &dyn ProgressMonitor,
-    ) -> Result<RenderedImage> {
+    ) -> Result<RenderedImage, SessionError> {
         let view = self.image_camera(planned, &posed_frame.posed)?;
         let image = self.render_camera(&view, planned, posed_frame, monitor)?;
         Ok(RenderedImage { view: Some(view), ..image })
     }
 
     /// The camera of a list.
-    fn listed_camera(&self, planned: &PlannedFrame) -> Result<Option<ImageCamera>> {
-        let (Some(cameras), Some(index)) = (self.cameras, planned.camera) else { return Ok(None) };
-        Ok(Some(cameras.camera(index).context("--cameras")?))
+    fn listed_camera(&self, planned: &PlannedFrame) -> Result<Option<ImageCamera>, SessionError> {
+        let (Some(cameras), Some(index)) = (&self.setup.plan.cameras, planned.camera) else {
+            return Ok(None);
+        };
+        Ok(Some(cameras.camera(index)?))
     }
 
     /// The settings for an image of another size.
@@ -236,14 +249,14 @@ impl<'a> RenderSession<'a> {
         self.memory.recycle(image.picture.pixels);
     }
 
-    /// Renders an image from any camera, as [`RenderSession::render`] does.
+    /// Renders an image from any camera, as [`SceneRenderer::render`] does.
     pub fn render_view(
         &self,
         camera: Camera,
         planned: &PlannedFrame,
         posed_frame: &PosedFrame<'a>,
         monitor: &dyn ProgressMonitor,
-    ) -> Result<RenderedImage> {
+    ) -> Result<RenderedImage, SessionError> {
         self.render_camera(&self.plain_camera(camera), planned, posed_frame, monitor)
     }
 
@@ -253,7 +266,7 @@ impl<'a> RenderSession<'a> {
         planned: &PlannedFrame,
         posed_frame: &PosedFrame<'a>,
         monitor: &dyn ProgressMonitor,
-    ) -> Result<RenderedImage> {
+    ) -> Result<RenderedImage, SessionError> {
         let frame = self.setup.rotated_frame(planned.angle, posed_frame, view.camera)?;
         self.render_lit(view, turn_light(frame, &view.light), planned, posed_frame, monitor)
     }
@@ -265,7 +278,7 @@ impl<'a> RenderSession<'a> {
         planned: &PlannedFrame,
         posed_frame: &PosedFrame<'a>,
         monitor: &dyn ProgressMonitor,
-    ) -> Result<RenderedImage> {
+    ) -> Result<RenderedImage, SessionError> {
         self.render_lit(&self.plain_camera(frame.camera), frame, planned, posed_frame, monitor)
     }
 
@@ -277,9 +290,10 @@ impl<'a> RenderSession<'a> {
         planned: &PlannedFrame,
         posed_frame: &PosedFrame<'a>,
         monitor: &dyn ProgressMonitor,
-    ) -> Result<RenderedImage> {
+    ) -> Result<RenderedImage, SessionError> {
         let settings = &self.settings_for(view);
-        let SceneSetup { options, log, framing, cancel, .. } = &self.setup;
+        let SceneSetup { plan, log, framing, cancel, .. } = &self.setup;
+        let options = &plan.options;
         let (width, height) = (settings.width, settings.height);
         // The ground is added last: it affects neither framing nor metering.
         let frame = Frame { ground: framing.ground, ..frame };
@@ -288,7 +302,7 @@ impl<'a> RenderSession<'a> {
         let integrator = Phong { stage: options.stage };
         let pixels = render_with_memory(&self.memory, &frame, &integrator, settings, monitor)?;
         let detail = format!("{width}x{height}, {} samples, frame {}", settings.samples, planned.number);
-        log.stage("render", start, &detail);
+        log.stage_since("render", start, &detail);
         let empty = empty_reason(&frame, settings, &pixels, cancel)?;
         let start = Instant::now();
         let scene_to_world = DAffine3::from_mat3(self.aov_world) * frame.scene_to_world;
@@ -307,13 +321,13 @@ impl<'a> RenderSession<'a> {
         let mattes =
             if options.aovs.cryptomatte { render_mattes(&frame, settings, cancel)? } else { Vec::new() };
         if !options.aovs.is_empty() {
-            log.stage("aovs", start, "");
+            log.stage_since("aovs", start, "");
         }
         let crop_window =
             settings.crop.map(|crop| CropWindow { crop, full_width: width, full_height: height });
         let depth_step = view.depth_step;
         if options.depth_unit.is_some() {
-            check_depth_range(&layers, depth_step, planned.number, log)?;
+            check_depth_range(&layers, depth_step, planned.number, *log)?;
         }
         let picture = Picture { id_names: self.id_names.clone(), ..Picture::new(pixels, self.display) };
         let picture = Picture { layers, mattes, crop_window, depth_step, ..picture };
@@ -323,6 +337,7 @@ impl<'a> RenderSession<'a> {
 
 /// A rendered image.
 pub struct RenderedImage {
+    /// Its pixels and layers.
     pub picture: Picture,
     /// The reason if it shows nothing.
     pub empty: Option<EmptyReason>,
@@ -331,15 +346,15 @@ pub struct RenderedImage {
 }
 
 /// The rotation from the scene's world to that of AOVs: the world of a dataset or of a list of cameras.
-fn aov_world(plan: &RenderPlan) -> DMat3 {
+fn aov_world(plan: &SessionPlan) -> DMat3 {
     let listed = plan.cameras.as_ref().map(|cameras| cameras.world_up());
     let up = plan.dataset.map(|dataset| dataset.up).or(listed);
     up.map_or(DMat3::IDENTITY, WorldUp::rotation)
 }
 
 /// The names for id layers, if there are any beside images.
-fn id_names(plan: &RenderPlan, scene: &Scene) -> Arc<IdNames> {
-    let has_names = plan.options.aovs.aovs.iter().any(|aov| aov.is_id()) && !plan.outputs.holds_aovs();
+fn id_names(plan: &SessionPlan, scene: &Scene) -> Arc<IdNames> {
+    let has_names = plan.options.aovs.aovs.iter().any(|aov| aov.is_id()) && !plan.holds_layers;
     if !has_names {
         return Arc::default();
     }
@@ -391,13 +406,13 @@ fn turn_light<'f>(mut frame: Frame<'f>, rotation: &LightRotation) -> Frame<'f> {
 }
 
 /// The environment that images show, if they do.
-fn background(options: &RenderOptions, lit: &ResolvedLighting) -> Result<Option<Environment>> {
+fn background(options: &Options, lit: &ResolvedLighting) -> Result<Option<Environment>, SessionError> {
     let Some(blur) = options.environment_background else { return Ok(None) };
     match lit.rig.environment.as_ref().filter(|_| lit.rig.sky.is_some()) {
         Some(environment) => Ok(Some(environment.blurred(blur))),
-        None => bail!(
-            "--background hdri: no environment lights the scene; add --hdri FILE, --hdri studio or --hdri sky"
-        ),
+        None => Err(SessionError::Option(
+            "`background hdri`: no environment lights the scene; add `hdri FILE`, `hdri studio` or `hdri sky`".into(),
+        )),
     }
 }
 
@@ -409,26 +424,29 @@ fn fixed_lighting(lighting: Lighting, lit: &ResolvedLighting, scene: &Scene) -> 
 }
 
 /// Notes the animations that do not play because they have the same targets as others.
-fn log_idle_animations(scene: &Scene, choice: &AnimationChoice, log: &SceneLog) -> Result<()> {
+fn log_idle_animations(
+    scene: &Scene,
+    choice: &AnimationChoice,
+    log: &dyn SessionLog,
+) -> Result<(), SessionError> {
     let (active, idle) = scene.animations.split_at(active_animations(scene, choice)?.len());
     if *choice == AnimationChoice::Default && !idle.is_empty() {
         let names =
             |list: &[Animation]| list.iter().map(|a| format!("'{}'", a.name)).collect::<Vec<_>>().join(", ");
         let (active, idle) = (names(active), names(idle));
-        log.note(&format!(
-            "animation: {active}; not played: {idle}, which have the same targets; use --animation"
-        ));
+        log.note(Notice::IdleAnimations { active, idle });
     }
     Ok(())
 }
 
-fn check_crop(settings: &RenderSettings) -> Result<()> {
+fn check_crop(settings: &RenderSettings) -> Result<(), SessionError> {
     let (width, height) = (settings.width, settings.height);
     if let Some(crop) = settings.crop
         && (u64::from(crop.x) + u64::from(crop.width) > u64::from(width)
             || u64::from(crop.y) + u64::from(crop.height) > u64::from(height))
     {
-        bail!("--crop reaches beyond the image of {width}x{height} pixels");
+        let text = format!("`crop` reaches beyond the image of {width}x{height} pixels");
+        return Err(SessionError::Option(text));
     }
     Ok(())
 }

@@ -3,13 +3,13 @@
 
 use std::time::Instant;
 
-use anyhow::Result;
 use glam::DVec3;
 
-use super::dataset::depth_step;
-use super::progress::SceneLog;
-use crate::args::values::AoArg;
-use crate::plan::RenderPlan;
+use crate::dataset_views::depth_step;
+use crate::error::SessionError;
+use crate::log::SessionLog;
+use crate::options::OcclusionSampling;
+use crate::plan::SessionPlan;
 use blinn_core::cancellation::Cancelled;
 use blinn_render::integrator::AmbientOcclusion;
 use blinn_scene::{Camera, Ground, PosedScene, ViewNotes};
@@ -18,8 +18,8 @@ use blinn_scene::{Camera, Ground, PosedScene, ViewNotes};
 ///
 /// # Errors
 /// Computing the bounds was cancelled.
-pub fn log_clip_bounds<T>(
-    log: &SceneLog,
+pub(crate) fn log_clip_bounds<T>(
+    log: &dyn SessionLog,
     posed: &PosedScene,
     function: impl FnOnce() -> T,
 ) -> Result<T, Cancelled> {
@@ -27,7 +27,7 @@ pub fn log_clip_bounds<T>(
     let was_known = posed.clip_sample_count().is_some();
     let result = function();
     if let Some(times @ 1..) = posed.clip_sample_count().filter(|_| !was_known) {
-        log.stage("clip", since, &format!("{times} times"));
+        log.stage_since("clip", since, &format!("{times} times"));
     }
     posed.clip_bounds_cache().check().map(|()| result)
 }
@@ -36,10 +36,13 @@ pub fn log_clip_bounds<T>(
 pub struct Framing {
     /// The camera at the start of the clip.
     pub camera: Camera,
+    /// How the camera was chosen.
     pub notes: ViewNotes,
     /// A point on the rotation axis of a turntable.
     pub pivot: DVec3,
+    /// Ambient occlusion.
     pub occlusion: Option<AmbientOcclusion>,
+    /// The ground below the scene.
     pub ground: Option<Ground>,
     /// The camera that camera-fixed lights follow in a dataset or for a list of cameras, so that all views are lit alike.
     pub light_camera: Option<Camera>,
@@ -52,7 +55,10 @@ const OCCLUSION_DISTANCE: f64 = 0.25;
 
 impl Framing {
     /// Resolves the framing for images of `size` pixels.
-    pub fn new(plan: &RenderPlan, posed: &PosedScene, size: (u32, u32)) -> Result<Framing> {
+    ///
+    /// # Errors
+    /// A camera does not suit the scene.
+    pub fn new(plan: &SessionPlan, posed: &PosedScene, size: (u32, u32)) -> Result<Framing, SessionError> {
         let options = &plan.options;
         let (width, height) = size;
         let (camera, notes) = options.view.resolve(posed, width, height)?;
@@ -60,7 +66,7 @@ impl Framing {
         if let Some(first) = plan.dataset.and_then(|dataset| dataset.frames().next()) {
             options.camera(&first, posed, size)?;
         }
-        let occlusion = |ao: AoArg| AmbientOcclusion {
+        let occlusion = |ao: OcclusionSampling| AmbientOcclusion {
             samples: ao.samples,
             distance: ao
                 .distance

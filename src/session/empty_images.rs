@@ -1,10 +1,11 @@
-//! Images that show nothing of the scene: the reason, and the flag that helps.
+//! Images that show nothing of the scene: the reason, and the option that helps.
 
 use std::collections::BTreeMap;
 use std::sync::Mutex;
 
 use glam::{DVec2, DVec3};
 
+use crate::notice::Notice;
 use blinn_core::cancellation::{CancelToken, Cancelled};
 use blinn_core::geometry::Aabb;
 use blinn_render::integrator::{Aov, Frame};
@@ -14,21 +15,32 @@ use blinn_scene::{Camera, ClipPlanes, Projection};
 /// The reason why an image shows nothing.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub enum EmptyReason {
+    /// The scene has no objects.
     NoObjects,
+    /// No triangle has an area, or alpha hides them all.
     NoArea,
+    /// All objects are hidden or scaled to 0 at this time.
     HiddenNow,
+    /// The rendered region shows only background.
     Crop,
+    /// The near plane cuts off everything in view.
     NearPlane,
+    /// The far plane cuts off everything in view.
     FarPlane,
+    /// The camera is inside an object and sees only back faces.
     Inside,
+    /// The camera sees only back faces.
     BackFaces,
+    /// The camera looks away from the scene.
     LooksAway,
+    /// The scene is smaller than a pixel.
     TooSmall,
+    /// No object lies in view.
     NothingInView,
 }
 
 impl EmptyReason {
-    /// The reason and the flag that helps, as a part of a sentence.
+    /// The reason and the option that helps, as a part of a sentence.
     fn text(self) -> &'static str {
         match self {
             EmptyReason::NoObjects => "the scene has no objects",
@@ -36,23 +48,29 @@ impl EmptyReason {
                 "no triangle has an area, or alpha hides them all; check the file with blinn info"
             }
             EmptyReason::HiddenNow => {
-                "all objects are hidden or scaled to 0 at this time; use another --time or --frame"
+                "all objects are hidden or scaled to 0 at this time; use another `time` or `frame`"
             }
-            EmptyReason::Crop => "the region of --crop shows only background; move it",
-            EmptyReason::NearPlane => "the near plane cuts off everything in view; use --clip off",
-            EmptyReason::FarPlane => "the far plane cuts off everything in view; use --clip off",
+            EmptyReason::Crop => "the region of `crop` shows only background; move it",
+            EmptyReason::NearPlane => "the near plane cuts off everything in view; use `clip off`",
+            EmptyReason::FarPlane => "the far plane cuts off everything in view; use `clip off`",
             EmptyReason::Inside => {
-                "the camera is inside an object and sees only back faces; use --cull off, or move it with --orbit"
+                "the camera is inside an object and sees only back faces; use `cull off`, or move it with `orbit`"
             }
             EmptyReason::BackFaces => {
-                "the camera sees only back faces; use --cull off, or move it with --orbit"
+                "the camera sees only back faces; use `cull off`, or move it with `orbit`"
             }
-            EmptyReason::LooksAway => "the camera looks away from the scene; use --look-at or --orbit",
+            EmptyReason::LooksAway => "the camera looks away from the scene; use `look-at` or `orbit`",
             EmptyReason::TooSmall => {
-                "the scene is smaller than a pixel at this time; use --zoom, --look-at or another --time"
+                "the scene is smaller than a pixel at this time; use `zoom`, `look-at` or another `time`"
             }
-            EmptyReason::NothingInView => "no object lies in view; use --look-at or --orbit",
+            EmptyReason::NothingInView => "no object lies in view; use `look-at` or `orbit`",
         }
+    }
+}
+
+impl std::fmt::Display for EmptyReason {
+    fn fmt(&self, f: &mut std::fmt::Formatter) -> std::fmt::Result {
+        f.write_str(self.text())
     }
 }
 
@@ -185,31 +203,34 @@ struct EmptyFrames {
 
 impl EmptyImages {
     /// Adds an image. Returns the message about it alone.
-    pub fn add(&self, reason: EmptyReason, number: i64) -> Option<String> {
+    pub fn add(&self, reason: EmptyReason, frame: i64) -> Option<Notice> {
         let mut reasons = self.0.lock().unwrap_or_else(|e| e.into_inner());
         let frames = reasons.entry(reason).or_default();
         frames.count += 1;
         if frames.first.len() < LISTED {
-            frames.first.push(number);
+            frames.first.push(frame);
         }
-        (reason != EmptyReason::NoObjects).then(|| format!("frame {number} shows nothing: {}", reason.text()))
+        (reason != EmptyReason::NoObjects).then_some(Notice::EmptyImage { frame, reason })
     }
 
     /// The message about all images, of `total`. `None` if there is none, or if it is known that there are no objects.
-    pub fn message(&self, total: usize) -> Option<String> {
+    pub fn summary(&self, total: usize) -> Option<Notice> {
         let reasons = self.0.lock().unwrap_or_else(|e| e.into_inner());
         let unknown = reasons.iter().filter(|(reason, _)| **reason != EmptyReason::NoObjects);
         let unknown: Vec<_> = unknown.collect();
         let count: usize = unknown.iter().map(|(_, frames)| frames.count).sum();
         match unknown[..] {
             [] => None,
-            [(reason, _)] if total == 1 => Some(format!("the image shows nothing: {}", reason.text())),
+            [(reason, _)] if total == 1 => {
+                Some(Notice::EmptyImages(format!("the image shows nothing: {reason}")))
+            }
             _ => {
                 let parts: Vec<String> = unknown
                     .iter()
                     .map(|(reason, frames)| format!("{}: {}", frames.list(), reason.text()))
                     .collect();
-                Some(format!("{count} of {total} images show nothing; {}", parts.join("; ")))
+                let parts = parts.join("; ");
+                Some(Notice::EmptyImages(format!("{count} of {total} images show nothing; {parts}")))
             }
         }
     }
@@ -234,19 +255,23 @@ mod tests {
     #[test]
     fn one_message_counts_the_images_and_lists_the_first() {
         let images = EmptyImages::default();
-        assert_eq!(images.message(9), None);
+        assert_eq!(images.summary(9), None);
         assert_eq!(images.add(EmptyReason::NoObjects, 1), None);
-        assert_eq!(images.message(9), None, "a warning says that there is nothing to render");
+        assert_eq!(images.summary(9), None, "a warning says that there is nothing to render");
         let images = EmptyImages::default();
-        assert!(images.add(EmptyReason::LooksAway, 7).is_some_and(|text| text.contains("frame 7")));
-        let text = images.message(1).unwrap();
+        assert!(
+            images
+                .add(EmptyReason::LooksAway, 7)
+                .is_some_and(|notice| notice.to_string().contains("frame 7"))
+        );
+        let text = images.summary(1).unwrap().to_string();
         assert!(text.starts_with("the image shows nothing: the camera looks away"), "{text}");
         (8..12).for_each(|number| drop(images.add(EmptyReason::LooksAway, number)));
         images.add(EmptyReason::NearPlane, 20);
         assert_eq!(
-            images.message(36).unwrap(),
-            "6 of 36 images show nothing; frame 20: the near plane cuts off everything in view; use --clip off; \
-             frames 7, 8, 9 and 2 more: the camera looks away from the scene; use --look-at or --orbit"
+            images.summary(36).unwrap().to_string(),
+            "6 of 36 images show nothing; frame 20: the near plane cuts off everything in view; use `clip off`; \
+             frames 7, 8, 9 and 2 more: the camera looks away from the scene; use `look-at` or `orbit`"
         );
     }
 }

@@ -1,10 +1,9 @@
 //! The frames before and after a frame, to which layers of flow lead.
 
-use super::camera_list::CameraList;
-use super::frames::{DEFAULT_FPS, PlannedFrame};
-use super::render_options::RenderOptions;
-use crate::args::FrameArgs;
-use crate::usage::UsageError;
+use crate::camera_list::CameraList;
+use crate::error::SessionError;
+use crate::options::Options;
+use crate::planned_frame::PlannedFrame;
 
 /// The frames before and after each frame, whichever frames are rendered.
 #[derive(Clone, Debug, PartialEq)]
@@ -29,24 +28,19 @@ pub enum FrameNeighbours {
 }
 
 impl FrameNeighbours {
-    /// Those of `render`.
-    pub fn of_render(args: &FrameArgs) -> FrameNeighbours {
-        match (&args.frames, args.frame) {
-            (None, None) => FrameNeighbours::None,
-            _ => FrameNeighbours::Animation { fps: args.fps.unwrap_or(DEFAULT_FPS) },
-        }
-    }
-
     /// Those of a list of cameras. They matter only to layers of flow, for which every camera needs a later time than the
     /// one before, and all the same size.
-    pub fn of_cameras(cameras: &CameraList, options: &RenderOptions) -> Result<FrameNeighbours, UsageError> {
+    ///
+    /// # Errors
+    /// The cameras of `options` with layers of flow have other times or sizes, or cannot be read.
+    pub fn of_cameras(cameras: &CameraList, options: &Options) -> Result<FrameNeighbours, SessionError> {
         let Some(aov) = options.aovs.aovs.iter().find(|aov| aov.is_flow()) else {
             return Ok(FrameNeighbours::None);
         };
         let error = |text: &str| {
             let (aov, file) = (aov.name(), cameras.path().display());
-            UsageError(format!(
-                "--aov {aov}: flow leads from camera to camera, but in --cameras {file} {text}"
+            SessionError::Option(format!(
+                "`aov {aov}`: flow leads from camera to camera, but in `cameras {file}` {text}"
             ))
         };
         let times: Option<Vec<f64>> = (0..cameras.len()).map(|index| cameras.time(index)).collect();
@@ -55,10 +49,10 @@ impl FrameNeighbours {
             .ok_or_else(|| error("not every camera has a later time than the one before; add times"))?;
         let mut first = None;
         for index in 0..cameras.len() {
-            let listed = cameras.listed(index).map_err(|e| UsageError(format!("--cameras: {e}")))?;
+            let listed = cameras.listed(index)?;
             let size = cameras.size_of(&listed);
             if *first.get_or_insert(size) != size {
-                return Err(error("the images have different sizes; add --size WxH"));
+                return Err(error("the images have different sizes; add `size WxH`"));
             }
         }
         Ok(FrameNeighbours::Cameras { times })
@@ -91,11 +85,14 @@ impl FrameNeighbours {
     }
 
     /// Returns an error if `options` have layers of flow, and there are no frames before and after.
-    pub fn check(&self, options: &RenderOptions) -> Result<(), UsageError> {
+    ///
+    /// # Errors
+    /// As described.
+    pub fn check(&self, options: &Options) -> Result<(), SessionError> {
         let flow = options.aovs.aovs.iter().find(|aov| aov.is_flow());
         match (self, flow) {
-            (FrameNeighbours::None, Some(aov)) => Err(UsageError(format!(
-                "--aov {}: flow leads from frame to frame; set --frame or --frames, --cameras with times, or use turntable without --views",
+            (FrameNeighbours::None, Some(aov)) => Err(SessionError::Option(format!(
+                "`aov {}`: flow leads from frame to frame; set `frame` or `frames`, `cameras` with times, or use turntable without `views`",
                 aov.name()
             ))),
             _ => Ok(()),

@@ -2,12 +2,12 @@
 
 use std::time::Instant;
 
-use anyhow::Result;
-
-use super::framing::log_clip_bounds;
-use super::posed_frame::{PosedFrame, SceneSetup};
-use crate::args::values::Exposure;
-use crate::plan::natural_size;
+use crate::error::SessionError;
+use crate::framing::log_clip_bounds;
+use crate::image_size::natural_size;
+use crate::notice::Notice;
+use crate::options::Exposure;
+use crate::posed_frame::{PosedFrame, SceneSetup};
 use blinn_core::geometry::Rgb;
 use blinn_render::integrator::{Phong, Stage};
 use blinn_render::{MID_GREY, Metering, meter};
@@ -18,7 +18,7 @@ use blinn_scene::{Camera, ResolvedLighting, View};
 pub struct ResolvedExposure {
     /// In stops.
     pub ev: f64,
-    /// Replaces --light-scale if the file's light intensities have an unusual unit.
+    /// Replaces the scale of lights if the file's light intensities have an unusual unit.
     pub light_scale: Option<f32>,
     /// True if it depends on the light of the scene.
     pub is_metered: bool,
@@ -33,14 +33,15 @@ impl ResolvedExposure {
 /// A metered exposure of 0.
 const METERED: ResolvedExposure = ResolvedExposure { ev: 0.0, light_scale: None, is_metered: true };
 
-/// Resolves the exposure: --exposure, 0 for lights that are not the file's, else metered. Metering uses the start of
+/// Resolves the exposure: the given one, 0 for lights that are not the file's, else metered. Metering uses the start of
 /// the clip and the file's first camera, whichever frame is rendered.
-pub fn resolve_exposure(
+pub(crate) fn resolve_exposure(
     setup: &SceneSetup,
     start: &mut PosedFrame,
     lit: &ResolvedLighting,
-) -> Result<ResolvedExposure> {
-    let SceneSetup { options, log, .. } = setup;
+) -> Result<ResolvedExposure, SessionError> {
+    let SceneSetup { plan, log, .. } = setup;
+    let options = &plan.options;
     let is_metered = match options.exposure {
         Some(Exposure::Stops(ev)) => return Ok(ResolvedExposure::at(ev)),
         Some(Exposure::Auto) => true,
@@ -62,24 +63,24 @@ pub fn resolve_exposure(
         Some(lights) if options.exposure.is_none() || !is_usual_unit(&lights) => Some(lights),
         _ => meter_frame(setup, start, &camera, MeteredLight::All)?,
     };
-    log.stage("meter", since, "");
+    log.stage_since("meter", since, "");
     if let Some(lights) = lights.filter(|lights| !is_usual_unit(lights)) {
         // The unit of the lights is unknown. Environment, emission and unlit materials have none, so only the lights
         // are scaled.
         let light_scale = options.lighting.scale * libm::exp2(lights.ev) as f32;
         let light_scale = light_scale.clamp(f32::MIN_POSITIVE, f32::MAX);
-        log.note(&format!("exposure: --exposure 0 --light-scale {light_scale}"));
+        log.note(Notice::Exposure { ev: 0.0, light_scale: Some(light_scale) });
         return Ok(ResolvedExposure { light_scale: Some(light_scale), ..METERED });
     }
     let Some(metered) = metered else {
-        log.warn("the camera sees nothing that is lit; the exposure is 0")?;
+        log.warn(Notice::NothingLit)?;
         return Ok(METERED);
     };
     // Blender's files near mid-grey are exposed as their author saw them.
     let is_blender = start.posed.scene.source.is_blender();
     let keeps_zero = options.exposure.is_none() && is_blender && is_usual_unit(&metered);
     let ev = if keeps_zero { 0.0 } else { (metered.ev * 1e4).round() / 1e4 };
-    log.note(&format!("exposure: --exposure {ev}"));
+    log.note(Notice::Exposure { ev, light_scale: None });
     Ok(ResolvedExposure { ev, ..METERED })
 }
 
@@ -108,13 +109,13 @@ struct MeteringCamera {
 
 /// The camera for metering. Its aspect ratio is the camera's own, not the image's, so that thumbnails have the
 /// exposure of their originals.
-fn metering_camera(setup: &SceneSetup, start: &PosedFrame) -> Result<MeteringCamera> {
+fn metering_camera(setup: &SceneSetup, start: &PosedFrame) -> Result<MeteringCamera, SessionError> {
     let scene = start.posed.scene;
     let (width, height) = natural_size(scene, (!scene.cameras.is_empty()).then_some(0));
     let view = if scene.cameras.is_empty() {
-        setup.options.view.without_orbit()
+        setup.plan.options.view.without_orbit()
     } else {
-        View { clip: setup.options.view.clip, ..View::default() }
+        View { clip: setup.plan.options.view.clip, ..View::default() }
     };
     let (camera, _) =
         log_clip_bounds(setup.log, &start.posed, || view.resolve(&start.posed, width, height))??;
@@ -126,7 +127,7 @@ fn meter_frame(
     start: &PosedFrame,
     camera: &MeteringCamera,
     light: MeteredLight,
-) -> Result<Option<Metering>> {
+) -> Result<Option<Metering>, SessionError> {
     let mut frame = setup.frame(start, camera.camera)?;
     frame.background = None;
     if light == MeteredLight::LightsOnly {
@@ -136,5 +137,5 @@ fn meter_frame(
         // The override also turns off reflections, which show the environment, and makes glass thin.
         frame.overrides.k_e = Some(Rgb::ZERO);
     }
-    Ok(meter(&frame, &Phong { stage: setup.options.stage }, camera.aspect, &setup.cancel)?)
+    Ok(meter(&frame, &Phong { stage: setup.plan.options.stage }, camera.aspect, &setup.cancel)?)
 }

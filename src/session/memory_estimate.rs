@@ -1,10 +1,9 @@
-//! Estimates the peak memory of rendering a scene, and checks it against `--max-memory` before anything is allocated.
+//! Estimates the peak memory of rendering a scene, and checks it against the memory limit before anything is allocated.
 
-use anyhow::{Result, bail};
-
-use crate::plan::RenderPlan;
+use crate::error::SessionError;
+use crate::memory::limit_bytes;
+use crate::plan::SessionPlan;
 use blinn_accel::FlattenBudget;
-use blinn_bench::memory::limit_bytes;
 use blinn_scene::{Mesh, Scene};
 
 /// The program itself, its threads and their working memory.
@@ -28,22 +27,27 @@ const CRYPTOMATTE_PIXEL: u64 = 256;
 
 /// Returns an error if rendering `frames` frames of a scene needs more memory than allowed or available, and else the bytes
 /// that are left.
-pub fn check(plan: &RenderPlan, scene: &Scene, frames: usize) -> Result<u64> {
+///
+/// # Errors
+/// As described.
+pub fn check_memory(plan: &SessionPlan, scene: &Scene, frames: usize) -> Result<u64, SessionError> {
     let needed = estimate(plan, scene, frames);
     let allowed = plan.max_memory.or_else(limit_bytes).unwrap_or(u64::MAX);
     if needed > allowed {
         let (needed, allowed) = (format_bytes(needed), format_bytes(allowed));
         let bound = match plan.max_memory {
-            Some(_) => format!("--max-memory allows {allowed}; allow more"),
-            None => format!("only {allowed} are available; set --max-memory to try anyway"),
+            Some(_) => format!("`max-memory` allows {allowed}; allow more"),
+            None => format!("only {allowed} are available; set `max-memory` to try anyway"),
         };
-        bail!("rendering needs about {needed} of memory, but {bound}, or use a smaller --size or fewer AOVs");
+        return Err(SessionError::Option(format!(
+            "rendering needs about {needed} of memory, but {bound}, or use a smaller `size` or fewer AOVs"
+        )));
     }
     Ok(allowed - needed)
 }
 
 /// Upper bound in bytes for rendering `frames` frames of a loaded scene.
-fn estimate(plan: &RenderPlan, scene: &Scene, frames: usize) -> u64 {
+fn estimate(plan: &SessionPlan, scene: &Scene, frames: usize) -> u64 {
     let is_animated = !scene.animations.is_empty();
     let nodes = NODE * scene.nodes.len() as u64;
     let posed = posed_bytes(scene) + nodes;
@@ -102,11 +106,11 @@ pub fn bvh_triangles(scene: &Scene, flatten: FlattenBudget) -> u64 {
 }
 
 /// Bytes of an image with its AOVs.
-fn image_bytes(plan: &RenderPlan, scene: &Scene) -> u64 {
+fn image_bytes(plan: &SessionPlan, scene: &Scene) -> u64 {
     let options = &plan.options;
     let (width, height) = options.size_for(scene);
     let full = u64::from(width) * u64::from(height);
-    let pixels = options.settings.crop.map_or(full, |c| u64::from(c.width) * u64::from(c.height));
+    let pixels = options.crop.map_or(full, |c| u64::from(c.width) * u64::from(c.height));
     let channels: u64 = options.aovs.aovs.iter().map(|aov| AOV_CHANNEL * aov.channel_count() as u64).sum();
     let cryptomatte = if options.aovs.cryptomatte { CRYPTOMATTE_PIXEL } else { 0 };
     pixels.saturating_mul(PIXEL + channels + cryptomatte)

@@ -1,13 +1,18 @@
 //! Checks that 16-bit depth holds the depths of an image.
 
-use anyhow::Result;
-
-use super::progress::SceneLog;
+use crate::error::SessionError;
+use crate::log::SessionLog;
+use crate::notice::Notice;
 use blinn_render::AovLayer;
 use blinn_render::integrator::Aov;
 
 /// Warns of depths that a 16-bit image with `step` metres per unit cannot store. They become 65535.
-pub fn check_depth_range(layers: &[AovLayer], step: Option<f64>, frame: i64, log: &SceneLog) -> Result<()> {
+pub fn check_depth_range(
+    layers: &[AovLayer],
+    step: Option<f64>,
+    frame: i64,
+    log: &dyn SessionLog,
+) -> Result<(), SessionError> {
     let Some(step) = step else { return Ok(()) };
     let depths = layers.iter().filter(|layer| layer.aov == Aov::Depth).flat_map(|layer| &layer.values);
     let farthest = depths.copied().filter(|depth| depth.is_finite()).fold(0.0, f32::max);
@@ -16,8 +21,5 @@ pub fn check_depth_range(layers: &[AovLayer], step: Option<f64>, frame: i64, log
         return Ok(());
     }
     let largest = largest as f32;
-    log.warn(&format!(
-        "frame {frame} has depths up to {farthest} m, but 16 bits in units of {step} m hold at most {largest} m; farther \
-         points are stored as 65535; set a larger --depth-unit"
-    ))
+    log.warn(Notice::DepthOverflow { frame, farthest, step, largest })
 }

@@ -1,0 +1,38 @@
+//! Warnings of a render, in the words of Python.
+
+use std::sync::Mutex;
+
+use blinn_session::{Notice, SessionError, SessionLog, with_option_names};
+
+/// Collects each warning of a render once, in order.
+#[derive(Default)]
+pub struct WarningLog(Mutex<Vec<String>>);
+
+impl WarningLog {
+    /// Returns the warnings.
+    pub fn into_warnings(self) -> Vec<String> {
+        self.0.into_inner().unwrap_or_else(|e| e.into_inner())
+    }
+}
+
+impl SessionLog for WarningLog {
+    fn warn(&self, notice: Notice) -> Result<(), SessionError> {
+        let text = with_keywords(&notice.to_string());
+        let mut warnings = self.0.lock().unwrap_or_else(|e| e.into_inner());
+        if !warnings.contains(&text) {
+            warnings.push(text);
+        }
+        Ok(())
+    }
+}
+
+/// A message of the library with its options as keyword arguments: `` `clip off` `` becomes `clip='off'`.
+pub fn with_keywords(text: &str) -> String {
+    with_option_names(text, |name, value| {
+        let name = name.replace('-', "_");
+        match value {
+            Some(value) => format!("{name}='{value}'"),
+            None => name,
+        }
+    })
+}

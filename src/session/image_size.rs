@@ -1,0 +1,30 @@
+//! Sizes of images that no option gives.
+
+use blinn_scene::Scene;
+
+/// Longer side of an image without a given size, in pixels.
+const DEFAULT_SIDE: u32 = 1280;
+/// Size of an image without a given size and without a file camera: 16:9.
+const DEFAULT_SIZE: (u32, u32) = (1280, 720);
+
+/// A size of the same aspect ratio, with `side` pixels at its longer side.
+pub fn scaled_to(side: u32, (width, height): (u32, u32)) -> (u32, u32) {
+    let scaled = |pixels: u32| {
+        let exact = f64::from(pixels) * f64::from(side) / f64::from(width.max(height).max(1));
+        exact.round().max(1.0) as u32
+    };
+    (scaled(width), scaled(height))
+}
+
+/// The default image size for a camera of the file, or for a framed scene.
+pub fn natural_size(scene: &Scene, camera: Option<usize>) -> (u32, u32) {
+    let aspect = camera.and_then(|i| scene.cameras[i].aspect()).filter(|a| (0.01..=100.0).contains(a));
+    match aspect {
+        None => DEFAULT_SIZE,
+        Some(a) => {
+            let side = f64::from(DEFAULT_SIDE);
+            let (w, h) = if a >= 1.0 { (side, side / a) } else { (side * a, side) };
+            (w.round().max(1.0) as u32, h.round().max(1.0) as u32)
+        }
+    }
+}

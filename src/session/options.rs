@@ -1,0 +1,282 @@
+//! Options of images: everything that decides the pixels of an image except its scene and frame.
+
+use glam::DVec3;
+
+use crate::error::SessionError;
+use crate::image_size::{natural_size, scaled_to};
+use crate::planned_frame::PlannedFrame;
+use blinn_core::geometry::Rgb;
+use blinn_import::LoadOptions;
+use blinn_render::display::{Background, ViewTransform};
+use blinn_render::integrator::{Aov, DEFAULT_BOUNCES, MaterialOverrides, MatteKind, Stage};
+use blinn_render::{AdaptiveSampling, PixelFilter, PixelRect, RenderSettings};
+use blinn_scene::{
+    AnimationChoice, Camera, GroundKind, Lighting, Normalization, PosedScene, Scene, Selection, UnitShape,
+    View, ViewError,
+};
+
+/// Everything that decides the pixels of an image except its scene and frame. The default is that of `blinn render`.
+#[derive(Clone, Debug)]
+pub struct Options {
+    /// How the file is read. With default limits: limits depend on the machine and decide no pixels.
+    pub load: LoadOptions,
+    /// The objects that are shown.
+    pub selection: Selection,
+    /// Animation to play: a name, an index, `all` or `none`. `None` plays all that have different targets.
+    pub animation: Option<String>,
+    /// Width and height in pixels. `None` for the aspect ratio of the file's camera, or else 16:9.
+    pub size: Option<(u32, u32)>,
+    /// Longer side in pixels, if there is no size.
+    pub max_size: Option<u32>,
+    /// Samples per pixel; a single sample is at the pixel's centre.
+    pub samples: u32,
+    /// Reconstruction filter.
+    pub filter: PixelFilter,
+    /// Seed of the sample positions.
+    pub seed: u32,
+    /// Use all samples only where neighbouring pixels differ by more than this, as displayed from 0 to 1, and four
+    /// elsewhere.
+    pub adaptive: Option<f32>,
+    /// The rendered region.
+    pub crop: Option<PixelRect>,
+    /// The colour of pixels where there is nothing; opaque if the background is the environment.
+    pub background: Background,
+    /// The blur of an environment as the background; `None` if the background is not the environment.
+    pub environment_background: Option<f32>,
+    /// Exposure; `None` to meter if the lights are the file's, and else 0.
+    pub exposure: Option<Exposure>,
+    /// View transform; `None` to choose by the origin of the scene.
+    pub view_transform: Option<ViewTransform>,
+    /// Layers beside the colour.
+    pub aovs: AovSelection,
+    /// Metres per step of 16-bit depth beside images; `None` for a preview, and for what suits the scene in a dataset.
+    pub depth_unit: Option<f64>,
+    /// The camera.
+    pub view: View,
+    /// Light sources, ambient light and environment.
+    pub lighting: Lighting,
+    /// False to disable shadows.
+    pub shadows: bool,
+    /// Ambient occlusion.
+    pub ao: Option<OcclusionSampling>,
+    /// A ground below the scene.
+    pub ground: Option<GroundKind>,
+    /// Terms of the shading model.
+    pub stage: Stage,
+    /// Coefficients that replace those of all materials.
+    pub overrides: MaterialOverrides,
+    /// Maximum reflections along a path.
+    pub bounces: u8,
+    /// The back faces that eye rays pass through.
+    pub cull: BackFaceCulling,
+    /// The shape that what is written of a dataset is scaled to.
+    pub normalize: Option<UnitShape>,
+    /// Set for turntables.
+    pub rotation: Option<TurntableRotation>,
+}
+
+/// The background where there is nothing: dark grey, linear.
+pub const DEFAULT_BACKGROUND: Background = Background::Color(Rgb::splat(0.05));
+
+impl Default for Options {
+    fn default() -> Options {
+        let RenderSettings { samples, filter, seed, .. } = RenderSettings::default();
+        Options {
+            load: LoadOptions::default(),
+            selection: Selection::default(),
+            animation: None,
+            size: None,
+            max_size: None,
+            samples,
+            filter,
+            seed,
+            adaptive: None,
+            crop: None,
+            background: DEFAULT_BACKGROUND,
+            environment_background: None,
+            exposure: None,
+            view_transform: None,
+            aovs: AovSelection::default(),
+            depth_unit: None,
+            view: View::default(),
+            lighting: Lighting::default(),
+            shadows: true,
+            ao: None,
+            ground: None,
+            stage: Stage::Phong,
+            overrides: MaterialOverrides::default(),
+            bounces: DEFAULT_BOUNCES,
+            cull: BackFaceCulling::SingleSided,
+            normalize: None,
+            rotation: None,
+        }
+    }
+}
+
+/// An exposure.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Exposure {
+    /// Metered.
+    Auto,
+    /// In stops.
+    Stops(f64),
+}
+
+/// Ambient occlusion as options describe it.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct OcclusionSampling {
+    /// Rays per pixel.
+    pub samples: u32,
+    /// Maximum distance of occluders in metres; `None` for a quarter of the scene's diagonal.
+    pub distance: Option<f64>,
+}
+
+/// The AOVs to write beside the colour.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct AovSelection {
+    /// AOVs sampled at pixel centres.
+    pub aovs: Vec<Aov>,
+    /// Cryptomattes of objects and materials.
+    pub cryptomatte: bool,
+}
+
+/// The name that selects cryptomattes in a list of AOVs.
+pub const CRYPTOMATTE: &str = "cryptomatte";
+
+impl AovSelection {
+    /// Selects every AOV.
+    pub fn all() -> AovSelection {
+        AovSelection { aovs: Aov::ALL.to_vec(), cryptomatte: true }
+    }
+
+    /// True if nothing is selected.
+    pub fn is_empty(&self) -> bool {
+        self.aovs.is_empty() && !self.cryptomatte
+    }
+
+    /// Names of the preview images.
+    pub fn preview_names(&self) -> Vec<String> {
+        let aovs = self.aovs.iter().map(|aov| aov.name().to_string());
+        let mattes = MatteKind::ALL.iter().filter(|_| self.cryptomatte);
+        aovs.chain(mattes.map(|kind| format!("{CRYPTOMATTE}-{}", kind.name()))).collect()
+    }
+}
+
+/// The back faces that eye rays pass through.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum BackFaceCulling {
+    /// None.
+    Off,
+    /// Those of single-sided materials.
+    SingleSided,
+    /// Those of all materials.
+    All,
+}
+
+/// The object that a turntable rotates, and its axis.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct TurntableRotation {
+    /// Unit length.
+    pub axis: DVec3,
+    /// True to rotate the camera around the scene, false to rotate the scene in front of camera and lights.
+    pub rotates_camera: bool,
+}
+
+impl Options {
+    /// The animation of `scene` that the options select. A name takes precedence over an index.
+    ///
+    /// # Errors
+    /// The scene has no such animation.
+    pub fn animation(&self, scene: &Scene) -> Result<AnimationChoice, SessionError> {
+        let Some(choice) = self.animation.as_deref() else { return Ok(AnimationChoice::Default) };
+        let animations = &scene.animations;
+        if let Some(i) = animations.iter().position(|animation| animation.name == choice) {
+            return Ok(AnimationChoice::One(i));
+        }
+        match (choice, choice.parse::<usize>()) {
+            ("all", _) => Ok(AnimationChoice::All),
+            ("none", _) => Ok(AnimationChoice::Rest),
+            (_, Ok(i)) if i < animations.len() => Ok(AnimationChoice::One(i)),
+            (_, Ok(0)) => Ok(AnimationChoice::Rest),
+            _ => {
+                let names = animations.iter().enumerate().map(|(i, a)| format!("{i} '{}'", a.name));
+                let names = names.collect::<Vec<_>>().join(", ");
+                let names = if names.is_empty() { "none" } else { &names };
+                Err(SessionError::Option(format!("there is no animation '{choice}'; the file has: {names}")))
+            }
+        }
+    }
+
+    /// The camera of a frame, for an image of `size` pixels.
+    ///
+    /// # Errors
+    /// The view does not suit the scene.
+    pub fn camera(
+        &self,
+        frame: &PlannedFrame,
+        posed: &PosedScene,
+        size: (u32, u32),
+    ) -> Result<Camera, ViewError> {
+        let orbit = frame.view.map(|view| view.orbit).or(self.view.orbit);
+        let view = View { orbit, ..self.view.clone() };
+        let (mut camera, _) = view.resolve(posed, size.0, size.1)?;
+        if let Some(sampled) = frame.view.filter(|view| view.moves_camera()) {
+            let sphere = posed.clip_sphere();
+            let centre = self.view.look_at.unwrap_or(sphere.centre);
+            let metres_per_unit = 1.0 / self.normalization(posed).scale;
+            sampled.in_metres(metres_per_unit).place(&mut camera, centre, sphere.radius);
+        }
+        Ok(camera)
+    }
+
+    /// From the scene's world to the coordinates that are written.
+    pub fn normalization(&self, posed: &PosedScene) -> Normalization {
+        self.normalize.map_or(Normalization::IDENTITY, |shape| Normalization::new(shape, posed))
+    }
+
+    /// How an image of `size` pixels is sampled. `ev` is its exposure in stops.
+    pub fn render_settings(&self, (width, height): (u32, u32), ev: f64) -> RenderSettings {
+        RenderSettings {
+            width,
+            height,
+            samples: self.samples,
+            filter: self.filter,
+            seed: self.seed,
+            adaptive: self.adaptive.map(|threshold| AdaptiveSampling { threshold, ev }),
+            crop: self.crop,
+            tile: if self.samples > 16 { 16 } else { 32 },
+        }
+    }
+
+    /// Width and height of the rendered region, if they do not depend on the scene.
+    pub fn known_size(&self) -> Option<(u32, u32)> {
+        self.crop.map(|crop| (crop.width, crop.height)).or(self.size)
+    }
+
+    /// Number of camera samples of `frames` images. Each ray of ambient occlusion counts as a sample.
+    pub fn samples_of_frames(&self, scene: &Scene, frames: usize) -> u64 {
+        let (width, height) = self.known_size().unwrap_or_else(|| self.size_for(scene));
+        let pixels = u64::from(width) * u64::from(height);
+        let per_pixel = u64::from(self.samples) + self.ao.map_or(0, |ao| u64::from(ao.samples));
+        pixels.saturating_mul(per_pixel).saturating_mul(frames as u64)
+    }
+
+    /// Width and height of the image: [`Options::size`], else the aspect ratio of the file's camera, else 16:9, or square
+    /// for [`Options::max_size`].
+    pub fn size_for(&self, scene: &Scene) -> (u32, u32) {
+        if let Some(size) = self.size {
+            return size;
+        }
+        let camera = match &self.view.camera {
+            Some(name) => scene.find_camera(name),
+            None if self.view.replaces_file_camera() => None,
+            None => (!scene.cameras.is_empty()).then_some(0),
+        };
+        match (self.max_size, camera) {
+            (None, _) => natural_size(scene, camera),
+            // Framing shows a sphere.
+            (Some(side), None) => (side, side),
+            (Some(side), Some(_)) => scaled_to(side, natural_size(scene, camera)),
+        }
+    }
+}
