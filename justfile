@@ -69,7 +69,7 @@ scene kind triangles file *flags:
     cargo run --release -q -p blinn-scenes -- {{kind}} {{triangles}} {{file}} {{flags}}
 
 # Compare rays, builds and frames with Embree: `just bench-peers rays --quick`; without arguments, all tables
-# of docs/explanation/performance.md. `just bench-peers programs` measures whole programs,
+# of docs/reference/performance-figures.md. `just bench-peers programs` measures whole programs,
 # `just bench-peers objects 2000` many small files.
 bench-peers *words:
     bash benches/peers/run {{words}}

@@ -1,6 +1,6 @@
 """Compares Blinn-Phong with GGX for several mappings of coefficients.
 
-Prints the table of docs/decisions/0035-fit-metallic-roughness-to-blinn-phong.md.
+Prints the table of docs/decisions/material-conversion.md.
 
     python docs/scripts/ggx.py            # needs numpy
 

@@ -12,7 +12,7 @@ const LANES: usize = 16;
 /// comparisons, and random boxes hit by a ray. Its time measures the current speed of the machine.
 ///
 /// It does not access memory: read latency depends on what was cached before, and predicts tracing less well
-/// (docs/decisions/0096-measure-relative-to-a-calibration-loop.md).
+/// (docs/decisions/benchmarks.md).
 #[derive(Clone, Copy, Debug, Default)]
 pub struct Calibration;
 

@@ -29,7 +29,7 @@ impl Ground {
     /// k_d and k_a of [`GroundKind::Plane`].
     pub const GREY: Rgb = Rgb::splat(0.5);
     /// Gap between the scene and the ground, in sizes: more than rounding moves a surface (see
-    /// docs/decisions/0041-intersect-the-ground-analytically.md), and less than a pixel.
+    /// docs/decisions/soft-shadows-and-ambient-occlusion.md), and less than a pixel.
     const GAP: f64 = 1e-5;
     /// Distance from the centre where fading starts, in sizes.
     const FADE_START: f64 = 3.0;

@@ -101,7 +101,7 @@ fn difference(metallic: f64, reflection: Reflection, roughnesses: RangeInclusive
     sum / (4 * roughnesses.count()) as f64
 }
 
-/// docs/decisions/0035-fit-metallic-roughness-to-blinn-phong.md has 0.35 and 12.1. Specular antialiasing
+/// docs/decisions/material-conversion.md has 0.35 and 12.1. Specular antialiasing
 /// widens highlights narrower than a pixel (at roughness 0.1), and pixels at the silhouette may miss the
 /// polygon, so there is a tolerance.
 #[test]

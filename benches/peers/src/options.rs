@@ -148,7 +148,7 @@ fn simd_level() -> Result<SimdLevel, String> {
     }
 }
 
-/// The scenes with goals in docs/explanation/performance.md.
+/// The scenes of docs/reference/performance-figures.md.
 fn default_scenes(mode: Mode, quick: bool) -> Vec<(SceneKind, usize)> {
     let scans = |counts: &[usize]| counts.iter().map(|&n| (SceneKind::Scan, n)).collect::<Vec<_>>();
     match (mode, quick) {

@@ -4,7 +4,7 @@
 //! The mapping of metallic-roughness: α = clamp(roughness, 0.1, 1)², p = 2/α² − 2, F0_d = reflectance of the dielectric at
 //! normal incidence, F0 = mix(F0_d, base, metallic), k_d = base·(1 − metallic)·(1 − max F0_d) + 0.35·F0·α,
 //! k_s = F0·(1 − α)·(p + 2)/8, k_a = base·occlusion. It was fitted to GGX on a lit sphere: see
-//! docs/decisions/0035-fit-metallic-roughness-to-blinn-phong.md. Where physical materials reflect their surroundings, k_s is
+//! docs/decisions/material-conversion.md. Where physical materials reflect their surroundings, k_s is
 //! 0 and their layers reflect lights as well.
 
 use glam::Vec3;

@@ -134,7 +134,7 @@ mod tests {
 
     /// The mean over directions of light behind the surface is the share of light that the facets let through, apart from
     /// Fresnel's reflectance. The expected values are means of G₂/G₁ over 400,000 visible normals, whose refracted directions leave
-    /// the surface (docs/decisions/0185).
+    /// the surface (docs/decisions/glass.md).
     #[test]
     fn transmitted_lobes_have_the_energy_of_sampled_microfacets() {
         let cases = [
