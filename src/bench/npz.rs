@@ -1,10 +1,9 @@
-//! NumPy archives (.npz): an uncompressed ZIP file of arrays in the format NPY 1.0
-//! (`numpy.lib.format`, PKWARE's APPNOTE 6.3).
+//! NumPy archives (.npz): an uncompressed ZIP file of arrays in the format NPY 1.0 (`numpy.lib.format`).
 
-use std::io::{self, Write};
+use std::io::{self, Cursor, Write};
 
-/// The size limit of the ZIP format without its 64-bit extension.
-const MAX_BYTES: u64 = u32::MAX as u64;
+use zip::write::SimpleFileOptions;
+use zip::{CompressionMethod, ZipWriter};
 
 /// The type of an array's elements.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -72,88 +71,31 @@ impl NpyArray {
     }
 }
 
-/// The numbers of a file that both of its ZIP headers hold.
-struct ZipEntry {
-    name: String,
-    crc: u32,
-    size: u32,
-    offset: u32,
-}
-
-impl ZipEntry {
-    /// Version needed, flags, method (stored), time and date (1980-01-01), CRC, sizes, and the length of the name.
-    fn fields(&self) -> Vec<u8> {
-        let mut out = Vec::new();
-        for word in [20u16, 0, 0, 0, 0x21] {
-            out.extend(word.to_le_bytes());
-        }
-        for number in [self.crc, self.size, self.size] {
-            out.extend(number.to_le_bytes());
-        }
-        out.extend((self.name.len() as u16).to_le_bytes());
-        out.extend(0u16.to_le_bytes());
-        out
-    }
-}
-
-/// Writes an archive. The same arrays give the same bytes.
+/// Encodes an archive. The same arrays give the same bytes.
 ///
 /// # Errors
-/// Writing fails, the archive would have 4 GiB or more, or the data of an array do not have its shape.
-pub fn write_npz(out: &mut dyn Write, arrays: &[NpyArray]) -> io::Result<()> {
-    let invalid = |message: String| io::Error::new(io::ErrorKind::InvalidInput, message);
-    let total: u64 = arrays.iter().map(|array| array.data.len() as u64 + 512).sum();
-    if total >= MAX_BYTES {
-        return Err(invalid(format!("{total} bytes are too many for an .npz file of at most 4 GiB")));
-    }
-    let mut entries: Vec<ZipEntry> = Vec::new();
-    let mut offset = 0;
+/// The data of an array do not have its shape.
+pub fn encode_npz(arrays: &[NpyArray]) -> io::Result<Vec<u8>> {
+    // Stored, and dated 1980-01-01.
+    let options = SimpleFileOptions::DEFAULT.compression_method(CompressionMethod::Stored);
+    let mut archive = ZipWriter::new(Cursor::new(Vec::new()));
     for array in arrays {
         if array.shape.iter().product::<usize>() * array.element.size() != array.data.len() {
-            return Err(invalid(format!("{}: {} bytes do not have its shape", array.name, array.data.len())));
+            let text = format!("{}: {} bytes do not have its shape", array.name, array.data.len());
+            return Err(io::Error::new(io::ErrorKind::InvalidInput, text));
         }
-        let header = array.header();
-        let mut crc = crc32fast::Hasher::new();
-        crc.update(&header);
-        crc.update(&array.data);
-        let entry = ZipEntry {
-            name: format!("{}.npy", array.name),
-            crc: crc.finalize(),
-            size: (header.len() + array.data.len()) as u32,
-            offset,
-        };
-        let mut local = b"PK\x03\x04".to_vec();
-        local.extend(entry.fields());
-        local.extend(entry.name.bytes());
-        out.write_all(&local)?;
-        out.write_all(&header)?;
-        out.write_all(&array.data)?;
-        offset += local.len() as u32 + entry.size;
-        entries.push(entry);
+        let is_large = array.data.len() as u64 >= u64::from(u32::MAX) - 1024;
+        archive.start_file(format!("{}.npy", array.name), options.large_file(is_large))?;
+        archive.write_all(&array.header())?;
+        archive.write_all(&array.data)?;
     }
-    let mut directory = Vec::new();
-    for entry in &entries {
-        directory.extend(b"PK\x01\x02");
-        directory.extend(20u16.to_le_bytes());
-        directory.extend(entry.fields());
-        // No comment, the first disk, no attributes.
-        directory.extend([0; 10]);
-        directory.extend(entry.offset.to_le_bytes());
-        directory.extend(entry.name.bytes());
-    }
-    out.write_all(&directory)?;
-    let count = (entries.len() as u16).to_le_bytes();
-    let mut end = b"PK\x05\x06\0\0\0\0".to_vec();
-    end.extend(count);
-    end.extend(count);
-    end.extend((directory.len() as u32).to_le_bytes());
-    end.extend(offset.to_le_bytes());
-    end.extend([0; 2]);
-    out.write_all(&end)
+    Ok(archive.finish()?.into_inner())
 }
 
 #[cfg(test)]
 mod tests {
+    use std::io::Read;
+
     use super::*;
 
     #[test]
@@ -176,30 +118,24 @@ mod tests {
     #[test]
     fn wrong_shapes_are_errors() {
         let array = NpyArray { name: "a", element: NpyType::U32, shape: vec![2], data: vec![0; 7] };
-        assert!(write_npz(&mut Vec::new(), &[array]).unwrap_err().to_string().contains("shape"));
+        assert!(encode_npz(&[array]).unwrap_err().to_string().contains("shape"));
     }
 
-    /// The central directory points at the local headers, whose sizes lead from one to the next.
     #[test]
-    fn the_directory_lists_every_array() {
+    fn every_array_is_stored_and_found() {
         let array =
             |name, n: usize| NpyArray { name, element: NpyType::U8, shape: vec![n], data: vec![7; n] };
-        let mut file = Vec::new();
-        write_npz(&mut file, &[array("first", 3), array("second", 100)]).unwrap();
-        let u32_at = |at: usize| u32::from_le_bytes(file[at..at + 4].try_into().unwrap()) as usize;
-        let end = file.len() - 22;
-        assert_eq!(&file[end..end + 4], b"PK\x05\x06");
-        let mut at = u32_at(end + 16);
-        assert_eq!(at + u32_at(end + 12), end);
-        for (name, n) in [("first.npy", 3), ("second.npy", 100)] {
-            let (size, offset) = (u32_at(at + 24), u32_at(at + 42));
-            assert_eq!(&file[at + 46..at + 46 + name.len()], name.as_bytes());
-            assert_eq!(&file[offset..offset + 4], b"PK\x03\x04");
-            let data = &file[offset + 30 + name.len()..][..size];
-            assert!(data.starts_with(b"\x93NUMPY") && data[size - n..].iter().all(|&b| b == 7));
-            assert_eq!(crc32fast::hash(data) as usize, u32_at(at + 16));
-            at += 46 + name.len();
+        let arrays = [array("first", 3), array("second", 100)];
+        let bytes = encode_npz(&arrays).unwrap();
+        assert_eq!(encode_npz(&arrays).unwrap(), bytes);
+        let mut archive = zip::ZipArchive::new(Cursor::new(&bytes)).unwrap();
+        assert_eq!(archive.file_names().collect::<Vec<_>>(), ["first.npy", "second.npy"]);
+        for array in &arrays {
+            let mut file = archive.by_name(&format!("{}.npy", array.name)).unwrap();
+            assert_eq!(file.compression(), CompressionMethod::Stored);
+            let mut data = Vec::new();
+            file.read_to_end(&mut data).unwrap();
+            assert!(data.starts_with(b"\x93NUMPY") && data.ends_with(&array.data));
         }
-        assert_eq!(at, end);
     }
 }

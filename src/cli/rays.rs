@@ -14,7 +14,7 @@ use super::run::panics;
 use super::scene_file::is_stdin;
 use super::summary::Summary;
 use super::usage::UsageError;
-use blinn_bench::npz::write_npz;
+use blinn_bench::npz::encode_npz;
 use blinn_bench::{BenchStage, DumpSettings, dump_rays};
 use blinn_import::LoadOptions;
 use blinn_output::{Overwrite, check_writable, write_atomically};
@@ -51,8 +51,7 @@ fn dump(args: &RaysArgs, settings: &DumpSettings) -> Result<()> {
     for warning in dump.warnings.iter().filter(|_| !args.common.quiet) {
         eprint_line(&single_line(&format!("warning: {}: {warning}", args.scene.display())));
     }
-    let mut bytes = Vec::new();
-    write_npz(&mut bytes, &dump.arrays)?;
+    let bytes = encode_npz(&dump.arrays)?;
     if is_stdout(&args.dump) {
         print_stdout(&bytes)?;
         return Ok(());

@@ -15,7 +15,7 @@ const LOAD_ONLY: [&str; 2] = ["hide", "only-objects"];
 /// Options of `load` that the command line has among those of the process.
 const PROCESS_OPTIONS: [&str; 2] = ["allow-outside", "max-memory"];
 /// Options that have parameters of their own or make no sense here.
-const NOT_OPTIONS: [&str; 3] = ["aov", "heatmap", "camera"];
+const NOT_OPTIONS: [&str; 2] = ["aov", "camera"];
 
 /// The call that options belong to.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

@@ -309,19 +309,17 @@ fn several_machines_are_compared_in_one_report() {
         write(&folder, name, &results);
     }
     let line = "bench --from desk.json laptop.json other.json";
-    let text =
-        stdout_of(&folder, &format!("{line} --report page.html --markdown tables.md --latex tables.tex"));
+    let text = stdout_of(&folder, &format!("{line} --report page.html --markdown tables.md"));
     assert!(text.contains("time / desk") && text.contains("2.00 [1.96, 2.04]"), "{text}");
-    let [page, markdown, latex] =
-        ["page.html", "tables.md", "tables.tex"].map(|file| fs::read_to_string(folder.join(file)).unwrap());
+    let [page, markdown] =
+        ["page.html", "tables.md"].map(|file| fs::read_to_string(folder.join(file)).unwrap());
     assert!(page.contains("they did the same work") && !page.contains("http:"), "{page}");
     assert!(
         markdown.contains("| stage | pixels | threads | desk | laptop | time / desk | other |"),
         "{markdown}"
     );
-    assert_eq!(latex.matches("\\begin{tabular}").count(), 3);
     for label in ["desk", "laptop", "other"] {
-        assert!(page.contains(label) && latex.contains(label), "{label}");
+        assert!(page.contains(label) && markdown.contains(label), "{label}");
     }
     // A machine with another hit.
     let mut wrong = read_json(&folder.join("other.json"));
@@ -338,7 +336,7 @@ fn several_machines_are_compared_in_one_report() {
     refused(&folder, &format!("{line} --compare desk.json"), "--compare takes the results of one run");
     refused(&folder, &format!("{line} --json a.json"), "--json takes the results of one run");
     // One run has tables, too.
-    runs(&folder, "bench --from desk.json --markdown one.md --latex one.tex");
+    runs(&folder, "bench --from desk.json --markdown one.md");
     let one = fs::read_to_string(folder.join("one.md")).unwrap();
     assert!(
         one.contains("## scan 10k, 10000 triangles") && one.contains("| load | – | 1 | 1.00 s |"),
@@ -448,11 +446,8 @@ fn a_failing_scene_does_not_affect_the_others() {
 fn a_heat_map_is_an_aov_layer() {
     let (_guard, folder) = folder();
     let scene = model("cornell/cornell.obj");
-    runs(&folder, &format!("render {scene} -o a.png --size 48x27 -s 1 --heatmap steps"));
-    runs(
-        &folder,
-        &format!("render {scene} -o b.png --size 48x27 -s 1 --aov steps --heatmap steps --threads 1"),
-    );
+    runs(&folder, &format!("render {scene} -o a.png --size 48x27 -s 1 --aov steps"));
+    runs(&folder, &format!("render {scene} -o b.png --size 48x27 -s 1 --aov steps --threads 1"));
     let all = files(&folder);
     assert_eq!(all.keys().collect::<Vec<_>>(), ["a.png", "a.steps.png", "b.png", "b.steps.png"]);
     assert!(all["a.steps.png"] == all["b.steps.png"] && all["a.png"] == all["b.png"]);
@@ -461,5 +456,4 @@ fn a_heat_map_is_an_aov_layer() {
     colors.sort_by_key(|p| p.0);
     colors.dedup();
     assert!(colors.len() > 4, "{} colours", colors.len());
-    refused(&folder, &format!("render {scene} --heatmap time"), "steps");
 }

@@ -204,12 +204,12 @@ fn cameras_of_a_world_with_z_up_are_rotated_on_request_only() {
          [{{\"transform_matrix\": {rows:?}}}]}}"
     );
     fs::write(at.join("t.json"), text).unwrap();
-    runs(&at, &format!("render cube.obj --cameras t.json --cameras-up z {LAYERS} -o z.exr"));
+    runs(&at, &format!("render cube.obj --cameras t.json --world-up z {LAYERS} -o z.exr"));
     // Layers are in the world of the list.
     let to_list = DMat3::from_cols(DVec3::X, DVec3::Z, DVec3::NEG_Y);
     let quaternion = DQuat::from_mat3(&(camera.r() * to_list.transpose()));
     check(&at.join("z_0001.exr"), &Pinhole { quaternion, ..camera });
-    refused(&at, "render cube.obj --cameras-up z", "--cameras");
+    refused(&at, "render cube.obj --world-up z", "--cameras");
 }
 
 fn colmap_text(folder: &Path, cameras: &[Pinhole]) {
@@ -549,7 +549,7 @@ fn own_datasets_are_rendered_again_to_the_byte() {
         (
             "cube.obj",
             "-s 4 --background transparent",
-            "--nerf-up y --size 40x30 --yfov 50 --proj-distance 3",
+            "--world-up y --size 40x30 --yfov 50 --proj-distance 3",
             "png",
         ),
         ("cube.obj", "-s 5 --ks 0.3,0.3,0.3", "--size 60x44 --crop 9,5,31,22 --clip 0.5,50", "png"),
@@ -570,7 +570,7 @@ fn own_datasets_are_rendered_again_to_the_byte() {
         (
             "cube.obj",
             "-s 1 --lights headlight --hdri studio --depth 32",
-            "--size 40x30 --random-hdri --normalize unit-sphere --on stereo --nerf-up y --crop 9,5,21,20",
+            "--size 40x30 --random-hdri --normalize unit-sphere --on stereo --world-up y --crop 9,5,21,20",
             "exr",
         ),
     ]

@@ -78,8 +78,8 @@ fn depths_lie_on_the_mesh() {
     write_box(&at);
     for (flags, z_up) in [
         ("", true),
-        ("--nerf-up y", false),
-        ("--nerf-up z --crop 9,5,31,22 --yfov 50 --look-at .2,.3,-1", true),
+        ("--world-up y", false),
+        ("--world-up z --crop 9,5,31,22 --yfov 50 --look-at .2,.3,-1", true),
         ("--view-width 1.2 --view-height .7", true),
     ] {
         let to_file = |p: DVec3| if z_up { from_z_up(p) } else { p };
@@ -212,7 +212,7 @@ fn chunks_of_a_dataset_equal_the_complete_dataset() {
     let messages = runs(&at, &format!("{line} -o parts/#.png --resume"));
     assert_eq!(messages, "kept 4 of box.obj\nwrote parts/transforms.json\n");
     assert!(files(&at.join("parts")) == whole);
-    let messages = runs(&at, &format!("{line} -o parts/#.png --resume --nerf-up y"));
+    let messages = runs(&at, &format!("{line} -o parts/#.png --resume --world-up y"));
     assert_eq!(messages.matches("wrote ").count(), 17, "normals are in that frame: {messages}");
     let dry = blinn(&at, "turntable box.obj --views 1 -o x/ --dry-run").stdout;
     let expected = ["_0001.png", "_0001.depth.png", "_0001.normal.png", "_0001.mask.png"];
@@ -247,7 +247,7 @@ fn invalid_datasets_are_refused() {
         ("--views 4 -o #/a.png", "in one folder"),
         ("--views 4 -o -", "several frames"),
         ("--views 4 box.obj -o ds/{index}_#.png", "would both write ds/transforms.json"),
-        ("--nerf-up y", "--views"),
+        ("--world-up y", "--views"),
     ] {
         refused(&at, &format!("turntable box.obj {flags}"), message);
     }
@@ -261,7 +261,7 @@ fn sampled_and_normalized_views_describe_the_mesh() {
     write_box(&at);
     for (flags, ext) in [
         ("--on random --distance-range .9x,1.6x --roll 180 --look-at-jitter .2", "png"),
-        ("--on hemisphere --normalize unit-cube --nerf-up y", "exr"),
+        ("--on hemisphere --normalize unit-cube --world-up y", "exr"),
         (
             "--on random --normalize unit-sphere --distance-range 2,3 --roll 20 --seed 9 --elevation-range -20,70",
             "exr",

@@ -115,7 +115,7 @@ impl NpyArray {
 
 #[cfg(test)]
 mod tests {
-    use blinn_bench::npz::{NpyArray as Written, NpyType, write_npz};
+    use blinn_bench::npz::{NpyArray as Written, NpyType, encode_npz};
 
     use super::*;
 
@@ -125,7 +125,6 @@ mod tests {
         let data = floats.iter().flat_map(|v| v.to_le_bytes()).collect();
         let array =
             |name, element, shape: &[usize], data| Written { name, element, shape: shape.to_vec(), data };
-        let mut file = Vec::new();
         let arrays = [
             array("a", NpyType::F32, &[2, 3], data),
             array("b", NpyType::U32, &[1], 7u32.to_le_bytes().to_vec()),
@@ -133,7 +132,7 @@ mod tests {
             array("d", NpyType::Bytes(3), &[2], b"ab\0cde".to_vec()),
             array("e", NpyType::U8, &[2], vec![3, 4]),
         ];
-        write_npz(&mut file, &arrays).unwrap();
+        let file = encode_npz(&arrays).unwrap();
         let path = std::env::temp_dir().join(format!("blinn-peers-{}.npz", std::process::id()));
         std::fs::write(&path, &file).unwrap();
         let read = NpzFile::open(&path);

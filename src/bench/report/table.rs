@@ -37,21 +37,6 @@ impl Table {
         let (title, head) = (escape_markdown(&self.title), row(&self.head));
         format!("## {title}\n\n{head}| {} |\n{rows}", alignment.join(" | "))
     }
-
-    /// A table environment in LaTeX. It needs the package booktabs, and an engine that reads UTF-8.
-    pub fn to_latex(&self) -> String {
-        let row = |cells: &[String]| {
-            let cells: Vec<String> = cells.iter().map(|cell| escape_latex(cell)).collect();
-            format!("{} \\\\\n", cells.join(" & "))
-        };
-        let columns = format!("l{}", "r".repeat(self.head.len().saturating_sub(1)));
-        let rows: String = self.rows.iter().map(|cells| row(cells)).collect();
-        let (title, head) = (escape_latex(&self.title), row(&self.head));
-        format!(
-            "\\begin{{table}}\n\\caption{{{title}}}\n\\begin{{tabular}}{{{columns}}}\n\\toprule\n{head}\\midrule\n\
-             {rows}\\bottomrule\n\\end{{tabular}}\n\\end{{table}}\n"
-        )
-    }
 }
 
 /// Keeps text in its cell: no line breaks, column separators, markup or HTML.
@@ -60,27 +45,6 @@ fn escape_markdown(text: &str) -> String {
     for c in text.chars() {
         match c {
             '|' | '\\' | '*' | '_' | '`' | '[' | ']' | '#' | '<' | '>' | '&' | '~' => out.extend(['\\', c]),
-            c if c.is_control() => out.push(' '),
-            c => out.push(c),
-        }
-    }
-    out
-}
-
-/// Escapes the special characters of LaTeX.
-fn escape_latex(text: &str) -> String {
-    let mut out = String::new();
-    for c in text.chars() {
-        match c {
-            '&' | '%' | '$' | '#' | '_' | '{' | '}' => out.extend(['\\', c]),
-            '\\' => out.push_str("\\textbackslash{}"),
-            '~' => out.push_str("\\textasciitilde{}"),
-            '^' => out.push_str("\\textasciicircum{}"),
-            '<' => out.push_str("\\textless{}"),
-            '>' => out.push_str("\\textgreater{}"),
-            '–' => out.push_str("--"),
-            'µ' => out.push_str("\\textmu{}"),
-            '×' => out.push_str("$\\times$"),
             c if c.is_control() => out.push(' '),
             c => out.push(c),
         }
@@ -104,15 +68,6 @@ mod tests {
             markdown,
             "## a\\_b \\& \\<c\\>\n\n| x | y |\n| --- | ---: |\n| 1\\|2  | 50 % \\\\ µs – ^\\~ |\n"
         );
-        let latex = table.to_latex();
-        assert!(latex.contains("\\caption{a\\_b \\& \\textless{}c\\textgreater{}}"), "{latex}");
-        assert!(
-            latex.contains(
-                "1|2  & 50 \\% \\textbackslash{} \\textmu{}s -- \\textasciicircum{}\\textasciitilde{} \\\\\n"
-            ),
-            "{latex}"
-        );
-        assert!(latex.contains("\\begin{tabular}{lr}"));
         assert!(table.to_html().contains("<h2>a_b &amp; &lt;c&gt;</h2>"));
     }
 }

@@ -37,9 +37,6 @@ pub struct BenchArgs {
     /// Write tables in Markdown
     #[arg(long, value_name = "FILE.md", help_heading = "Output")]
     pub markdown: Option<PathBuf>,
-    /// Write tables in LaTeX, for the package booktabs
-    #[arg(long, value_name = "FILE.tex", help_heading = "Output")]
-    pub latex: Option<PathBuf>,
     /// Print what changed since an earlier run by more than the noise of both; with --strict, any higher cost is an
     /// error
     #[arg(long, value_name = "OLD.json", help_heading = "Output")]
@@ -64,7 +61,7 @@ pub struct BenchArgs {
           value_parser = clap::value_parser!(u16).range(1..=1024))]
     pub threads: Option<Vec<u16>>,
     /// Run everything once and print the peak memory as JSON: run by `blinn bench` as a child process
-    #[arg(long, hide = true, conflicts_with_all = ["suite", "scene_folder", "from", "json", "report", "markdown", "latex", "compare"])]
+    #[arg(long, hide = true, conflicts_with_all = ["suite", "scene_folder", "from", "json", "report", "markdown", "compare"])]
     pub memory: bool,
     #[command(flatten)]
     pub common: CommonArgs,

@@ -24,7 +24,7 @@ pub struct CameraListArgs {
     pub cameras: Option<PathBuf>,
     /// Up axis of the world of --cameras; z is for lists from Blender: (x, y, z) becomes (x, z, −y) [default: y]
     #[arg(long, value_enum, requires = "cameras")]
-    pub cameras_up: Option<UpArg>,
+    pub world_up: Option<UpArg>,
     /// Render only these cameras of --cameras, which keep their numbers from 1: 1-36:2, 1-3,7,9-11
     #[arg(long, value_name = "LIST", requires = "cameras", value_parser = FrameList::parse)]
     pub only: Option<FrameList>,

@@ -12,7 +12,6 @@ macro_rules! choices {
 choices! {
     FormatArg { Gltf, Glb, Obj }
     UpArg { Y, Z }
-    HeatmapArg { Steps }
     FilterArg { Box, Tent, Gaussian, BlackmanHarris }
     ViewArg { Auto, Standard, Agx, PbrNeutral, Raw }
     ProjectionArg { Perspective, Orthographic }

@@ -16,6 +16,8 @@ const COMMON: &str = "\
     lights point-light sun light-radius ao ground kd ks hide time frames fps count only chunk turn axis port open \
     elevation views threads config report quiet";
 const MAX_LISTED: usize = 20;
+/// Options of pictures that the page of `view` does not have.
+const NOT_OF_VIEW: [&str; 3] = ["aov", "depth_unit", "crop"];
 /// Width of a screen in columns.
 const WIDTH: usize = 80;
 /// Longest list of possible values that stands in for the name of a value.
@@ -109,6 +111,10 @@ pub fn full() -> Command {
     };
     let root = Cli::command().after_long_help(EXIT_CODES);
     let root = root.mut_subcommand("diff", |diff| diff.mut_arg("scenes", name_files));
+    // They are accepted for a message that says where they belong.
+    let root = root.mut_subcommand("view", |view| {
+        NOT_OF_VIEW.into_iter().fold(view, |view, id| view.mut_arg(id, |arg| arg.hide(true)))
+    });
     map_tree(root, "", &|command, path| {
         let command = add_help_flags(command);
         match examples(path) {

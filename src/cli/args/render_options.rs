@@ -77,9 +77,6 @@ pub struct ImageArgs {
     /// OUT.depth.png then holds depths in place of a preview; 0 means no hit. [default for --views: fits the scene]
     #[arg(long, value_name = "mm|m|SCALE", value_parser = values::depth_unit, help_heading = "Output")]
     pub depth_unit: Option<f64>,
-    /// Write a heat map of the BVH traversal steps of each pixel's eye ray; same as --aov steps
-    #[arg(long, value_enum, value_name = "steps", help_heading = "Output")]
-    pub heatmap: Option<HeatmapArg>,
     /// Render only a region: left, top, width and height in pixels
     #[arg(long, value_name = "X,Y,W,H", value_parser = values::crop)]
     pub crop: Option<PixelRect>,

@@ -88,9 +88,9 @@ pub struct TurnArgs {
     pub category: Vec<CategoryRule>,
     #[command(flatten)]
     pub sampling: ViewSamplingArgs,
-    /// Up axis in transforms.json [default: z, as NeRF tools expect]
+    /// Up axis of the world in transforms.json [default: z, as NeRF tools expect]
     #[arg(long, value_enum, requires = "views")]
-    pub nerf_up: Option<UpArg>,
+    pub world_up: Option<UpArg>,
     /// Frames per second of an animation [default: 24]
     #[arg(long, value_parser = values::positive)]
     pub fps: Option<f64>,

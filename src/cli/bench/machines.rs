@@ -11,15 +11,13 @@ pub fn show(args: &BenchArgs, machines: &[MachineResults], summary: &mut Summary
     let tables = result_tables(machines);
     print(args, &table::machines(&tables), summary);
     write(summary, args, args.report.as_deref(), || machines_page(machines));
-    write_tables(args, &tables, summary);
+    write(summary, args, args.markdown.as_deref(), || markdown(&tables));
     for text in different_work(machines) {
         fail(summary, &text);
     }
 }
 
-/// Writes the files of --markdown and --latex.
-pub fn write_tables(args: &BenchArgs, tables: &[Table], summary: &mut Summary) {
-    let join = |to_text: fn(&Table) -> String| tables.iter().map(to_text).collect::<Vec<_>>().join("\n");
-    write(summary, args, args.markdown.as_deref(), || join(Table::to_markdown));
-    write(summary, args, args.latex.as_deref(), || join(Table::to_latex));
+/// The text of --markdown.
+pub fn markdown(tables: &[Table]) -> String {
+    tables.iter().map(Table::to_markdown).collect::<Vec<_>>().join("\n")
 }

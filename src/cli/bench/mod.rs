@@ -91,10 +91,10 @@ pub fn run(args: &BenchArgs) -> Result<Summary, UsageError> {
     write(&mut summary, args, args.report.as_deref(), || {
         report_page(results, heat_maps, comparison.as_ref())
     });
-    if args.markdown.is_some() || args.latex.is_some() {
+    write(&mut summary, args, args.markdown.as_deref(), || {
         let machine = MachineResults { label: results.machine.cpu.clone(), results: results.clone() };
-        machines::write_tables(args, &result_tables(&[machine]), &mut summary);
-    }
+        machines::markdown(&result_tables(&[machine]))
+    });
     if let Some(comparison) = &comparison {
         comparison.different_work.iter().for_each(|text| fail(&mut summary, text));
         if args.common.strict {

@@ -14,7 +14,7 @@ pub fn open(
     limits: &Limits,
 ) -> Result<Option<CameraList>, UsageError> {
     let Some(path) = &args.cameras else { return Ok(None) };
-    let up = args.cameras_up.map(|up| match up {
+    let up = args.world_up.map(|up| match up {
         UpArg::Z => UpAxis::Z,
         UpArg::Y => UpAxis::Y,
     });

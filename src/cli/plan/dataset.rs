@@ -44,7 +44,7 @@ pub fn dataset_plan(
             options.aovs.aovs.push(aov);
         }
     }
-    let up = match args.turn.nerf_up {
+    let up = match args.turn.world_up {
         Some(UpArg::Y) => WorldUp::Y,
         Some(UpArg::Z) | None => WorldUp::Z,
     };

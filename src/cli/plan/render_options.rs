@@ -5,8 +5,8 @@ mod lights;
 
 use crate::args::values::BackgroundArg;
 use crate::args::{
-    CommonArgs, CullArg, FilterArg, FormatArg, GlassArg, GroundArg, HeatmapArg, ImageArgs, IntegratorArg,
-    ProcessArgs, RenderOptionArgs, SceneArgs, ShadingArgs, UpArg, ViewArg,
+    CommonArgs, CullArg, FilterArg, FormatArg, GlassArg, GroundArg, ImageArgs, IntegratorArg, ProcessArgs,
+    RenderOptionArgs, SceneArgs, ShadingArgs, UpArg, ViewArg,
 };
 use crate::usage::UsageError;
 use blinn_core::cancellation::CancelToken;
@@ -14,9 +14,9 @@ use blinn_core::geometry::Rgb;
 use blinn_import::{GlassMode, Limits, LoadOptions, SceneChoice, UpAxis};
 use blinn_render::PixelFilter;
 use blinn_render::display::{Background, ViewTransform};
-use blinn_render::integrator::{Aov, MaterialOverrides, Stage};
+use blinn_render::integrator::{MaterialOverrides, Stage};
 use blinn_scene::{GroundKind, Selection, SourceFormat};
-use blinn_session::{AovSelection, BackFaceCulling, DEFAULT_BACKGROUND, Options, load_limits};
+use blinn_session::{BackFaceCulling, DEFAULT_BACKGROUND, Options, load_limits};
 
 /// Resolves arguments. The limits of the process apply to the environment map.
 pub fn options_from_args(
@@ -49,7 +49,7 @@ pub fn options_from_args(
         },
         exposure: image.exposure,
         view_transform: view_transform(image.view),
-        aovs: aovs(image),
+        aovs: image.aov.clone().unwrap_or_default(),
         depth_unit: image.depth_unit,
         view: camera::view(camera)?,
         lighting: lights::lighting(light, &load_limits(process.max_memory), process.threads)?,
@@ -163,14 +163,6 @@ fn view_transform(view: ViewArg) -> Option<ViewTransform> {
         ViewArg::PbrNeutral => Some(ViewTransform::PbrNeutral),
         ViewArg::Raw => Some(ViewTransform::Raw),
     }
-}
-
-/// The AOVs of --aov and --heatmap.
-fn aovs(args: &ImageArgs) -> AovSelection {
-    let mut selection = args.aov.clone().unwrap_or_default();
-    let heatmap = args.heatmap.map(|HeatmapArg::Steps| Aov::Steps);
-    selection.aovs.extend(heatmap.filter(|aov| !selection.aovs.contains(aov)));
-    selection
 }
 
 fn overrides(args: &ShadingArgs) -> MaterialOverrides {

@@ -72,7 +72,6 @@ fn check(args: &ViewArgs) -> Result<PathBuf, UsageError> {
     let no_picture = [
         ("--aov", image.aov.is_some()),
         ("--depth-unit", image.depth_unit.is_some()),
-        ("--heatmap", image.heatmap.is_some()),
         ("--crop", image.crop.is_some()),
     ];
     if let Some((flag, _)) = no_picture.into_iter().find(|(_, is_set)| *is_set) {

@@ -28,9 +28,9 @@ pub fn color(text: &str) -> Result<Rgb, String> {
     Ok(Vec3::new(channel(16), channel(8), channel(0)))
 }
 
-/// A colour, or `transparent`.
+/// A colour, or `transparent`, also named `none`.
 pub fn background(text: &str) -> Result<Background, String> {
-    if text == "transparent" {
+    if matches!(text, "transparent" | "none") {
         return Ok(Background::Transparent);
     }
     color(text).map(Background::Color).map_err(|e| format!("{e}, or 'transparent'"))
@@ -133,6 +133,7 @@ mod tests {
     #[test]
     fn colours_are_linear_numbers_or_srgb_hex() {
         assert_eq!(color(".5,0,1").unwrap(), Vec3::new(0.5, 0.0, 1.0));
+        assert_eq!(background("none"), Ok(Background::Transparent));
         assert!(color("#ff0080").unwrap().abs_diff_eq(Vec3::new(1.0, 0.0, 0.2158605), 1e-6));
         for wrong in ["#ff008", "#gg0000", "1,2", "-1,0,0", "#+f0000", "1e39,0,0"] {
             assert!(color(wrong).is_err(), "{wrong}");
