@@ -97,8 +97,8 @@ fuzz target="" seconds="600":
 
 # Run Miri on the portable SIMD level, the hit test and geometry; needs a nightly compiler with the miri
 # component. Slow: some tests trace millions of rays.
-miri *tests="accel::hit accel::simd::tests geometry":
-    MIRIFLAGS=-Zmiri-disable-isolation cargo +nightly miri test --locked --lib -- {{tests}} --skip the_judgement_is_exact
+miri *tests="simd:: geometry:: traverse::":
+    MIRIFLAGS=-Zmiri-disable-isolation cargo +nightly miri test --locked --lib -p blinn-core -p blinn-accel -- {{tests}}
 
 # Check with the minimum supported Rust version; needs it installed.
 msrv:
@@ -107,9 +107,9 @@ msrv:
 # Measure the test coverage of src/import; needs cargo-llvm-cov and the llvm-tools component. Skips the test of
 # a full disk, which leaves no room for its profile.
 coverage:
-    cargo llvm-cov --locked --summary-only --lib \
+    cargo llvm-cov --locked --summary-only -p blinn -p blinn-import \
         --test import --test robustness --test allocation --test cli \
-        --ignore-filename-regex 'src/(accel|batch|bench|cli|display|geometry|integrator|output|render|scene)/|src/(lib|main)\.rs|tests/|benches/' -- --skip a_full_disk --skip examples::
+        --ignore-filename-regex 'src/(accel|bench|cli|core|output|render|scene|session)/|src/(lib|main)\.rs|tests/|benches/' -- --skip a_full_disk --skip examples::
 
 # Check licences, bans and sources of dependencies; needs cargo-deny. `just deny advisories` also checks the
 # advisory database, which needs a network.

@@ -84,6 +84,7 @@ impl RayBatch {
     }
 
     /// Adds a ray.
+    #[inline]
     pub fn push(&mut self, o: Vec3, d: Vec3) {
         self.origins.push(o);
         self.directions.push(d);
@@ -149,6 +150,7 @@ impl ShadowRayBatch {
     }
 
     /// Adds a ray.
+    #[inline]
     pub fn push(&mut self, from: Vec3, to: Vec3, source: HitId) {
         self.from.push(from);
         self.to.push(to);

@@ -186,6 +186,7 @@ impl PosedLight {
     }
 
     /// Returns the light prepared for evaluation at many points.
+    #[inline]
     pub fn light_eval(&self) -> LightEval {
         let local = |position: Vec3, axis: Vec3, cone| LocalLight {
             position: position.as_dvec3(),

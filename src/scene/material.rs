@@ -235,6 +235,7 @@ impl Default for Material {
 
 impl Material {
     /// Returns true if textures other than the normal map vary the material.
+    #[inline]
     pub fn is_textured(&self) -> bool {
         self.texture_slots().into_iter().flatten().next().is_some()
     }
@@ -256,6 +257,7 @@ impl Material {
         if alpha_counts { TexelSemantics::AlphaWeightedColor } else { TexelSemantics::Color }
     }
 
+    #[inline]
     fn texture_slots(&self) -> [Option<(&TextureRef, TexelSemantics)>; 11] {
         fn color(of: &ColorInput) -> Option<(&TextureRef, TexelSemantics)> {
             of.texture.as_ref().map(|texture| (texture, TexelSemantics::Color))

@@ -44,6 +44,7 @@ impl Mesh {
     }
 
     /// Returns the texture coordinates at a triangle's corners; zeros if the mesh lacks the set.
+    #[inline]
     pub fn uvs_at(&self, corners: [u32; 3], set: u32) -> [Vec2; 3] {
         self.uv_set(set).map_or([Vec2::ZERO; 3], |uvs| corners.map(|c| uvs[c as usize]))
     }

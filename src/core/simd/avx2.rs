@@ -152,6 +152,7 @@ fn reduce_each(vectors: [Pair<F32x8>; 4], combine: impl Fn(F32x8, F32x8) -> F32x
 }
 
 /// Returns true if this processor supports everything that [`run`] is compiled with.
+#[inline]
 pub fn is_supported() -> bool {
     is_x86_feature_detected!("avx2")
         && is_x86_feature_detected!("fma")

@@ -277,6 +277,7 @@ fn reduce_each([a, b, c, d]: [F32x16; 4], combine: impl Fn(F32x16, F32x16) -> F3
 }
 
 /// Returns true if this processor supports everything that [`run`] is compiled with.
+#[inline]
 pub fn is_supported() -> bool {
     avx2::is_supported()
         && is_x86_feature_detected!("avx512f")

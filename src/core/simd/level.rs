@@ -34,6 +34,7 @@ impl SimdLevel {
     }
 
     /// Returns true if this processor supports the level.
+    #[inline]
     pub fn is_supported(self) -> bool {
         #[cfg(target_arch = "x86_64")]
         match self {

@@ -88,6 +88,7 @@ impl<'s> PosedScene<'s> {
     }
 
     /// Returns an instance's tangents at this time. May be empty.
+    #[inline]
     pub fn tangents(&self, instance: u32) -> &[Vec4] {
         match self.deformed_mesh(instance) {
             Some(d) => &d.tangents,

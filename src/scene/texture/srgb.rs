@@ -15,6 +15,7 @@ pub fn linear_to_srgb(v: f32) -> f32 {
 }
 
 /// Encodes linear light as an sRGB byte, rounded exactly. Clamps to 0…255; NaN gives 0.
+#[inline]
 pub fn linear_to_srgb8(v: f32) -> u8 {
     /// Thresholds of light between bytes, and a lookup table over the high bits of an f32. The buckets of
     /// one power of two have equal widths, narrower than the light of any byte, so that at most one
@@ -62,6 +63,7 @@ pub(super) fn decode_table_16() -> &'static [f32] {
 }
 
 /// Decodes colours from sRGB to linear light. Alpha is unchanged.
+#[inline]
 pub(super) fn decode_colors(v: Vec4) -> Vec4 {
     Vec4::new(decode(v.x), decode(v.y), decode(v.z), v.w)
 }
