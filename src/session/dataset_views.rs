@@ -3,6 +3,8 @@
 use crate::camera_list::ImageCamera;
 use crate::dataset_plan::DatasetPlan;
 use crate::error::SessionError;
+use crate::framing::log_clip_bounds;
+use crate::log::SessionLog;
 use crate::plan::SessionPlan;
 use crate::planned_frame::PlannedFrame;
 use blinn_output::datasets::Dataset;
@@ -31,13 +33,13 @@ impl<'s> DatasetViews<'s> {
         dataset: &DatasetPlan,
         scene: &'s Scene,
         clip_bounds: &ClipBoundsCache,
+        log: &dyn SessionLog,
     ) -> Result<DatasetViews<'s>, SessionError> {
         let animation = plan.options.animation(scene)?;
         let time = dataset.time.min(clip_duration(scene, &animation)?);
         let start = pose(scene, &PoseSettings { time: 0.0, animation, centre: None })?
             .with_clip_bounds_cache(clip_bounds);
-        start.clip_bounds();
-        clip_bounds.check()?;
+        log_clip_bounds(log, &start, || start.clip_bounds())?;
         let size = plan.options.size_for(scene);
         let depth_step = depth_step(plan, &start, size)?;
         let normalization = plan.options.normalize.map(|_| plan.options.normalization(&start));

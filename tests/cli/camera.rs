@@ -47,7 +47,7 @@ fn views_are_described_for_verbose() {
     let name = &textured.nodes[textured.cameras[0].node as usize].name;
     assert_eq!(from(&textured, View::default()), format!("the file's camera 0 '{name}'"));
     let around = View { orbit: orbit(30.0, 20.0, None), ..View::default() };
-    assert_eq!(from(&textured, around), "the whole scene, framed, from --orbit");
+    assert_eq!(from(&textured, around), "the whole scene, framed, from `orbit`");
     assert_eq!(from(&cube, View::default()), "the whole scene, framed");
     let stand = View { view_point: Some(DVec3::splat(3.0)), look_at: Some(DVec3::ZERO), ..View::default() };
     assert_eq!(from(&textured, stand), "from the given view point");

@@ -220,7 +220,7 @@ fn intrinsics_need_a_perspective_camera() {
     let view = View { intrinsics: Some(k), ..View::default() };
     let posed = pose(&scene, &PoseSettings::default()).unwrap();
     let error = view.resolve(&posed, 64, 48).unwrap_err().to_string();
-    assert!(error.contains("is orthographic; add --projection perspective"), "{error}");
+    assert!(error.contains("is orthographic; add `projection perspective`"), "{error}");
     let perspective = View { projection: Some(Projection::Perspective), ..view };
     assert!(perspective.resolve(&posed, 64, 48).is_ok());
 }

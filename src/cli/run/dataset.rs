@@ -105,6 +105,12 @@ impl TransformsFile<'_> {
     }
 }
 
+/// Notes for `transforms.json` if an image shows something.
+pub fn note_view(views_shown: &mut BTreeMap<String, bool>, file: &Path, is_shown: bool) {
+    let name = file.file_name().unwrap_or_default().to_string_lossy().into_owned();
+    views_shown.insert(name, is_shown);
+}
+
 /// The images that an existing file marks as empty, if the rest of its content is the same.
 fn marks_of_same(file: &Path, dataset: &Dataset, views: &[DatasetView]) -> Option<BTreeSet<String>> {
     let text = std::fs::read_to_string(file).ok()?;

@@ -10,6 +10,7 @@ use anyhow::{Context, Result, bail};
 use serde::Deserialize;
 use serde_json::{Value, json};
 
+use super::image_sink::WrittenFiles;
 use crate::console::single_line;
 use crate::files::create_parent_folder;
 use crate::plan::RenderPlan;
@@ -66,6 +67,14 @@ pub struct ImageCounts {
     pub files: u64,
     /// Their bytes.
     pub bytes: u64,
+}
+
+impl ImageCounts {
+    /// Counts files.
+    pub fn add(&mut self, written: WrittenFiles) {
+        self.files += written.files;
+        self.bytes += written.bytes;
+    }
 }
 
 /// Identifies a scene, its version and its settings: equal for two runs that would write the same images.

@@ -6,16 +6,16 @@ use std::sync::Arc;
 use std::time::{Duration, Instant};
 
 use anyhow::{Context, Error, Result, bail};
-use serde_json::json;
 
-use super::animation_writer::AnimationWriter;
-use super::dataset::TransformsFile;
+use super::dataset::{TransformsFile, note_view};
 use super::dataset_files::DatasetFiles;
+use super::frame_filter::FrameFilter;
 use super::golden_check;
+use super::image_sink::{AnimationSink, ArchiveSink, FileSink, ImageSink, SceneOutput};
 use super::imported_scene::{ImportedScene, NextScene};
 use super::ledger::ImageCounts;
 use super::progress::{ImageMonitor, SceneLog};
-use super::report::{Report, THUMBNAIL_SIDE};
+use super::report::Report;
 use crate::args::values::DatasetFormat;
 use crate::console::print_stdout;
 use crate::files::create_parent_folder;
@@ -24,16 +24,11 @@ use crate::scene_file::is_stdin;
 use crate::watched_files::scene_files;
 use blinn_core::cancellation::CancelToken;
 use blinn_import::{is_in_archive, open_input_file, open_scene_file};
-use blinn_output::datasets::{Dataset, DatasetView};
-use blinn_output::{
-    EncodedFile, SaveError, ShardWriter, check_overwrite, check_writable, encode_files, encode_thumbnail,
-    save,
-};
+use blinn_output::{ShardWriter, check_writable};
 use blinn_scene::{ClipBoundsCache, Scene, clip_duration};
-use blinn_session::ImageKind;
 use blinn_session::{
-    DatasetViews, EmptyImages, FileDigests, ImageCamera, PlannedFrame, PosedFrame, RenderedImage,
-    SceneRenderer, SceneSetup, SessionLog, check_memory, fingerprint, load_limits, mark_empty, run_pipeline,
+    DatasetViews, EmptyImages, FileDigests, PlannedFrame, PosedFrame, SceneRenderer, SceneSetup, SessionLog,
+    check_memory, load_limits, run_pipeline,
 };
 
 /// Frames whose output files are checked at once.
@@ -72,7 +67,7 @@ pub struct SceneJob<'a> {
     pub scene_files: Vec<PathBuf>,
 }
 
-impl SceneJob<'_> {
+impl<'a> SceneJob<'a> {
     /// Renders what is missing, and compares it with golden images.
     pub fn run(&mut self) -> Result<()> {
         self.render_missing()?;
@@ -116,7 +111,7 @@ impl SceneJob<'_> {
         // If a file was replaced after its hash was compared, compare again.
         let is_unchanged = self.digests.record(self.path, &scene.source);
         let plan = self.plan;
-        let views = |dataset| DatasetViews::new(&plan.session, dataset, &scene, &self.clip_bounds);
+        let views = |dataset| DatasetViews::new(&plan.session, dataset, &scene, &self.clip_bounds, self.log);
         let views = plan.session.dataset.as_ref().map(views).transpose()?;
         let views = views.as_ref();
         let frames = match known {
@@ -180,7 +175,7 @@ impl SceneJob<'_> {
             for file in &files {
                 paths.check_not_input(file, Writer::Scene(self.path)).map_err(Error::msg)?;
             }
-            self.check_not_kept(&files)?;
+            self.filter().check_not_kept(&files)?;
         }
         if let Some(transforms) = self.transforms_file(scene, views) {
             if self.plan.formats.has(DatasetFormat::Nerf) {
@@ -211,15 +206,6 @@ impl SceneJob<'_> {
         Some(TransformsFile { plan: self.plan, views, scene, path: self.path, index: self.index })
     }
 
-    /// Returns an error if a file exists that --no-overwrite keeps. The files that describe all views are checked by their
-    /// content, as all tasks of a farm write them.
-    fn check_not_kept(&self, files: &[PathBuf]) -> Result<()> {
-        let plan = self.plan;
-        let shared = plan.dataset_files(self.path, self.index);
-        let mut images = files.iter().filter(|file| !shared.contains(file));
-        images.try_for_each(|file| Ok(check_overwrite(file, plan.outputs.replace)?))
-    }
-
     /// Renders frames in a pipeline: while one frame is rendered, the next is posed and its BVH built, and the
     /// previous one is encoded and written.
     fn render(&mut self, scene: &Scene, views: Option<&DatasetViews>, frames: &[PlannedFrame]) -> Result<()> {
@@ -233,30 +219,31 @@ impl SceneJob<'_> {
             &self.clip_bounds,
             &self.cancel,
         )?;
-        let mut animation = match (self.plan.outputs.kind, self.target(&frames[0])) {
-            (OutputKind::Animation(output), Target::File(file)) => {
-                let replace = self.plan.outputs.replace;
-                Some(AnimationWriter::new(&file, &output, session.size(), replace)?)
-            }
-            _ => None,
-        };
-        let samples = match (&self.shard, views) {
-            (Some(_), Some(views)) => {
-                let SceneJob { plan, path, index, .. } = *self;
-                Some(TransformsFile { plan, views, scene, path, index }.describe()?)
-            }
-            _ => None,
-        };
+        let SceneJob { plan, index, log, .. } = *self;
+        let output = SceneOutput { plan, scene, path, index, log };
+        let report = self.report.as_deref_mut();
+        let mut sink: Box<dyn ImageSink + Send> =
+            match (plan.outputs.kind, output.target(&frames[0]), self.shard.as_deref_mut()) {
+                (OutputKind::Animation(animation), Target::File(file), _) => {
+                    Box::new(AnimationSink::new(output, report, &animation, &file, session.size())?)
+                }
+                (_, _, Some(shard)) => {
+                    let dataset =
+                        views.map(|views| TransformsFile { plan, views, scene, path, index }.describe());
+                    Box::new(ArchiveSink { output, shard, dataset: dataset.transpose()? })
+                }
+                _ => Box::new(FileSink { output, report, views_shown: &mut self.views_shown }),
+            };
+        let images = &mut self.images;
         let mut start = Some(start);
         let empty_images = EmptyImages::default();
-        let log = self.log;
-        let cancel = self.cancel.clone();
+        let cancel = &self.cancel;
         run_pipeline(
             frames.len(),
             |i, previous, finished| prepare(&session.setup, frames[i].time, previous, finished, &mut start),
             |i, posed_frame| {
                 let since = Instant::now();
-                let monitor = ImageMonitor::new(reporter, path, session.frame_pixels(&frames[i])?, &cancel);
+                let monitor = ImageMonitor::new(reporter, path, session.frame_pixels(&frames[i])?, cancel);
                 let image = session.render(&frames[i], posed_frame, &monitor)?;
                 monitor.finish();
                 if let Some(reason) = image.empty {
@@ -268,15 +255,9 @@ impl SceneJob<'_> {
                 Ok((image, since.elapsed()))
             },
             |i, (mut image, render_time)| {
-                match &mut animation {
-                    Some(animation) => self.add_to_animation(animation, &image, render_time)?,
-                    None if self.shard.is_some() => {
-                        self.add_to_shard(&frames[i], &mut image, scene, samples.as_ref())?;
-                    }
-                    None => self.write(&frames[i], &mut image, scene, render_time)?,
-                }
-                self.images.rendered += 1;
-                self.images.empty += u64::from(image.empty.is_some());
+                images.add(sink.add(&frames[i], &mut image, render_time)?);
+                images.rendered += 1;
+                images.empty += u64::from(image.empty.is_some());
                 session.recycle(image);
                 Ok(())
             },
@@ -284,41 +265,13 @@ impl SceneJob<'_> {
         if let Some(notice) = empty_images.summary(frames.len()) {
             log.warn(notice)?;
         }
-        if let Some(animation) = animation {
-            self.finish_animation(animation)?;
-        }
+        images.add(sink.finish()?);
         Ok(())
     }
 
-    fn add_to_animation(
-        &self,
-        animation: &mut AnimationWriter,
-        image: &RenderedImage,
-        render_time: Duration,
-    ) -> Result<()> {
-        let start = Instant::now();
-        animation.add(&image.picture, render_time)?;
-        self.log.stage_since("encode", start, "");
-        Ok(())
+    fn filter(&self) -> FrameFilter<'a> {
+        FrameFilter { plan: self.plan, path: self.path, index: self.index }
     }
-
-    fn finish_animation(&mut self, animation: AnimationWriter) -> Result<()> {
-        let start = Instant::now();
-        let written = animation.finish()?;
-        self.log.stage_since("save", start, "");
-        self.images.files += 1;
-        self.images.bytes += written.file.metadata().map_or(0, |file| file.len());
-        self.log.reporter.wrote(Some(self.path), &written.file);
-        if let Some(report) = &mut self.report {
-            report.add_image(&written.thumbnail, &written.file, written.render_time, false);
-        }
-        Ok(())
-    }
-
-    fn target(&self, frame: &PlannedFrame) -> Target {
-        self.plan.outputs.target(self.path, self.index, frame)
-    }
-
     /// Removes the frames that --resume keeps.
     fn without_kept(
         &mut self,
@@ -329,149 +282,25 @@ impl SceneJob<'_> {
         if plan.check.is_some() {
             self.frames.clone_from(&frames);
         }
-        let count = frames.len();
         // Archives are kept as a whole.
         if plan.outputs.resume && self.shard.is_none() {
-            frames.retain(|frame| {
-                let hash = match (views, &plan.session.cameras, frame.camera) {
-                    (Some(views), ..) => views.view(frame).ok().map(|view| plan.view_hash(frame, &view)),
-                    (None, Some(cameras), Some(index)) => {
-                        cameras.camera(index).ok().map(|view| plan.view_hash(frame, &view))
-                    }
-                    _ => Some(plan.settings_hash(frame)),
-                };
-                // A camera that is not found is an error when its image is rendered.
-                let Some(hash) = hash else { return true };
-                let target = plan.outputs.target(self.path, self.index, frame);
-                let kept = plan.outputs.up_to_date(&target, hash, self.path, &mut self.digests);
-                if let Some(kept) = kept
-                    && let Target::File(file) = &target
-                {
-                    self.add_view(file, !kept.is_empty);
-                }
-                kept.is_none()
-            });
-            let kept = count - frames.len();
-            self.images.kept = kept as u64;
-            self.log.reporter.kept(self.path, kept);
+            let kept = self.filter().remove_kept(&mut frames, views, &mut self.digests);
+            self.images.kept = kept.len() as u64;
+            self.log.reporter.kept(self.path, kept.len());
+            if plan.session.dataset.is_some() {
+                kept.iter().for_each(|kept| note_view(&mut self.views_shown, &kept.file, !kept.is_empty));
+            }
         }
         Ok(frames)
-    }
-
-    /// Notes for `transforms.json` if an image of a dataset shows something.
-    fn add_view(&mut self, file: &Path, is_shown: bool) {
-        if self.plan.session.dataset.is_some() {
-            let name = file.file_name().unwrap_or_default().to_string_lossy().into_owned();
-            self.views_shown.insert(name, is_shown);
-        }
     }
 
     /// Prints the names of output files for --dry-run.
     fn list(&self, frames: &[PlannedFrame]) -> Result<()> {
         let files = self.plan.output_files(self.path, self.index, frames);
-        self.check_not_kept(&files)?;
+        self.filter().check_not_kept(&files)?;
         let lines: String = files.iter().map(|file| format!("{}\n", file.display())).collect();
         print_stdout(lines.as_bytes())
     }
-
-    /// Adds an image with its layers and its description to the archive.
-    fn add_to_shard(
-        &mut self,
-        frame: &PlannedFrame,
-        image: &mut RenderedImage,
-        scene: &Scene,
-        samples: Option<&(Dataset, Vec<DatasetView>)>,
-    ) -> Result<()> {
-        let start = Instant::now();
-        let RenderedImage { picture, empty, view } = image;
-        let OutputKind::Images(ImageKind { format, depth }) = self.plan.outputs.kind else { return Ok(()) };
-        let Target::File(name) = self.target(frame) else { return Ok(()) };
-        picture.fingerprint = image_fingerprint(self.plan, frame, *view, self.path, scene, empty.is_some());
-        let hash = self.plan.member_hash(frame);
-        let own_fingerprint = hash.and_then(|hash| fingerprint(hash, self.path, &scene.source));
-        let mut description = json!({
-            "scene": self.path.to_string_lossy(), "index": self.index, "frame": frame.number, "time": frame.time,
-        });
-        if let Some((dataset, views)) = samples
-            && let Some(view) = usize::try_from(frame.number - 1).ok().and_then(|i| views.get(i))
-        {
-            dataset.describe_sample(view, &mut description);
-        }
-        if empty.is_some() {
-            description["empty"] = json!(true);
-        }
-        description["fingerprint"] = json!(own_fingerprint);
-        let description = EncodedFile {
-            path: name.with_extension("json"),
-            bytes: format!("{description:#}\n").into_bytes(),
-        };
-        let Some(shard) = &mut self.shard else { return Ok(()) };
-        for file in encode_files(picture, &name, format, depth).chain([Ok(description)]) {
-            let EncodedFile { path, bytes } = file?;
-            let added = shard.add(&path.to_string_lossy(), &bytes);
-            added.map_err(|cause| SaveError { path: shard.path().join(&path), cause })?;
-            self.images.files += 1;
-            self.images.bytes += bytes.len() as u64;
-        }
-        self.log.stage_since("save", start, "");
-        Ok(())
-    }
-
-    /// Writes an image, with a fingerprint of what it was made from.
-    fn write(
-        &mut self,
-        frame: &PlannedFrame,
-        image: &mut RenderedImage,
-        scene: &Scene,
-        render_time: Duration,
-    ) -> Result<()> {
-        let start = Instant::now();
-        let RenderedImage { picture, empty, view } = image;
-        let is_empty = empty.is_some();
-        let outputs = &self.plan.outputs;
-        let OutputKind::Images(ImageKind { format, depth }) = outputs.kind else { return Ok(()) };
-        match self.target(frame) {
-            Target::Stdout => {
-                let bytes = format.encode(picture, depth).context("standard output")?;
-                print_stdout(&bytes)?;
-            }
-            Target::File(file) => {
-                picture.fingerprint = image_fingerprint(self.plan, frame, *view, self.path, scene, is_empty);
-                create_parent_folder(&file)?;
-                for written in save(picture, &file, format, depth, outputs.replace)? {
-                    self.images.files += 1;
-                    self.images.bytes += written.metadata().map_or(0, |file| file.len());
-                    self.log.reporter.wrote_image(Some(self.path), &written, is_empty);
-                }
-                if let Some(report) = &mut self.report {
-                    let thumbnail = encode_thumbnail(picture, THUMBNAIL_SIDE)?;
-                    report.add_image(&thumbnail, &file, render_time, is_empty);
-                }
-                self.add_view(&file, !is_empty);
-            }
-        }
-        self.log.stage_since("save", start, "");
-        Ok(())
-    }
-}
-
-/// The fingerprint of an image in its file. `view` is its camera, `is_empty` says that it shows nothing.
-pub fn image_fingerprint(
-    plan: &RenderPlan,
-    frame: &PlannedFrame,
-    view: Option<ImageCamera>,
-    path: &Path,
-    scene: &Scene,
-    is_empty: bool,
-) -> Option<String> {
-    let has_view = plan.session.dataset.is_some() || plan.session.cameras.is_some();
-    let hash = match view.filter(|_| has_view) {
-        Some(view) => plan.view_hash(frame, &view),
-        None => plan.settings_hash(frame),
-    };
-    let fingerprint = fingerprint(hash, path, &scene.source)?;
-    let is_marked = is_empty && plan.session.dataset.is_some();
-    Some(if is_marked { mark_empty(&fingerprint) } else { fingerprint })
 }
 
 /// The scene at `time`: the previous frame or the start of the clip if that shows the same, else posed anew with the

@@ -8,8 +8,8 @@ use serde_json::{Value, json};
 
 use super::view_scene::ViewScene;
 use crate::plan::{OutputKind, RenderPlan};
+use crate::run::image_sink::image_fingerprint;
 use crate::run::progress::{SceneLog, quiet_reporter};
-use crate::run::scene_job::image_fingerprint;
 use blinn_core::cancellation::CancelToken;
 use blinn_output::{BitDepth, ImageFormat, Picture};
 use blinn_render::display::Background;

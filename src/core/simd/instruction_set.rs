@@ -108,13 +108,13 @@ pub trait Simd {
         end
     }
 
-    /// Looks up table[index] for each index modulo 16.
+    /// Looks up `table[index]` for each index modulo 16.
     #[inline(always)]
     fn lookup_f64(table: &[f64; 16], indices: &[u32; 16]) -> [f64; 16] {
         indices.map(|i| table[i as usize & 15])
     }
 
-    /// Looks up table[index] for each index modulo 16.
+    /// Looks up `table[index]` for each index modulo 16.
     #[inline(always)]
     fn lookup_u32(table: &[u32; 16], indices: &[u32; 16]) -> [u32; 16] {
         indices.map(|i| table[i as usize & 15])

@@ -25,7 +25,7 @@ pub(crate) fn read_scene_file(path: &Path, limit: u64) -> Result<Vec<u8>, LoadEr
 /// the end is a folder, of which only the existence matters.
 ///
 /// # Errors
-/// As [`open_regular_file`].
+/// The file cannot be opened, is a folder or a device, or has more bytes than `limit`.
 pub fn open_input_file(path: &Path, limit: u64) -> io::Result<Box<dyn Read>> {
     let is_folder = path.as_os_str().as_encoded_bytes().ends_with(b"/");
     if let Some(inside) = ArchivePath::of(path) {

@@ -84,7 +84,7 @@ impl BarycentricGradients {
 }
 
 /// Barycentrics of the point where `ray` hits the triangle `vertices`, which it is known to hit. They equal those of
-/// [`TrianglePlane::intersect`] up to rounding and cost less where nothing else of the triangle is needed (Möller and
+/// `TrianglePlane::intersect` up to rounding and cost less where nothing else of the triangle is needed (Möller and
 /// Trumbore, “Fast, Minimum Storage Ray/Triangle Intersection”, 1997).
 #[inline(always)]
 pub fn barycentrics(vertices: [Vec3; 3], ray: Ray) -> [f64; 3] {
