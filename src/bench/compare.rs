@@ -82,7 +82,7 @@ pub fn compare(old: &BenchResults, new: &BenchResults) -> Comparison {
     let pairs = matching_scenes(old, new, &mut out.notes);
     let typical = TypicalSpread::of(old, new, calibrated);
     if typical.time.is_none() && !pairs.is_empty() {
-        out.notes.push("one round has no spread, so no time is flagged; use --rounds 2 or more".into());
+        out.notes.push("one round has no spread, so no time is flagged; measure two rounds or more".into());
     }
     for pair in pairs {
         compare_bvhs(&pair, &mut out.changes);

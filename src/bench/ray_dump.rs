@@ -59,8 +59,8 @@ pub fn dump_rays(file: &Path, settings: &DumpSettings) -> Result<RayDump, Measur
         rays.saturating_mul(BYTES_PER_RAY).saturating_add(triangles.saturating_mul(BYTES_PER_TRIANGLE));
     if bytes > MAX_BYTES {
         return Err(MeasureError::Rejected(format!(
-            "up to {rays} rays and {triangles} triangles are too many for an .npz file; use a smaller --size, fewer \
-             --kinds or no --triangles"
+            "up to {rays} rays and {triangles} triangles are too many for an .npz file; use a smaller `size`, fewer \
+             `kinds` or no `triangles`"
         )));
     }
     let posed = pose(&scene, &PoseSettings::default())?;

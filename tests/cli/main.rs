@@ -19,6 +19,7 @@
 //! - `image_output`: EXR, JPEG, WebP, Cryptomatte and layer previews read back
 //! - `info`: `blinn info`, in text and JSON
 //! - `layers`: layers of geometry: camera space, object coordinates, flow, triangles
+//! - `library`: the same pictures from the library
 //! - `lighting`: exposure, light radius, ambient occlusion, ground and environment maps from flags
 //! - `process_limits`: threads, file sizes and memory that the system does not grant
 //! - `render`: flags of `blinn render`, and the pictures that they change
@@ -55,6 +56,7 @@ mod help;
 mod image_output;
 mod info;
 mod layers;
+mod library;
 mod lighting;
 mod process_limits;
 mod render;

@@ -114,7 +114,7 @@ fn missing_results_are_noted_or_skipped() {
     let times = compared.changes.iter().filter(|c| !c.metric.contains("memory"));
     assert_eq!(times.count(), 12 + 11);
     let single = compare(&run(1.0, 1, 0), &run(3.0, 1, 0));
-    assert!(single.significant().count() == 0 && single.notes[0].contains("--rounds"), "{single:?}");
+    assert!(single.significant().count() == 0 && single.notes[0].contains("two rounds"), "{single:?}");
     new.settings.calibration += 1;
     assert!(compare(&old, &new).notes.iter().any(|note| note.contains("seconds are compared")));
     assert!(compare(&new, &old).changes.iter().all(|c| c.ratio.is_finite()));

@@ -102,7 +102,8 @@ mod tests {
             ("f#/a.png", "", "f#/a.png"),
             ("out/", "out/", ""),
             ("out/{stem}/", "out/", "{stem}/"),
-            ("src", "src/", ""),
+            // A folder that exists where the test runs.
+            ("args", "args/", ""),
         ] {
             let found = JobOutput::images(Some(Path::new(output))).unwrap();
             assert_eq!(

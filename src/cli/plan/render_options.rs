@@ -177,6 +177,14 @@ mod tests {
     use crate::args::{Cli, Command};
 
     #[test]
+    fn the_defaults_are_those_of_the_library() {
+        let cli = Cli::try_parse_from(["blinn", "render", "a.glb"]).unwrap();
+        let Command::Render(args) = cli.command else { panic!("another command") };
+        let options = options_from_args(&args.options, &args.scene, None, &args.common, &args.process);
+        assert_eq!(format!("{:?}", options.unwrap()), format!("{:?}", Options::default()));
+    }
+
+    #[test]
     fn load_options_do_not_depend_on_the_machine() {
         let cli = Cli::try_parse_from(["blinn", "render", "a.glb"]).unwrap();
         let Command::Render(args) = cli.command else { panic!("another command") };
