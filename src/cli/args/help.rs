@@ -111,12 +111,13 @@ pub fn full() -> Command {
     };
     let root = Cli::command().after_long_help(EXIT_CODES);
     let root = root.mut_subcommand("diff", |diff| diff.mut_arg("scenes", name_files));
-    // They are accepted for a message that says where they belong.
-    let root = root.mut_subcommand("view", |view| {
-        NOT_OF_VIEW.into_iter().fold(view, |view, id| view.mut_arg(id, |arg| arg.hide(true)))
-    });
     map_tree(root, "", &|command, path| {
-        let command = add_help_flags(command);
+        let mut command = add_help_flags(command);
+        if path == "view" {
+            // They are accepted for a message that says where they belong.
+            command =
+                NOT_OF_VIEW.into_iter().fold(command, |view, id| view.mut_arg(id, |arg| arg.hide(true)));
+        }
         match examples(path) {
             Some(examples) if !path.is_empty() => command.after_long_help(examples),
             _ => command,
