@@ -97,10 +97,24 @@ pub fn command(argv: &[OsString]) -> Command {
     if argv.iter().take_while(|arg| *arg != "--").any(|arg| arg == "--help-all") {
         return full().flatten_help(true);
     }
+    if !may_print_screen(argv) {
+        return full();
+    }
     map_tree(full(), "", &|command, path| {
         let template = screen_template(&command, path);
         command.help_template(template)
     })
+}
+
+/// False if no screen of help is printed for `argv`: making the screens of all commands takes longer than parsing.
+fn may_print_screen(argv: &[OsString]) -> bool {
+    // Commands without arguments print their screens, too.
+    let is_short = argv.len() <= "blinn job slurm".split(' ').count();
+    let is_help = |arg: &OsString| {
+        let arg = arg.as_encoded_bytes();
+        arg == b"--help" || arg.starts_with(b"-") && !arg.starts_with(b"--") && arg.contains(&b'h')
+    };
+    is_short || argv.iter().any(is_help)
 }
 
 /// The command tree with complete help.
