@@ -142,26 +142,26 @@ impl RenderJob {
         monitor: &JobMonitor,
         sender: &SyncSender<Message>,
     ) -> Result<()> {
-        let (session, frame) = pool.install(|| -> Result<_> {
+        let (renderer, frame) = pool.install(|| -> Result<_> {
             let mut start = self.start.frame();
-            let session =
+            let renderer =
                 SceneRenderer::from_start(&self.plan, scene, log, &mut start, &CancelToken::default())?;
-            let frame = session.setup.frame_at(self.time, start)?;
-            Ok((session, frame))
+            let frame = renderer.setup.frame_at(self.time, start)?;
+            Ok((renderer, frame))
         })?;
-        monitor.pixels.store(session.pixels() * self.cameras.len() as u64, Ordering::Relaxed);
+        monitor.pixels.store(renderer.pixels() * self.cameras.len() as u64, Ordering::Relaxed);
         let planned = PlannedFrame::at(1, self.time);
         let render = |camera: &Option<PyCamera>| {
             let camera = match camera {
-                Some(camera) => camera.resolve(session.full_size()),
-                None => session.camera(&planned, &frame.posed)?,
+                Some(camera) => camera.resolve(renderer.full_size()),
+                None => renderer.camera(&planned, &frame.posed)?,
             };
-            session.render_view(camera, &planned, &frame, monitor)
+            renderer.render_view(camera, &planned, &frame, monitor)
         };
         let empty_images = EmptyImages::default();
         let mut number = 0;
         let concurrent =
-            (CONCURRENT_PIXELS / session.pixels().max(1)).clamp(1, pool.current_num_threads() as u64);
+            (CONCURRENT_PIXELS / renderer.pixels().max(1)).clamp(1, pool.current_num_threads() as u64);
         for cameras in self.cameras.chunks(concurrent as usize) {
             let images: Vec<Result<RenderedImage, SessionError>> =
                 pool.install(|| cameras.par_iter().map(render).collect());

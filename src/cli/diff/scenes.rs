@@ -82,23 +82,24 @@ pub fn compare(
     let mut pictures = Vec::new();
     {
         let mut old_frame = PosedFrame { time: planned.time, posed: posed_old, accel: None };
-        let session = SceneRenderer::from_start(
+        let renderer = SceneRenderer::from_start(
             &plan.session,
             &old.scene,
             &logs[0],
             &mut old_frame,
             &CancelToken::default(),
         )?;
-        session.setup.build(&mut old_frame)?;
+        renderer.setup.build(&mut old_frame)?;
         let mut new_frame = PosedFrame { time: planned.time, posed: posed_new, accel: None };
-        session.setup.build(&mut new_frame)?;
+        renderer.setup.build(&mut new_frame)?;
         reporter.begin_frames(files[0], 2 * views.len());
         for view in views {
-            let lit = session.setup.lights(&old_frame, &view.camera);
+            let lit = renderer.setup.lights(&old_frame, &view.camera);
             let render = |posed_frame| -> Result<RenderedImage> {
-                let monitor = ImageMonitor::new(reporter, files[0], session.pixels(), &session.setup.cancel);
-                let frame = session.setup.lit_frame(posed_frame, view.camera, &lit)?;
-                let image = session.render_frame(frame, &planned, posed_frame, &monitor)?;
+                let monitor =
+                    ImageMonitor::new(reporter, files[0], renderer.pixels(), &renderer.setup.cancel);
+                let frame = renderer.setup.lit_frame(posed_frame, view.camera, &lit)?;
+                let image = renderer.render_frame(frame, &planned, posed_frame, &monitor)?;
                 monitor.finish();
                 Ok(image)
             };

@@ -140,7 +140,7 @@ impl<'a> JobPlan<'a> {
     pub fn resolve(self, log: &SceneLog) -> Result<FarmJob> {
         let plan = self.plan;
         let scene = load_scene(plan, &self.file, log, &CancelToken::default())?;
-        let (session, start) = SceneRenderer::new(
+        let (renderer, start) = SceneRenderer::new(
             &plan.session,
             &scene,
             1,
@@ -149,7 +149,7 @@ impl<'a> JobPlan<'a> {
             &CancelToken::default(),
         )?;
         if let Some(JobAnimation { output, file }) = &self.output.animation {
-            output.format.check_size(session.size()).map_err(|text| anyhow!("-o {file}: {text}"))?;
+            output.format.check_size(renderer.size()).map_err(|text| anyhow!("-o {file}: {text}"))?;
         }
         let size = plan.session.options.size_for(&scene);
         let camera = self.camera_flags(&scene, &start.posed, size)?;
@@ -168,11 +168,11 @@ impl<'a> JobPlan<'a> {
         if plan.session.cameras.is_none() || self.engine.command().options().image.size.is_some() {
             resolved.push(format!("--size={}x{}", size.0, size.1));
         }
-        resolved.push(format!("--exposure={}", session.exposure.ev));
+        resolved.push(format!("--exposure={}", renderer.exposure.ev));
         if let Some(name) = hdri_name(self.engine) {
             resolved.push(format!("--hdri={name}"));
         }
-        if let Some(light_scale) = session.exposure.light_scale {
+        if let Some(light_scale) = renderer.exposure.light_scale {
             flags = flags.without(&["light-scale"]);
             resolved.push(format!("--light-scale={light_scale}"));
         }
@@ -190,7 +190,7 @@ impl<'a> JobPlan<'a> {
         let args = [text_args(&flags), resolved].concat();
 
         let numbers: Vec<i64> =
-            plan.frames.resolve(session.setup.clip_duration)?.iter().map(|frame| frame.number).collect();
+            plan.frames.resolve(renderer.setup.clip_duration)?.iter().map(|frame| frame.number).collect();
         let frames = FrameList::ascending(numbers.iter().copied());
         let mut output_pattern = self.output.pattern;
         let mut assembly = None;

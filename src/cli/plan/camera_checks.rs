@@ -8,8 +8,7 @@ use twox_hash::XxHash3_128;
 
 use super::outputs::{OutputKind, Outputs};
 use crate::usage::UsageError;
-use blinn_session::ImageKind;
-use blinn_session::{CameraList, PlannedFrame};
+use blinn_session::{CameraList, ImageKind, PlannedFrame};
 
 /// Checks that every camera has a size that suits the other options, and that no two images of `scene` have the
 /// same file. Returns the size with the most pixels.

@@ -7,8 +7,7 @@ use crate::args::TurnArgs;
 use crate::args::values::{CategoryRule, DatasetFormat, DatasetFormats};
 use crate::usage::UsageError;
 use blinn_output::datasets::{CocoMasks, ColmapForm};
-use blinn_session::ImageKind;
-use blinn_session::{DatasetPlan, PlannedFrame};
+use blinn_session::{DatasetPlan, ImageKind, PlannedFrame};
 
 /// The formats of a dataset.
 #[derive(Clone, Debug, Default)]

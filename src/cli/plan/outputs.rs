@@ -14,9 +14,8 @@ use crate::usage::UsageError;
 use blinn_output::{BitDepth, ImageFormat, Overwrite, read_fingerprint};
 use blinn_render::display::Background;
 use blinn_render::integrator::Aov;
-use blinn_session::ImageKind;
 use blinn_session::{
-    CameraList, FileDigests, Options, PathTemplate, PlannedFrame, SettingsHash, TemplateFields,
+    CameraList, FileDigests, ImageKind, Options, PathTemplate, PlannedFrame, SettingsHash, TemplateFields,
     is_marked_empty,
 };
 

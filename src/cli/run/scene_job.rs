@@ -211,7 +211,7 @@ impl<'a> SceneJob<'a> {
     fn render(&mut self, scene: &Scene, views: Option<&DatasetViews>, frames: &[PlannedFrame]) -> Result<()> {
         let (path, reporter) = (self.path, self.log.reporter);
         reporter.begin_frames(path, frames.len());
-        let (session, start) = SceneRenderer::new(
+        let (renderer, start) = SceneRenderer::new(
             &self.plan.session,
             scene,
             frames.len(),
@@ -225,7 +225,7 @@ impl<'a> SceneJob<'a> {
         let mut sink: Box<dyn ImageSink + Send> =
             match (plan.outputs.kind, output.target(&frames[0]), self.shard.as_deref_mut()) {
                 (OutputKind::Animation(animation), Target::File(file), _) => {
-                    Box::new(AnimationSink::new(output, report, &animation, &file, session.size())?)
+                    Box::new(AnimationSink::new(output, report, &animation, &file, renderer.size())?)
                 }
                 (_, _, Some(shard)) => {
                     let dataset =
@@ -240,11 +240,11 @@ impl<'a> SceneJob<'a> {
         let cancel = &self.cancel;
         run_pipeline(
             frames.len(),
-            |i, previous, finished| prepare(&session.setup, frames[i].time, previous, finished, &mut start),
+            |i, previous, finished| prepare(&renderer.setup, frames[i].time, previous, finished, &mut start),
             |i, posed_frame| {
                 let since = Instant::now();
-                let monitor = ImageMonitor::new(reporter, path, session.frame_pixels(&frames[i])?, cancel);
-                let image = session.render(&frames[i], posed_frame, &monitor)?;
+                let monitor = ImageMonitor::new(reporter, path, renderer.frame_pixels(&frames[i])?, cancel);
+                let image = renderer.render(&frames[i], posed_frame, &monitor)?;
                 monitor.finish();
                 if let Some(reason) = image.empty {
                     reporter.count_empty();
@@ -258,7 +258,7 @@ impl<'a> SceneJob<'a> {
                 images.add(sink.add(&frames[i], &mut image, render_time)?);
                 images.rendered += 1;
                 images.empty += u64::from(image.empty.is_some());
-                session.recycle(image);
+                renderer.recycle(image);
                 Ok(())
             },
         )?;

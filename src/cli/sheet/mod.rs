@@ -24,8 +24,9 @@ use blinn_core::geometry::Rgb;
 use blinn_output::{Canvas, ImageFormat, check_writable, write_atomically};
 use blinn_render::display::Background;
 use blinn_scene::{PoseSettings, SourceFormat, linear_to_srgb8, pose};
-use blinn_session::ImageKind;
-use blinn_session::{EmptyImages, PlannedFrame, PosedFrame, SceneRenderer, SessionLog, check_memory};
+use blinn_session::{
+    EmptyImages, ImageKind, PlannedFrame, PosedFrame, SceneRenderer, SessionLog, check_memory,
+};
 use labels::{Labels, Unit};
 use layout::{MIN_SIDE, SheetLayout};
 
@@ -128,15 +129,15 @@ impl Sheet<'_> {
         let mut plan = plan.clone();
         plan.session.options.view.complete = layout.cells.first().map(|cell| cell.camera);
         let mut frame = PosedFrame { time: planned.time, posed, accel: None };
-        let session =
+        let renderer =
             SceneRenderer::from_start(&plan.session, &scene, log, &mut frame, &CancelToken::default())?;
-        session.setup.build(&mut frame)?;
+        renderer.setup.build(&mut frame)?;
         let mut canvas = Canvas::new(self.size, background_pixel(plan.session.options.background));
         let empty_images = EmptyImages::default();
         log.reporter.begin_frames(path, layout.cells.len());
         for cell in &layout.cells {
-            let monitor = ImageMonitor::new(log.reporter, path, session.pixels(), &session.setup.cancel);
-            let image = session.render_view(cell.camera, &planned, &frame, &monitor)?;
+            let monitor = ImageMonitor::new(log.reporter, path, renderer.pixels(), &renderer.setup.cancel);
+            let image = renderer.render_view(cell.camera, &planned, &frame, &monitor)?;
             monitor.finish();
             let pixels = image.picture.display.to_rgba8(&image.picture.pixels);
             canvas.copy(&pixels, layout.cell_size.0, cell.origin);
@@ -150,7 +151,7 @@ impl Sheet<'_> {
         let on_light = is_light(plan.session.options.background);
         labels::draw(&mut canvas, &layout, &Labels { title: &scene.name, unit, on_light });
         self.save(&target, &canvas.into_pixels())?;
-        Ok(self.describe(&target, &layout, is_metres, session.exposure.ev))
+        Ok(self.describe(&target, &layout, is_metres, renderer.exposure.ev))
     }
 
     fn planned_frame(&self) -> Result<PlannedFrame> {

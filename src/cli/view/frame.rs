@@ -14,8 +14,9 @@ use blinn_core::cancellation::CancelToken;
 use blinn_output::{BitDepth, ImageFormat, Picture};
 use blinn_render::display::Background;
 use blinn_scene::{Camera, Projection};
-use blinn_session::ImageKind;
-use blinn_session::{EmptyImages, OcclusionSampling, PlannedFrame, SceneRenderer, SessionLog, check_memory};
+use blinn_session::{
+    EmptyImages, ImageKind, OcclusionSampling, PlannedFrame, SceneRenderer, SessionLog, check_memory,
+};
 
 /// JPEG quality of all frames but the last.
 const DRAFT_QUALITY: u8 = 82;
@@ -86,10 +87,10 @@ pub fn render_frame(
     let log = SceneLog::new(&reporter, path, false).collecting();
     let frame = view_scene.with_poses(|scene, poses| {
         check_memory(&plan.session, scene, 1)?;
-        let session = SceneRenderer::from_start(&plan.session, scene, &log, &mut poses.start, cancel)?;
-        let posed = poses.at(&session.setup, planned.time)?;
+        let renderer = SceneRenderer::from_start(&plan.session, scene, &log, &mut poses.start, cancel)?;
+        let posed = poses.at(&renderer.setup, planned.time)?;
         let start = Instant::now();
-        let image = session.render(&planned, posed, cancel)?;
+        let image = renderer.render(&planned, posed, cancel)?;
         let camera = image.view.map(|view| describe_camera(&view.camera));
         let format = draft_format(plan, quality);
         let bytes = match format {
@@ -107,12 +108,12 @@ pub fn render_frame(
         Ok(Frame {
             bytes,
             mime: if is_jpeg { "image/jpeg" } else { "image/png" },
-            size: session.size(),
+            size: renderer.size(),
             samples: plan.session.options.samples,
             is_final: quality == Quality::Final,
             time: start.elapsed(),
             camera: camera.unwrap_or(Value::Null),
-            exposure: session.exposure.ev,
+            exposure: renderer.exposure.ev,
             warnings: Vec::new(),
         })
     })?;

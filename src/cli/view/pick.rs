@@ -32,10 +32,10 @@ pub fn pick(
     let log = SceneLog::new(&reporter, path, false);
     view_scene.with_poses(|scene, poses| {
         let cancel = CancelToken::default();
-        let session = SceneRenderer::from_start(&plan.session, scene, &log, &mut poses.start, &cancel)?;
-        let frame = poses.at(&session.setup, planned.time)?;
-        let camera = session.camera(&planned, &frame.posed)?;
-        let (width, height) = session.full_size();
+        let renderer = SceneRenderer::from_start(&plan.session, scene, &log, &mut poses.start, &cancel)?;
+        let frame = poses.at(&renderer.setup, planned.time)?;
+        let camera = renderer.camera(&planned, &frame.posed)?;
+        let (width, height) = renderer.full_size();
         let (film_x, film_y) = (x / f64::from(width), 1.0 - y / f64::from(height));
         let ray = camera.eye_ray(film_x, film_y, frame.posed.centre);
         let cull_back_faces = plan.session.options.cull != BackFaceCulling::Off;
