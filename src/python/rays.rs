@@ -79,7 +79,7 @@ pub fn intersect(
         let coordinates: Vec<[f32; 3]> = hits.iter().enumerate().map(coordinates).collect();
         (hits, coordinates)
     };
-    let order = coherent_order(&origins, &directions, &posed.bounds());
+    let order = coherent_order(&origins, &directions, posed.centred_bounds());
     let tasks: Vec<(Vec<Hit>, Vec<[f32; 3]>)> = order.par_chunks(TASK_RAYS).map(trace).collect();
     let mut out = RayHits::misses(origins.len());
     for (order, (hits, coordinates)) in order.chunks(TASK_RAYS).zip(&tasks) {
@@ -116,7 +116,7 @@ pub fn occluded(frame: &PosedFrame, from: &ArrayView2<f64>, to: &ArrayView2<f64>
         accel.occluded(&segments, filter, &mut occluded);
         occluded
     };
-    let order = coherent_order(&from, &directions, &posed.bounds());
+    let order = coherent_order(&from, &directions, posed.centred_bounds());
     let tasks: Vec<Vec<bool>> = order.par_chunks(TASK_RAYS).map(trace).collect();
     let mut out = vec![false; from.len()];
     for (&i, &occluded) in order.iter().zip(tasks.iter().flatten()) {

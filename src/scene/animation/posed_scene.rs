@@ -119,6 +119,11 @@ impl<'s> PosedScene<'s> {
         [transform.point(a), transform.point(b), transform.point(c)]
     }
 
+    /// Returns the bounds of the triangles that can be seen, relative to the centre, as rays are.
+    pub fn centred_bounds(&self) -> &Aabb {
+        &self.bounds
+    }
+
     /// Returns the bounds of the triangles that can be seen, in world coordinates (with the centre added).
     ///
     /// They hold the corners of all triangles with area at this time, except those whose alpha hides them at every
