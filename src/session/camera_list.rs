@@ -14,7 +14,7 @@ pub struct CameraList {
     replaced: ReplacedCameraFields,
 }
 
-/// What options replace for every camera of a list.
+/// Fields that options replace in every camera of a list.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct ReplacedCameraFields {
     /// Width and height in pixels.

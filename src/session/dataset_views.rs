@@ -1,4 +1,4 @@
-//! What all files of a dataset describe: cameras, time, unit of depth and normalization, computed once for a scene.
+//! Facts that all files of a dataset describe: cameras, time, unit of depth and normalization, computed once for a scene.
 
 use crate::camera_list::ImageCamera;
 use crate::dataset_plan::DatasetPlan;
@@ -57,7 +57,7 @@ impl<'s> DatasetViews<'s> {
         self.dataset.frames()
     }
 
-    /// What all views share, as files describe it.
+    /// Facts that all views share, as files describe them.
     pub fn describe(&self) -> Dataset {
         Dataset {
             size: self.size,

@@ -5,74 +5,13 @@ use std::sync::Mutex;
 
 use glam::{DVec2, DVec3};
 
+use crate::empty_reason::EmptyReason;
 use crate::notice::Notice;
 use blinn_core::cancellation::{CancelToken, Cancelled};
 use blinn_core::geometry::Aabb;
 use blinn_render::integrator::{Aov, Frame};
 use blinn_render::{Pixels, RenderSettings, render_aovs};
 use blinn_scene::{Camera, ClipPlanes, Projection};
-
-/// The reason why an image shows nothing.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
-pub enum EmptyReason {
-    /// The scene has no objects.
-    NoObjects,
-    /// No triangle has an area, or alpha hides them all.
-    NoArea,
-    /// All objects are hidden or scaled to 0 at this time.
-    HiddenNow,
-    /// The rendered region shows only background.
-    Crop,
-    /// The near plane cuts off everything in view.
-    NearPlane,
-    /// The far plane cuts off everything in view.
-    FarPlane,
-    /// The camera is inside an object and sees only back faces.
-    Inside,
-    /// The camera sees only back faces.
-    BackFaces,
-    /// The camera looks away from the scene.
-    LooksAway,
-    /// The scene is smaller than a pixel.
-    TooSmall,
-    /// No object lies in view.
-    NothingInView,
-}
-
-impl EmptyReason {
-    /// The reason and the option that helps, as a part of a sentence.
-    fn text(self) -> &'static str {
-        match self {
-            EmptyReason::NoObjects => "the scene has no objects",
-            EmptyReason::NoArea => {
-                "no triangle has an area, or alpha hides them all; check the file with blinn info"
-            }
-            EmptyReason::HiddenNow => {
-                "all objects are hidden or scaled to 0 at this time; use another `time` or `frame`"
-            }
-            EmptyReason::Crop => "the region of `crop` shows only background; move it",
-            EmptyReason::NearPlane => "the near plane cuts off everything in view; use `clip off`",
-            EmptyReason::FarPlane => "the far plane cuts off everything in view; use `clip off`",
-            EmptyReason::Inside => {
-                "the camera is inside an object and sees only back faces; use `cull off`, or move it with `orbit`"
-            }
-            EmptyReason::BackFaces => {
-                "the camera sees only back faces; use `cull off`, or move it with `orbit`"
-            }
-            EmptyReason::LooksAway => "the camera looks away from the scene; use `look-at` or `orbit`",
-            EmptyReason::TooSmall => {
-                "the scene is smaller than a pixel at this time; use `zoom`, `look-at` or another `time`"
-            }
-            EmptyReason::NothingInView => "no object lies in view; use `look-at` or `orbit`",
-        }
-    }
-}
-
-impl std::fmt::Display for EmptyReason {
-    fn fmt(&self, f: &mut std::fmt::Formatter) -> std::fmt::Result {
-        f.write_str(self.text())
-    }
-}
 
 /// Longer side of the images that search for the reason, in pixels.
 const SEARCH_SIDE: u32 = 256;
@@ -225,10 +164,8 @@ impl EmptyImages {
                 Some(Notice::EmptyImages(format!("the image shows nothing: {reason}")))
             }
             _ => {
-                let parts: Vec<String> = unknown
-                    .iter()
-                    .map(|(reason, frames)| format!("{}: {}", frames.list(), reason.text()))
-                    .collect();
+                let parts: Vec<String> =
+                    unknown.iter().map(|(reason, frames)| format!("{}: {}", frames.list(), reason)).collect();
                 let parts = parts.join("; ");
                 Some(Notice::EmptyImages(format!("{count} of {total} images show nothing; {parts}")))
             }

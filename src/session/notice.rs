@@ -3,7 +3,7 @@
 use std::fmt;
 use std::path::PathBuf;
 
-use crate::empty_images::EmptyReason;
+use crate::empty_reason::EmptyReason;
 
 /// Something that a user should know about the images of a scene.
 #[derive(Clone, Debug, PartialEq)]

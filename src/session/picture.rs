@@ -39,7 +39,7 @@ impl ImageKind {
 pub struct Picture {
     /// Pixels, layers and the transform to display values.
     pub image: blinn_output::Picture,
-    /// What the user should know about it.
+    /// Warnings about it.
     pub notices: Vec<Notice>,
     pub(crate) plan: Arc<SessionPlan>,
     pub(crate) frame: PlannedFrame,

@@ -1,4 +1,4 @@
-//! What a session renders, apart from the scene.
+//! The plan of a session: everything but the scene.
 
 use std::sync::Arc;
 
@@ -8,7 +8,7 @@ use crate::frame_neighbours::FrameNeighbours;
 use crate::options::Options;
 use blinn_accel::AccelSettings;
 
-/// What a session renders, apart from the scene: options, and where its images get their cameras from.
+/// Everything that a session needs besides the scene: options, and the source of its cameras.
 #[derive(Clone, Debug)]
 pub struct SessionPlan {
     /// Options of all images.

@@ -28,7 +28,7 @@ pub struct PosedFrame<'s> {
 
 /// Camera framing, lighting and options that all frames of a scene share.
 pub struct SceneSetup<'a> {
-    /// What is rendered.
+    /// Options and cameras.
     pub plan: Arc<SessionPlan>,
     /// Receives warnings and times.
     pub log: &'a dyn SessionLog,

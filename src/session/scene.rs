@@ -5,8 +5,6 @@ use std::sync::Arc;
 
 use crate::error::SessionError;
 use crate::options::{BackFaceCulling, Options};
-use crate::picture::Picture;
-use crate::session::{Request, Session};
 use blinn_import::{LoadOptions, Warning, load};
 use blinn_scene::{Scene as SceneData, Selection};
 
@@ -22,7 +20,7 @@ use blinn_scene::{Scene as SceneData, Selection};
 /// ```
 #[derive(Clone, Debug)]
 pub struct Scene {
-    /// What the file describes.
+    /// Meshes, materials, lights and cameras of the file.
     pub data: Arc<SceneData>,
     /// The scene's file.
     pub path: PathBuf,
@@ -48,14 +46,6 @@ impl Scene {
         let path = path.as_ref().to_path_buf();
         let (data, warnings) = load(&path, options)?;
         Ok(Scene { data: Arc::new(data), path, warnings, load: options.clone() })
-    }
-
-    /// Renders a picture at the start of the animation: the same as `blinn render` with the same options.
-    ///
-    /// # Errors
-    /// The options do not suit the scene.
-    pub fn render(&self, options: &Options) -> Result<Picture, SessionError> {
-        Session::new(self, options)?.image(&Request::default())
     }
 
     /// The scene with the parts that `options` select.

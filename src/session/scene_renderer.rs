@@ -8,7 +8,8 @@ use glam::{DAffine3, DMat3, DVec3, Vec3};
 
 use crate::camera_list::ImageCamera;
 use crate::depth_range::check_depth_range;
-use crate::empty_images::{EmptyReason, empty_reason};
+use crate::empty_images::empty_reason;
+use crate::empty_reason::EmptyReason;
 use crate::error::SessionError;
 use crate::exposure::{ResolvedExposure, resolve_exposure};
 use crate::framing::{Framing, log_clip_bounds};
@@ -37,7 +38,7 @@ use blinn_scene::{active_animations, clip_duration, pose};
 
 /// A scene with everything that its images share.
 pub struct SceneRenderer<'a> {
-    /// What all frames share.
+    /// Settings that all frames share.
     pub setup: SceneSetup<'a>,
     /// The exposure of all images.
     pub exposure: ResolvedExposure,

@@ -128,6 +128,16 @@ impl Session {
     }
 }
 
+impl Scene {
+    /// Renders a picture at the start of the animation: the same as `blinn render` with the same options.
+    ///
+    /// # Errors
+    /// The options do not suit the scene.
+    pub fn render(&self, options: &Options) -> Result<Picture, SessionError> {
+        Session::new(self, options)?.image(&Request::default())
+    }
+}
+
 impl std::fmt::Debug for Session {
     fn fmt(&self, f: &mut std::fmt::Formatter) -> std::fmt::Result {
         f.debug_struct("Session").field("path", &self.path).finish_non_exhaustive()

@@ -59,7 +59,7 @@ pub struct RenderPlan {
     pub scene_chunk: Option<Chunk>,
     /// The frames of each scene.
     pub frames: FrameSet,
-    /// What is rendered of each scene.
+    /// Options and cameras of the images of each scene.
     pub session: SessionPlan,
     pub outputs: Outputs,
     /// The formats of the dataset.

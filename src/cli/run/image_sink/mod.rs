@@ -49,7 +49,7 @@ impl WrittenFiles {
     }
 }
 
-/// What all sinks know of the scene.
+/// The scene whose images a sink takes.
 #[derive(Clone, Copy)]
 pub struct SceneOutput<'a> {
     pub plan: &'a RenderPlan,
