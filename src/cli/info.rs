@@ -6,9 +6,9 @@ use std::path::Path;
 use anyhow::Result;
 use serde_json::{Map, Value, json};
 
-use super::args::InfoArgs;
+use super::args::{InfoArgs, named_options};
 use super::console::{print_error, print_stdout, scene_error, single_line, strict_error, with_flags};
-use super::plan::{load_options, scene_list};
+use super::plan::scene_list;
 use super::run::panics;
 use super::scene_file::load_scene_file;
 use super::summary::Summary;
@@ -26,7 +26,8 @@ use blinn_session::{ignored_triangles, load_limits};
 type Properties = Map<String, Value>;
 
 pub fn run(args: &InfoArgs) -> Result<Summary, UsageError> {
-    let options = LoadOptions { limits: load_limits(None), ..load_options(&args.scene, &args.common) };
+    let named = named_options([&args.scene.options.given, &args.common.files.given])?;
+    let options = LoadOptions { limits: load_limits(None), ..named.finish()?.load };
     let scenes = scene_list(&args.scene.scenes)?;
     let mut summary = Summary::default();
     let mut all = Vec::new();

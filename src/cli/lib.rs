@@ -12,7 +12,6 @@ mod info;
 mod packaging;
 mod plan;
 mod rays;
-mod render_flags;
 mod run;
 mod scene_file;
 mod sheet;

@@ -9,7 +9,7 @@ use super::console::{
     eprint_line, is_stdout, print_error, print_stdout, scene_error, single_line, strict_error,
 };
 use super::files::create_parent_folder;
-use super::plan::{PathConflicts, Writer, simd_level};
+use super::plan::{PathConflicts, Writer};
 use super::run::panics;
 use super::scene_file::is_stdin;
 use super::summary::Summary;
@@ -18,6 +18,7 @@ use blinn_bench::npz::encode_npz;
 use blinn_bench::{BenchStage, DumpSettings, dump_rays};
 use blinn_import::LoadOptions;
 use blinn_output::{Overwrite, check_writable, write_atomically};
+use blinn_session::simd_level;
 
 pub fn run(args: &RaysArgs) -> Result<Summary, UsageError> {
     if is_stdin(&args.scene) {
@@ -27,11 +28,11 @@ pub fn run(args: &RaysArgs) -> Result<Summary, UsageError> {
     paths.add_output(&args.dump, Writer::Flag("--dump")).map_err(UsageError)?;
     let all = || BenchStage::ALL.into_iter().filter(|stage| stage.traces_rays()).collect();
     let settings = DumpSettings {
-        load: LoadOptions { allow_outside: args.common.allow_outside, ..LoadOptions::default() },
+        load: LoadOptions { allow_outside: args.common.allow_outside(), ..LoadOptions::default() },
         size: args.size,
         stages: args.kinds.clone().unwrap_or_else(all),
         triangles: args.triangles,
-        simd: simd_level(std::env::var_os("BLINN_SIMD"))?,
+        simd: simd_level()?,
     };
     let mut summary = Summary::default();
     if let Err(error) = panics::catch(|| dump(args, &settings)) {

@@ -1,7 +1,7 @@
 //! The Python module `blinn._blinn`: load, pose, render and trace scenes with NumPy arrays.
 //!
 //! `src/python/blinn` holds the Python side: the package that users import, its type stubs and the command. This side
-//! converts arguments and results. Options of a render are those of the command line, parsed by the same parser, so
+//! converts arguments and results. Options of a render come from the same table as those of the command line, so
 //! pictures equal those of the command bit for bit.
 //!
 //! Arrays are C-contiguous. Images have row 0 on top. The world is right-handed with +Y up, in metres; angles are
@@ -21,7 +21,6 @@ mod log;
 mod options;
 mod picture;
 mod pictures;
-mod plan_cache;
 mod pool;
 mod posed;
 mod ray_order;

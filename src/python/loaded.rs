@@ -65,7 +65,7 @@ impl LoadedScene {
         })
     }
 
-    /// The start of the clip that a plan renders. `animation` is the value of --animation.
+    /// The start of the clip that a plan renders. `animation` is the option of that name.
     pub fn clip_start(
         &self,
         py: Python<'_>,

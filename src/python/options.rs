@@ -1,4 +1,4 @@
-//! Options of the command line as keyword arguments: `view_point=(1, 2, 3)` stands for `--view-point=1,2,3`.
+//! Options of the session as keyword arguments: `view_point=(1, 2, 3)` sets `view-point` to `1,2,3`.
 
 use std::ffi::OsString;
 
@@ -6,16 +6,19 @@ use pyo3::exceptions::PyTypeError;
 use pyo3::prelude::*;
 use pyo3::types::{PyBool, PyDict, PyString};
 
-use super::plan_cache::resolve_plan;
-use blinn_cli::embed::{Options, Repetition, render_options, scene_options};
-use blinn_session::SessionPlan;
+use super::errors::value_error;
+use blinn_accel::AccelSettings;
+use blinn_render::integrator::Aov;
+use blinn_session::{
+    Heading, NamedOptions, OptionDef, SessionError, SessionPlan, option_defs, simd_level, values,
+};
 
-/// Options of `load` that the command line has among those that decide the pixels.
+/// Options of `load` among those of pictures.
 const LOAD_ONLY: [&str; 2] = ["hide", "only-objects"];
-/// Options of `load` that the command line has among those of the process.
-const PROCESS_OPTIONS: [&str; 2] = ["allow-outside", "max-memory"];
-/// Options that have parameters of their own or make no sense here.
-const NOT_OPTIONS: [&str; 2] = ["aov", "camera"];
+/// The memory limit of `load`, which decides no pixels.
+const MAX_MEMORY: &str = "max-memory";
+/// Options that are parameters of their own.
+const PARAMETERS: [&str; 2] = ["aov", "camera"];
 
 /// The call that options belong to.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -25,93 +28,117 @@ pub enum OptionSet {
 }
 
 impl OptionSet {
-    /// Options by their names on the command line.
-    fn options(self) -> Options {
-        let is_load_only = |name: &str| LOAD_ONLY.contains(&name);
+    fn contains(self, def: &OptionDef) -> bool {
+        let is_of_load =
+            [Heading::Scene, Heading::Process].contains(&def.heading) || LOAD_ONLY.contains(&def.name);
         match self {
-            OptionSet::Load => {
-                let mut options = scene_options();
-                options.extend(render_options().into_iter().filter(|(name, _)| is_load_only(name)));
-                options.extend(PROCESS_OPTIONS.map(|name| (name.into(), Repetition(false))));
-                options
-            }
-            OptionSet::Render => {
-                let mut options = render_options();
-                options.insert("animation".into(), Repetition(false));
-                options.retain(|name, _| !is_load_only(name) && !NOT_OPTIONS.contains(&name.as_str()));
-                options
-            }
+            OptionSet::Load => is_of_load,
+            OptionSet::Render => !is_of_load && !PARAMETERS.contains(&def.name),
         }
+    }
+
+    /// The option with a name.
+    fn find(self, name: &str) -> Option<&'static OptionDef> {
+        option_defs().find(|def| def.name == name && self.contains(def))
+    }
+
+    /// Names of all options, sorted.
+    fn keywords(self) -> Vec<String> {
+        let names = option_defs().filter(|def| self.contains(def)).map(|def| def.name);
+        let more = (self == OptionSet::Load).then_some(MAX_MEMORY);
+        let mut names: Vec<String> = names.chain(more).map(|name| name.replace('-', "_")).collect();
+        names.sort();
+        names
     }
 }
 
 /// Return the names of all options of `Scene.render`.
 #[pyfunction(name = "render_options")]
 pub fn list_render_options() -> Vec<String> {
-    OptionSet::Render.options().into_keys().map(|name| name.replace('-', "_")).collect()
+    OptionSet::Render.keywords()
 }
 
-/// Resolves keyword arguments into a plan. `more` are flags with values.
+/// Resolves keyword arguments into a plan. `more` are options by name.
 pub fn plan(
     set: OptionSet,
-    options: Option<&Bound<'_, PyDict>>,
+    keywords: Option<&Bound<'_, PyDict>>,
     more: &[(&str, String)],
 ) -> PyResult<SessionPlan> {
-    let known = set.options();
-    let mut argv = Vec::new();
-    for (flag, value) in more {
-        argv.push(format!("--{flag}={value}").into());
+    let mut options = NamedOptions::default();
+    let mut max_memory = None;
+    for (name, value) in more {
+        options.set(name, value).map_err(option_error)?;
     }
-    for (key, value) in options.into_iter().flatten() {
+    for (key, value) in keywords.into_iter().flatten() {
         let key: String = key.extract()?;
         let name = key.trim_end_matches('_').replace('_', "-");
-        let Some(repetition) = known.get(&name) else { return Err(unknown(&key, set, &known)) };
-        push_flag(&mut argv, &name, &value, *repetition)?;
+        match set.find(&name) {
+            Some(def) => set_option(&mut options, def, &value)?,
+            None if set == OptionSet::Load && name == MAX_MEMORY => {
+                max_memory = memory_limit(&value)?;
+            }
+            None => return Err(unknown(&key, set)),
+        }
     }
-    resolve_plan(argv)
+    let options = options.finish().map_err(option_error)?;
+    if options.depth_unit.is_some() && !options.aovs.aovs.contains(&Aov::Depth) {
+        return Err(value_error("`depth-unit` applies only to the layer depth; add it"));
+    }
+    let build = AccelSettings { simd: simd_level().map_err(option_error)?, ..AccelSettings::default() };
+    // Names of ids are for files beside images.
+    let plan = SessionPlan { build, max_memory, holds_layers: false, ..SessionPlan::new(options) };
+    plan.neighbours.check(&plan.options).map_err(option_error)?;
+    Ok(plan)
 }
 
-fn unknown(key: &str, set: OptionSet, known: &Options) -> PyErr {
-    let other = match set {
-        OptionSet::Load => OptionSet::Render,
-        OptionSet::Render => OptionSet::Load,
+/// The exception for an option.
+pub fn option_error(error: SessionError) -> PyErr {
+    value_error(error.to_string())
+}
+
+fn unknown(key: &str, set: OptionSet) -> PyErr {
+    let (other, call) = match set {
+        OptionSet::Load => (OptionSet::Render, "render"),
+        OptionSet::Render => (OptionSet::Load, "load"),
     };
-    let name = key.replace('_', "-");
-    if other.options().contains_key(&name) {
-        let call = if other == OptionSet::Load { "load" } else { "render" };
+    if other.keywords().contains(&key.replace('-', "_")) {
         return PyTypeError::new_err(format!("'{key}' is an option of {call}()"));
     }
-    let names: Vec<String> = known.keys().map(|name| name.replace('-', "_")).collect();
-    PyTypeError::new_err(format!("unknown option '{key}'; options: {}", names.join(", ")))
+    PyTypeError::new_err(format!("unknown option '{key}'; options: {}", set.keywords().join(", ")))
 }
 
-/// Appends `--name=value`. True stands for a flag without value; None and False for no flag; a sequence of sequences or
-/// strings for a flag that is repeated.
-fn push_flag(
-    argv: &mut Vec<OsString>,
-    name: &str,
-    value: &Bound<'_, PyAny>,
-    repetition: Repetition,
-) -> PyResult<()> {
+/// Sets an option. True stands for an option without value; None and False for no option; a sequence of sequences or
+/// strings for an option that is repeated.
+fn set_option(options: &mut NamedOptions, def: &OptionDef, value: &Bound<'_, PyAny>) -> PyResult<()> {
     if value.is_none() {
         return Ok(());
     }
     if let Ok(flag) = value.cast::<PyBool>() {
-        if flag.is_true() {
-            argv.push(format!("--{name}").into());
-        }
-        return Ok(());
+        return match flag.is_true() {
+            true if def.takes_value() => Err(value_error(format!("`{}` needs a value", def.name))),
+            true => options.set(def.name, "").map_err(option_error),
+            false => Ok(()),
+        };
     }
-    if repetition.0 && holds_values(value)? {
+    if !def.takes_value() {
+        return Err(value_error(format!("`{}` is True or False", def.name)));
+    }
+    if def.is_repeatable && holds_values(value)? {
         for item in value.try_iter()? {
-            push_flag(argv, name, &item?, Repetition(false))?;
+            options.set(def.name, text(&item?)?).map_err(option_error)?;
         }
         return Ok(());
     }
-    let mut flag = OsString::from(format!("--{name}="));
-    flag.push(text(value)?);
-    argv.push(flag);
-    Ok(())
+    options.set(def.name, text(value)?).map_err(option_error)
+}
+
+/// The bytes of a memory limit.
+fn memory_limit(value: &Bound<'_, PyAny>) -> PyResult<Option<u64>> {
+    if value.is_none() {
+        return Ok(None);
+    }
+    let limit = values::bytes(&text(value)?.to_string_lossy());
+    limit.map(Some).map_err(|reason| value_error(format!("`{MAX_MEMORY}`: {reason}")))
 }
 
 /// True for a sequence of sequences or of strings, false for a single value such as a vector.

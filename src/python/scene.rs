@@ -13,7 +13,7 @@ use super::camera::PyCamera;
 use super::errors::value_error;
 use super::info;
 use super::loaded::{LoadedScene, SceneInput};
-use super::options::{OptionSet, plan};
+use super::options::{OptionSet, option_error, plan};
 use super::picture::PyPicture;
 use super::pictures::PyPictures;
 use super::pool;
@@ -22,14 +22,14 @@ use super::rays;
 use super::render_job::RenderJob;
 use blinn_cli::embed::scene_properties;
 use blinn_scene::{AnimationChoice, Scene, View, clip_duration};
-use blinn_session::{SessionPlan, camera_name, natural_size};
+use blinn_session::{SessionPlan, camera_name, load_limits, natural_size};
 
 /// A scene, at a time in seconds.
 #[pyclass(name = "Scene", module = "blinn", frozen)]
 pub struct PyScene {
     loaded: Arc<LoadedScene>,
     time: f64,
-    /// The value of --animation.
+    /// The name or index of an animation, `all` or `none`.
     animation: Option<String>,
     /// The pose without and with acceleration structure, made when they are needed.
     pose: OnceLock<Arc<PosedCell>>,
@@ -50,9 +50,9 @@ impl PyScene {
     }
 
     fn animation_choice(&self) -> PyResult<AnimationChoice> {
-        let flags: Vec<(&str, String)> =
+        let options: Vec<(&str, String)> =
             self.animation.iter().map(|name| ("animation", name.clone())).collect();
-        self.choice(&plan(OptionSet::Render, None, &flags)?)
+        self.choice(&plan(OptionSet::Render, None, &options)?)
     }
 
     /// The pose, with acceleration structure if rays are traced in it.
@@ -78,16 +78,19 @@ impl PyScene {
         options: Option<&Bound<'_, PyDict>>,
     ) -> PyResult<RenderJob> {
         let PictureArguments { size, samples, layers } = picture;
-        let mut flags = vec![("samples", samples.to_string())];
-        flags.extend(size.map(|(width, height)| ("size", format!("{width}x{height}"))));
+        let mut more = vec![("samples", samples.to_string())];
+        more.extend(size.map(|(width, height)| ("size", format!("{width}x{height}"))));
         if !layers.is_empty() {
-            flags.push(("aov", layers.join(",")));
+            more.push(("aov", layers.join(",")));
         }
-        flags.extend(self.animation.iter().map(|name| ("animation", name.clone())));
+        more.extend(self.animation.iter().map(|name| ("animation", name.clone())));
         if let Some(camera) = camera {
-            flags.push(("camera", camera.str()?.extract()?));
+            more.push(("camera", camera.str()?.extract()?));
         }
-        let plan = plan(OptionSet::Render, options, &flags)?;
+        let mut plan = plan(OptionSet::Render, options, &more)?;
+        let limits = load_limits(None);
+        let files = pool::run(py, || Ok(plan.options.read_files(&limits)))?;
+        files.map_err(option_error)?;
         let choice = self.choice(&plan)?;
         let animation = plan.options.animation.clone();
         Ok(RenderJob {

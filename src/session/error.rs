@@ -35,6 +35,9 @@ pub enum SessionError {
     /// An option does not suit the scene or another option.
     #[error("{0}")]
     Option(String),
+    /// A file that an option names cannot be read.
+    #[error("`{0}`: {1}")]
+    OptionFile(&'static str, LoadError),
     /// A warning that the caller made an error.
     #[error("{0}")]
     Warning(Notice),

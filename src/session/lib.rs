@@ -29,9 +29,12 @@ mod log;
 pub mod memory;
 mod memory_estimate;
 mod memory_limit;
+mod named_options;
 mod neighbour_frames;
 mod notice;
+mod option_files;
 mod option_names;
+mod option_table;
 mod options;
 mod path_list;
 mod path_template;
@@ -44,6 +47,8 @@ mod scene;
 mod scene_folder;
 mod scene_renderer;
 mod session;
+mod simd_level;
+pub mod values;
 
 pub use camera_list::{CameraList, ImageCamera, ReplacedCameraFields};
 pub use camera_name::camera_name;
@@ -51,7 +56,6 @@ pub use dataset_plan::DatasetPlan;
 pub use dataset_views::DatasetViews;
 pub use empty_images::{EmptyImages, empty_reason};
 pub use empty_reason::EmptyReason;
-pub use environment_cache::load_cached;
 pub use error::SessionError;
 pub use exposure::ResolvedExposure;
 pub use fingerprint::{FileDigests, SettingsHash, fingerprint, is_marked_empty, mark_empty};
@@ -62,11 +66,13 @@ pub use image_size::{natural_size, scaled_to};
 pub use log::{NoticeLog, SessionLog};
 pub use memory_estimate::{check_memory, format_bytes};
 pub use memory_limit::load_limits;
+pub use named_options::NamedOptions;
 pub use notice::Notice;
 pub use option_names::with_option_names;
+pub use option_table::{Effect, Heading, OptionDef, option_defs};
 pub use options::{
-    AovSelection, BackFaceCulling, CRYPTOMATTE, DEFAULT_BACKGROUND, Exposure, OcclusionSampling, Options,
-    TurntableRotation,
+    AovSelection, BackFaceCulling, CRYPTOMATTE, DEFAULT_BACKGROUND, EnvironmentSource, Exposure,
+    ImageBackground, OcclusionSampling, Options, TurntableRotation,
 };
 pub use path_list::{PathList, PathListBuilder, decode as decode_path};
 pub use path_template::{PathTemplate, TemplateFields};
@@ -79,3 +85,4 @@ pub use scene::{Scene, prepare_scene};
 pub use scene_folder::{SCENE_EXTENSIONS, has_scene_extension, visit_scenes};
 pub use scene_renderer::{RenderedImage, SceneRenderer};
 pub use session::{Request, Session};
+pub use simd_level::simd_level;

@@ -6,11 +6,11 @@
 /// ```
 /// use blinn_session::with_option_names;
 ///
-/// let flag = |name: &str, value: Option<&str>| match value {
-///     Some(value) => format!("--{name} {value}"),
-///     None => format!("--{name}"),
+/// let keyword = |name: &str, value: Option<&str>| match value {
+///     Some(value) => format!("{name}={value}"),
+///     None => name.to_string(),
 /// };
-/// assert_eq!(with_option_names("use `clip off` or `zoom`", flag), "use --clip off or --zoom");
+/// assert_eq!(with_option_names("use `clip off` or `zoom`", keyword), "use clip=off or zoom");
 /// ```
 pub fn with_option_names(text: &str, show: impl Fn(&str, Option<&str>) -> String) -> String {
     let mut shown = String::with_capacity(text.len());

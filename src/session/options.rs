@@ -1,5 +1,7 @@
 //! Options of images: everything that decides the pixels of an image except its scene and frame.
 
+use std::path::{Path, PathBuf};
+
 use glam::DVec3;
 
 use crate::error::SessionError;
@@ -39,10 +41,10 @@ pub struct Options {
     pub adaptive: Option<f32>,
     /// The rendered region.
     pub crop: Option<PixelRect>,
-    /// The colour of pixels where there is nothing; opaque if the background is the environment.
-    pub background: Background,
-    /// The blur of an environment as the background; `None` if the background is not the environment.
-    pub environment_background: Option<f32>,
+    /// The background; `None` for [`DEFAULT_BACKGROUND`], or black for [`Stage::Color`].
+    pub background: Option<ImageBackground>,
+    /// Blur of the environment as the background, from 0 (sharp) to 1. `None` for 0.
+    pub background_blur: Option<f32>,
     /// Exposure; `None` to meter if the lights are the file's, and else 0.
     pub exposure: Option<Exposure>,
     /// View transform; `None` to choose by the origin of the scene.
@@ -53,8 +55,12 @@ pub struct Options {
     pub depth_unit: Option<f64>,
     /// The camera.
     pub view: View,
+    /// A file with the lecture's `<camera>` block. Fields of `view` take precedence over it.
+    pub camera_file: Option<PathBuf>,
     /// Light sources, ambient light and environment.
     pub lighting: Lighting,
+    /// The environment to load; it replaces that of `lighting`.
+    pub environment: Option<EnvironmentSource>,
     /// False to disable shadows.
     pub shadows: bool,
     /// Ambient occlusion.
@@ -92,14 +98,16 @@ impl Default for Options {
             seed,
             adaptive: None,
             crop: None,
-            background: DEFAULT_BACKGROUND,
-            environment_background: None,
+            background: None,
+            background_blur: None,
             exposure: None,
             view_transform: None,
             aovs: AovSelection::default(),
             depth_unit: None,
             view: View::default(),
+            camera_file: None,
             lighting: Lighting::default(),
+            environment: None,
             shadows: true,
             ao: None,
             ground: None,
@@ -109,6 +117,45 @@ impl Default for Options {
             cull: BackFaceCulling::SingleSided,
             normalize: None,
             rotation: None,
+        }
+    }
+}
+
+/// A background of images.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum ImageBackground {
+    /// The same for all pixels.
+    Fixed(Background),
+    /// The environment that lights the scene.
+    Environment,
+}
+
+/// An environment before it is loaded.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub enum EnvironmentSource {
+    /// An equirectangular picture.
+    File(PathBuf),
+    /// Soft boxes in a dark room.
+    Studio,
+    /// A clear sky.
+    Sky,
+}
+
+impl EnvironmentSource {
+    /// Reads a name, `studio` or `sky`, or else a path.
+    pub fn new(path: &Path) -> EnvironmentSource {
+        match path.to_str() {
+            Some("studio") => EnvironmentSource::Studio,
+            Some("sky") => EnvironmentSource::Sky,
+            _ => EnvironmentSource::File(path.to_path_buf()),
+        }
+    }
+
+    /// The file, if it is one.
+    pub fn file(&self) -> Option<&Path> {
+        match self {
+            EnvironmentSource::File(path) => Some(path),
+            EnvironmentSource::Studio | EnvironmentSource::Sky => None,
         }
     }
 }
@@ -183,6 +230,24 @@ pub struct TurntableRotation {
 }
 
 impl Options {
+    /// The background where there is nothing; opaque if the background is the environment.
+    pub fn fixed_background(&self) -> Background {
+        match (self.background, self.stage) {
+            (Some(ImageBackground::Fixed(background)), _) => background,
+            // The environment covers it.
+            (Some(ImageBackground::Environment), _) => Background::Color(Rgb::ZERO),
+            // As in the lecture: the colour of the surface, else black.
+            (None, Stage::Color) => Background::Color(Rgb::ZERO),
+            (None, _) => DEFAULT_BACKGROUND,
+        }
+    }
+
+    /// The blur of the environment as the background; `None` if the background is not the environment.
+    pub fn environment_blur(&self) -> Option<f32> {
+        let is_environment = self.background == Some(ImageBackground::Environment);
+        is_environment.then(|| self.background_blur.unwrap_or(0.0))
+    }
+
     /// The animation of `scene` that the options select. A name takes precedence over an index.
     ///
     /// # Errors
@@ -277,6 +342,20 @@ impl Options {
             // Framing shows a sphere.
             (Some(side), None) => (side, side),
             (Some(side), Some(_)) => scaled_to(side, natural_size(scene, camera)),
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn names_of_environments_are_no_files() {
+        let parse = |text: &str| EnvironmentSource::new(text.as_ref());
+        assert_eq!((parse("studio"), parse("sky")), (EnvironmentSource::Studio, EnvironmentSource::Sky));
+        for file in ["./studio", "Sky", "a/sky", "sky.hdr"] {
+            assert_eq!(parse(file).file(), Some(file.as_ref()));
         }
     }
 }

@@ -158,7 +158,7 @@ impl<'a> SceneRenderer<'a> {
             exposure,
             settings,
             id_names: id_names(&plan, scene),
-            display: Display { ev, view, background: options.background },
+            display: Display { ev, view, background: options.fixed_background() },
             aov_world: aov_world(&plan),
             memory: RenderMemory::default(),
         })
@@ -408,7 +408,7 @@ fn turn_light<'f>(mut frame: Frame<'f>, rotation: &LightRotation) -> Frame<'f> {
 
 /// The environment that images show, if they do.
 fn background(options: &Options, lit: &ResolvedLighting) -> Result<Option<Environment>, SessionError> {
-    let Some(blur) = options.environment_background else { return Ok(None) };
+    let Some(blur) = options.environment_blur() else { return Ok(None) };
     match lit.rig.environment.as_ref().filter(|_| lit.rig.sky.is_some()) {
         Some(environment) => Ok(Some(environment.blurred(blur))),
         None => Err(SessionError::Option(

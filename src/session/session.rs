@@ -7,6 +7,7 @@ use crate::empty_images::EmptyImages;
 use crate::error::SessionError;
 use crate::log::{NoticeLog, SessionLog};
 use crate::memory_estimate::check_memory;
+use crate::memory_limit::load_limits;
 use crate::notice::Notice;
 use crate::options::Options;
 use crate::picture::Picture;
@@ -60,11 +61,14 @@ impl Session {
     /// Prepares a scene for images with `options`.
     ///
     /// # Errors
-    /// The options do not suit the scene, or it needs more memory than there is.
+    /// A file that the options name cannot be read, the options do not suit the scene, or it needs more memory than there
+    /// is.
     pub fn new(scene: &Scene, options: &Options) -> Result<Session, SessionError> {
+        let mut options = options.clone();
+        options.read_files(&load_limits(None))?;
         // Names of ids are for files beside images.
         let plan = Arc::new(SessionPlan { holds_layers: false, ..SessionPlan::new(options.clone()) });
-        let owner = Owner { scene: scene.prepared(options)?, log: NoticeLog::default() };
+        let owner = Owner { scene: scene.prepared(&options)?, log: NoticeLog::default() };
         let cell = RendererCell::try_new(owner, |Owner { scene, log }| {
             if scene.instances.is_empty() {
                 log.warn(Notice::NoTriangles)?;

@@ -38,7 +38,7 @@ def test_errors_are_exceptions(tmp_path: Path, models: Path) -> None:
         blinn.load(models / "lecture/lecture.obj").render(sampels=3)
     with pytest.raises(TypeError, match="render"):
         blinn.load(models / "lecture/lecture.obj", ao=3)
-    with pytest.raises(ValueError, match="--exposure"):
+    with pytest.raises(ValueError, match="for exposure: "):
         blinn.load(models / "lecture/lecture.obj").render(exposure="bright")
     with pytest.raises(TypeError):
         blinn.load(12)

@@ -17,10 +17,10 @@ pub struct CameraListArgs {
     /// file. A time poses the scene. --size changes the number of pixels, not the view. {camera} in -o stands for a
     /// camera's name.
     #[arg(long, value_name = "FILE|FOLDER",
-          conflicts_with_all = ["camera", "max_size", "view_point", "view_dir", "look_at", "view_up", "proj_distance",
-                                "view_width", "view_height", "yfov", "view_rect", "intrinsics", "shift",
-                                "projection", "camera_orthographic", "orbit", "zoom", "camera_azimuth_angle",
-                                "camera_elevation_angle", "camera_xml", "fit", "frame", "frames"])]
+          conflicts_with_all = ["camera", "max-size", "view-point", "view-dir", "look-at", "view-up", "proj-distance",
+                                "view-width", "view-height", "yfov", "view-rect", "intrinsics", "shift",
+                                "projection", "camera-orthographic", "orbit", "zoom", "camera-azimuth-angle",
+                                "camera-elevation-angle", "camera-xml", "fit", "frame", "frames"])]
     pub cameras: Option<PathBuf>,
     /// Up axis of the world of --cameras; z is for lists from Blender: (x, y, z) becomes (x, z, −y) [default: y]
     #[arg(long, value_enum, requires = "cameras")]

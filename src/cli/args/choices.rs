@@ -10,17 +10,7 @@ macro_rules! choices {
 }
 
 choices! {
-    FormatArg { Gltf, Glb, Obj }
     UpArg { Y, Z }
-    FilterArg { Box, Tent, Gaussian, BlackmanHarris }
-    ViewArg { Auto, Standard, Agx, PbrNeutral, Raw }
-    ProjectionArg { Perspective, Orthographic }
-    FitArg { Auto, Horizontal, Vertical }
-    UnitsArg { Auto, Standard, Unitless, Raw }
-    IntegratorArg { Phong, Shadow, Diffuse, Color }
-    GlassArg { Auto, Thin, Solid }
-    GroundArg { Shadow, Plane }
-    CullArg { Auto, Back, Off }
     TurnArg { Model, Camera }
     DirectionArg { Ccw, Cw }
     EaseArg { None, InOut }

@@ -32,7 +32,7 @@ pub const CAMERA_FLAGS: [&str; 19] = [
 ];
 
 /// A flag by its own name, also if an alias was used.
-#[derive(Clone, Debug, PartialEq, Eq)]
+#[derive(Clone, Debug, PartialEq, Eq, Hash)]
 pub struct Flag {
     /// Without dashes.
     pub name: String,
@@ -52,7 +52,7 @@ impl Flag {
 }
 
 /// The flags after the innermost command.
-#[derive(Clone, Debug, Default, PartialEq, Eq)]
+#[derive(Clone, Debug, Default, PartialEq, Eq, Hash)]
 pub struct ExplicitFlags(Vec<Flag>);
 
 impl ExplicitFlags {
@@ -80,6 +80,11 @@ impl ExplicitFlags {
             }
         }
         ExplicitFlags(flags)
+    }
+
+    /// Adds a flag with a value.
+    pub fn push(&mut self, name: &str, value: impl Into<OsString>) {
+        self.0.push(Flag { name: name.into(), value: Some(value.into()) });
     }
 
     pub fn iter(&self) -> impl Iterator<Item = &Flag> {

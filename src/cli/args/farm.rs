@@ -4,10 +4,10 @@ use std::path::PathBuf;
 
 use clap::{Args, Subcommand};
 
+use super::option_args::GivenOptions;
 use super::output::OutputArgs;
 use super::process::{CommonArgs, ProcessArgs};
 use super::render::RenderArgs;
-use super::render_options::RenderOptionArgs;
 use super::turntable::TurntableArgs;
 
 #[derive(Debug, Args)]
@@ -95,10 +95,11 @@ impl JobCommand {
         }
     }
 
-    pub fn options(&self) -> &RenderOptionArgs {
+    /// The options of pictures.
+    pub fn options(&self) -> &GivenOptions {
         match self {
-            JobCommand::Render(args) => &args.options,
-            JobCommand::Turntable(args) => &args.options,
+            JobCommand::Render(args) => &args.options.given,
+            JobCommand::Turntable(args) => &args.options.given,
         }
     }
 

@@ -17,7 +17,7 @@ const COMMON: &str = "\
     elevation views threads config report quiet";
 const MAX_LISTED: usize = 20;
 /// Options of pictures that the page of `view` does not have.
-const NOT_OF_VIEW: [&str; 3] = ["aov", "depth_unit", "crop"];
+const NOT_OF_VIEW: [&str; 3] = ["aov", "depth-unit", "crop"];
 /// Width of a screen in columns.
 const WIDTH: usize = 80;
 /// Longest list of possible values that stands in for the name of a value.

@@ -7,7 +7,7 @@ use clap::Args;
 use super::choices::LoopArg;
 use super::values::{self, ShardSize};
 
-#[derive(Debug, Args)]
+#[derive(Debug, Default, Args)]
 #[command(next_help_heading = "Output")]
 pub struct OutputArgs {
     /// Output file, a folder/, or - for a PNG on standard output [default: {stem}.png, {stem}_####.png]

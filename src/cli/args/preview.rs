@@ -1,49 +1,28 @@
 //! Options of commands that show scenes from fixed views: `sheet` and `diff`.
 
-use clap::{Args, Command, Error, FromArgMatches};
+use clap::Args;
 
-use super::choices::ViewArg;
+use super::option_args::{OptionArgs, PreviewGroup, named_options};
 use super::process::{CommonArgs, LogArgs};
-use super::render::RenderArgs;
-use super::render_options::{LightArgs, ShadingArgs};
 use super::scene::SceneArgs;
 use super::time::TimeArgs;
 use super::values;
-use super::values::BackgroundArg;
-use blinn_session::Exposure;
+use crate::usage::UsageError;
+use blinn_core::geometry::Rgb;
+use blinn_render::display::Background;
+use blinn_session::{ImageBackground, Options};
 
 /// Options of views that have cameras of their own.
 #[derive(Clone, Debug, Args)]
 pub struct PreviewArgs {
     #[command(flatten)]
-    pub image: PreviewImageArgs,
-    #[command(flatten)]
-    pub light: LightArgs,
-    #[command(flatten)]
-    pub shading: ShadingArgs,
+    pub options: OptionArgs<PreviewGroup>,
     #[command(flatten)]
     pub time: TimeArgs,
     #[command(flatten)]
     pub process: PreviewProcessArgs,
     #[command(flatten)]
     pub common: CommonArgs,
-}
-
-#[derive(Clone, Debug, Args)]
-#[command(next_help_heading = "Image")]
-pub struct PreviewImageArgs {
-    /// Samples per pixel; a single sample is at the pixel's centre
-    #[arg(short, long, default_value_t = 4, value_parser = clap::value_parser!(u32).range(1..=65536))]
-    pub samples: u32,
-    /// Background: a colour as displayed, none (transparent), or the environment of --hdri or the file (hdri)
-    #[arg(long, value_name = "COLOR|transparent|hdri", value_parser = values::image_background)]
-    pub background: Option<BackgroundArg>,
-    /// Exposure in stops (EV), or auto to meter the scene
-    #[arg(long, value_name = "auto|EV", value_parser = values::exposure)]
-    pub exposure: Option<Exposure>,
-    /// View transform from linear light to display colours; auto is agx for Blender's glTF files, else standard
-    #[arg(long, value_enum, default_value_t = ViewArg::Auto)]
-    pub view: ViewArg,
 }
 
 #[derive(Clone, Debug, Args)]
@@ -60,38 +39,24 @@ pub struct PreviewProcessArgs {
 }
 
 impl PreviewArgs {
-    /// The arguments of `blinn render` that render the same images, but for the camera and the output. `background` is
-    /// that without --background.
+    /// The options of images of `size` pixels, but for the camera. `background` is that without --background.
     ///
     /// # Errors
-    /// The arguments have no defaults.
-    pub fn to_render_args(
+    /// Options that cannot be combined.
+    pub fn options(
         &self,
-        scene: SceneArgs,
+        scene: &SceneArgs,
         size: (u32, u32),
-        background: BackgroundArg,
-    ) -> Result<RenderArgs, Error> {
-        let mut render = render_defaults()?;
-        let PreviewImageArgs { samples, background: given, exposure, view } = self.image.clone();
-        render.scene = scene;
-        render.options.image.size = Some(size);
-        render.options.image.samples = samples;
-        render.options.image.background = Some(given.unwrap_or(background));
-        render.options.image.exposure = exposure;
-        render.options.image.view = view;
-        render.options.light = self.light.clone();
-        render.options.shading = self.shading.clone();
-        render.time = self.time.clone();
-        render.process.threads = self.process.threads;
-        render.process.max_memory = self.process.max_memory;
-        render.process.log = self.process.log.clone();
-        render.common = self.common.clone();
-        Ok(render)
+        background: Rgb,
+    ) -> Result<Options, UsageError> {
+        let animation = &self.time.animation;
+        let groups = [&scene.options.given, &self.options.given, &animation.given, &self.common.files.given];
+        let options = named_options(groups)?.finish()?;
+        let background = ImageBackground::Fixed(Background::Color(background));
+        Ok(Options {
+            size: Some(size),
+            background: Some(options.background.unwrap_or(background)),
+            ..options
+        })
     }
-}
-
-/// The arguments of `blinn render` without any option.
-fn render_defaults() -> Result<RenderArgs, Error> {
-    let command = RenderArgs::augment_args(Command::new("render")).no_binary_name(true);
-    RenderArgs::from_arg_matches(&command.try_get_matches_from(["scene"])?)
 }

@@ -5,6 +5,7 @@ use std::path::PathBuf;
 use clap::Args;
 
 use super::choices::ProgressArg;
+use super::option_args::{FileGroup, OptionArgs};
 use super::values;
 
 #[derive(Clone, Debug, Args)]
@@ -67,13 +68,19 @@ pub struct LogArgs {
 #[derive(Clone, Debug, Args)]
 #[command(next_help_heading = "Process")]
 pub struct CommonArgs {
-    /// Allow files outside the scene's folder
-    #[arg(long)]
-    pub allow_outside: bool,
+    #[command(flatten)]
+    pub files: OptionArgs<FileGroup>,
     /// Treat warnings as errors
     #[arg(long)]
     pub strict: bool,
     /// Print errors only
     #[arg(short, long)]
     pub quiet: bool,
+}
+
+impl CommonArgs {
+    /// True to allow files outside the scene's folder.
+    pub fn allow_outside(&self) -> bool {
+        self.files.given.contains("allow-outside")
+    }
 }

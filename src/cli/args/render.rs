@@ -4,9 +4,9 @@ use clap::Args;
 
 use super::camera_list::CameraListArgs;
 use super::check::CheckArgs;
+use super::option_args::{OptionArgs, PictureGroup};
 use super::output::OutputArgs;
 use super::process::{CommonArgs, ProcessArgs};
-use super::render_options::RenderOptionArgs;
 use super::scene::SceneArgs;
 use super::time::{FrameArgs, TimeArgs};
 
@@ -17,7 +17,7 @@ pub struct RenderArgs {
     #[command(flatten)]
     pub output: OutputArgs,
     #[command(flatten)]
-    pub options: RenderOptionArgs,
+    pub options: OptionArgs<PictureGroup>,
     #[command(flatten)]
     pub cameras: CameraListArgs,
     #[command(flatten)]

@@ -2,6 +2,7 @@
 
 use clap::Args;
 
+use super::option_args::{AnimationGroup, OptionArgs};
 use super::values;
 use blinn_session::{Chunk, FrameList};
 
@@ -12,9 +13,8 @@ pub struct TimeArgs {
     /// Time in the animation
     #[arg(long, value_name = "SECONDS", value_parser = values::number)]
     pub time: Option<f64>,
-    /// Animation by name or index, all, or none for the rest pose
-    #[arg(long, value_name = "NAME|INDEX|all|none")]
-    pub animation: Option<String>,
+    #[command(flatten)]
+    pub animation: OptionArgs<AnimationGroup>,
 }
 
 /// Times as frame numbers.

@@ -4,9 +4,9 @@ use clap::Args;
 use glam::DVec3;
 
 use super::choices::{DirectionArg, EaseArg, TurnArg, UpArg};
+use super::option_args::{OptionArgs, PictureGroup};
 use super::output::OutputArgs;
 use super::process::{CommonArgs, ProcessArgs};
-use super::render_options::RenderOptionArgs;
 use super::scene::SceneArgs;
 use super::time::TimeArgs;
 use super::values::{self, CategoryRule, DatasetFormats};
@@ -22,7 +22,7 @@ pub struct TurntableArgs {
     #[command(flatten)]
     pub turn: TurnArgs,
     #[command(flatten)]
-    pub options: RenderOptionArgs,
+    pub options: OptionArgs<PictureGroup>,
     #[command(flatten)]
     pub time: TimeArgs,
     #[command(flatten)]
@@ -61,7 +61,7 @@ pub struct TurnArgs {
     pub direction: DirectionArg,
     /// Camera elevation above the horizon, framing the scene [default: the file's camera, else 22]
     #[arg(long, value_name = "DEGREES", value_parser = values::elevation,
-          conflicts_with_all = ["orbit", "view_point", "view_dir", "camera_xml"])]
+          conflicts_with_all = ["orbit", "view-point", "view-dir", "camera-xml"])]
     pub elevation: Option<f64>,
     /// Ease the rotation in and out
     #[arg(long, value_enum, default_value_t = EaseArg::None)]
@@ -72,8 +72,8 @@ pub struct TurnArgs {
     /// centre, --on the distribution.
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=1_000_000),
           conflicts_with_all = ["count", "turn", "axis", "start", "direction", "elevation", "ease", "orbit",
-                                "view_point", "view_dir", "view_up", "camera_xml", "camera_azimuth_angle",
-                                "camera_elevation_angle"])]
+                                "view-point", "view-dir", "view-up", "camera-xml", "camera-azimuth-angle",
+                                "camera-elevation-angle"])]
     pub views: Option<u32>,
     /// Formats of the dataset, a list: nerf (transforms.json), colmap or colmap-bin (a sparse model as text or binary), bop
     /// (object poses), coco or coco-polygons (annotations.json) [default: nerf]

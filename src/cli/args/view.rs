@@ -2,9 +2,9 @@
 
 use clap::Args;
 
+use super::option_args::{OptionArgs, PictureGroup};
 use super::preview::PreviewProcessArgs;
 use super::process::CommonArgs;
-use super::render_options::RenderOptionArgs;
 use super::scene::SceneArgs;
 use super::time::TimeArgs;
 
@@ -15,7 +15,7 @@ pub struct ViewArgs {
     #[command(flatten)]
     pub server: ServerArgs,
     #[command(flatten)]
-    pub options: RenderOptionArgs,
+    pub options: OptionArgs<PictureGroup>,
     #[command(flatten)]
     pub time: TimeArgs,
     #[command(flatten)]

@@ -42,7 +42,7 @@ fn run_child(
     command.args(["bench", "--memory", "--quiet", "--rounds", "1"]);
     command.args(["--size", &sizes.join(","), "--samples", &settings.render.samples.to_string()]);
     command.args(["--threads", &threads.to_string()]);
-    if args.common.allow_outside {
+    if args.common.allow_outside() {
         command.arg("--allow-outside");
     }
     let output = command.arg("--").arg(&workload.file).stdin(Stdio::null()).output();

@@ -14,7 +14,7 @@ use anyhow::Result;
 use super::args::BenchArgs;
 use super::console::{eprint_line, is_stdout, print_stdout, scene_error, strict_error};
 use super::files::create_parent_folder;
-use super::plan::{PathConflicts, Writer, scene_list, simd_level};
+use super::plan::{PathConflicts, Writer, scene_list};
 use super::run::panics;
 use super::scene_file::is_stdin;
 use super::summary::Summary;
@@ -27,6 +27,7 @@ use blinn_bench::{
 use blinn_import::LoadOptions;
 use blinn_output::{Overwrite, check_writable};
 use blinn_render::RenderSettings;
+use blinn_session::simd_level;
 use observer::ConsoleObserver;
 use output::{fail, output_files, print, write};
 use public_scenes::PublicScenes;
@@ -117,13 +118,13 @@ fn settings(args: &BenchArgs) -> Result<BenchSettings, UsageError> {
         }
     }
     Ok(BenchSettings {
-        load: LoadOptions { allow_outside: args.common.allow_outside, ..LoadOptions::default() },
+        load: LoadOptions { allow_outside: args.common.allow_outside(), ..LoadOptions::default() },
         render: RenderSettings { samples: args.samples, ..RenderSettings::default() },
         sizes,
         rounds: args.rounds,
         min_seconds: args.min_time,
         threads: unique,
-        simd: simd_level(std::env::var_os("BLINN_SIMD"))?,
+        simd: simd_level()?,
         heat_maps: args.report.is_some(),
         memory: args.memory,
         command: std::env::args_os().skip(1).map(|arg| arg.to_string_lossy().into_owned()).collect(),

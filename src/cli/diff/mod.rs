@@ -15,11 +15,10 @@ use std::path::Path;
 
 use anyhow::{Context, Result};
 
-use super::args::DiffArgs;
-use super::args::values::BackgroundArg;
+use super::args::{DiffArgs, OutputArgs};
 use super::console::{print_stdout, single_line};
 use super::files::create_parent_folder;
-use super::plan::{PathConflicts, RenderPlan, Writer};
+use super::plan::{ImagePolicy, PathConflicts, RenderPlan, Writer, scene_list};
 use super::run::progress::Reporter;
 use super::run::{panics, runtime};
 use super::scene_file::{is_stdin, scene_path};
@@ -28,7 +27,6 @@ use super::usage::UsageError;
 use blinn_core::geometry::Rgb;
 use blinn_import::StoredPicture;
 use blinn_output::{Overwrite, check_writable, write_atomically};
-use blinn_render::display::Background;
 use blinn_session::load_limits;
 use comparison::{Comparison, Heading};
 
@@ -46,11 +44,12 @@ pub fn run(args: &DiffArgs) -> Result<Summary, UsageError> {
         return Err(UsageError("standard input can be read only once; name it once".into()));
     }
     check_output(args, files)?;
-    let plan = plan(args, files[0])?;
+    let mut plan = plan(args, files[0])?;
     let process = &args.preview.process;
     // Everything that fails has the exit code 2, as 1 means different.
     let failure = |error: anyhow::Error| UsageError(single_line(&format!("{error:#}")));
     runtime::start(process.threads).map_err(failure)?;
+    plan.read_files()?;
     let reporter = Reporter::new(&process.log, 1, args.preview.common.quiet);
     let comparison = panics::catch(|| compare(args, files, plan, &reporter)).map_err(failure)?;
     let heading = Heading {
@@ -100,15 +99,15 @@ fn write_output(file: &Path, heading: &Heading, comparison: &Comparison, overwri
 
 /// The plan for pictures of a scene. Its size is preliminary.
 fn plan(args: &DiffArgs, old: &Path) -> Result<RenderPlan, UsageError> {
-    let usage = |error: clap::Error| UsageError(error.to_string());
-    let mut scene = args.scene.clone();
-    scene.scenes = vec![old.to_path_buf()];
-    let background = BackgroundArg::Fixed(Background::Color(BACKGROUND));
-    let mut render =
-        args.preview.to_render_args(scene, args.size.unwrap_or((1, 1)), background).map_err(usage)?;
     // No picture is written under this name.
-    render.output.output = Some("{stem}.diff.png".into());
-    RenderPlan::for_render(&render)
+    let output = OutputArgs { output: Some("{stem}.diff.png".into()), ..OutputArgs::default() };
+    RenderPlan::for_images(
+        scene_list(&[old.to_path_buf()])?,
+        args.preview.options(&args.scene, args.size.unwrap_or((1, 1)), BACKGROUND)?,
+        args.preview.time.time.unwrap_or(0.0),
+        &output,
+        ImagePolicy { strict: args.preview.common.strict, max_memory: args.preview.process.max_memory },
+    )
 }
 
 fn compare(args: &DiffArgs, files: [&Path; 2], plan: RenderPlan, reporter: &Reporter) -> Result<Comparison> {

@@ -32,7 +32,7 @@ use resolve::JobPlan;
 /// Prints the job for the command line `argv`.
 pub fn run(args: &JobArgs, argv: &[OsString]) -> Result<Summary, UsageError> {
     let engine = &args.engine;
-    let plan = match engine.command() {
+    let mut plan = match engine.command() {
         JobCommand::Render(args) => RenderPlan::for_render(args)?,
         JobCommand::Turntable(args) => RenderPlan::for_turntable(args)?,
     };
@@ -45,6 +45,7 @@ pub fn run(args: &JobArgs, argv: &[OsString]) -> Result<Summary, UsageError> {
         let paths = PathConflicts::with_inputs(plan.scenes.single());
         paths.check_not_input(file, Writer::Flag("-o")).map_err(UsageError)?;
     }
+    plan.read_files()?;
     let flags = ExplicitFlags::parse(argv);
     job_text::check_values(&flags)?;
     let folder = JobFolder::of(output)?;

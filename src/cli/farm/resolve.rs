@@ -1,6 +1,7 @@
 //! Resolves a render plan into a farm job: checks options, then reads the scene once and turns everything that tasks
 //! share into flags.
 
+use std::ffi::OsStr;
 use std::path::{Path, PathBuf};
 
 use anyhow::{Result, anyhow, bail};
@@ -11,7 +12,6 @@ use super::farm_job::{Assembly, FarmJob, InputFile};
 use super::job_output::{JobAnimation, JobOutput, assemble_args};
 use super::job_paths::{JobFolder, JobPath};
 use super::job_text::text_args;
-use crate::args::values::HdriArg;
 use crate::args::{CAMERA_FLAGS, EngineArgs, ExplicitFlags, JobCommand};
 use crate::plan::RenderPlan;
 use crate::run::imported_scene::load_scene;
@@ -20,7 +20,7 @@ use crate::scene_file::is_stdin;
 use crate::usage::UsageError;
 use blinn_core::cancellation::CancelToken;
 use blinn_scene::{ClipBoundsCache, PosedScene, Scene};
-use blinn_session::{FrameList, PathTemplate, SceneRenderer};
+use blinn_session::{EnvironmentSource, FrameList, PathTemplate, SceneRenderer};
 
 /// Flags that a job sets itself or drops.
 const JOB_FLAGS: [&str; 14] = [
@@ -105,8 +105,8 @@ impl<'a> JobPlan<'a> {
             return Err(UsageError(format!("{name}: the folder's name contains a placeholder; rename it")));
         }
         let options = engine.command().options();
-        let hdri = options.light.hdri.as_ref().and_then(HdriArg::file);
-        let files = [("camera-xml", options.camera.camera_xml.as_ref()), ("hdri", hdri)];
+        let hdri = options.value("hdri").filter(|hdri| is_hdri_file(hdri));
+        let files = [("camera-xml", options.value("camera-xml")), ("hdri", hdri)];
         let mut inputs = Vec::new();
         if let Some(cameras) = &plan.session.cameras {
             let (path, is_folder) = cameras.input();
@@ -114,8 +114,8 @@ impl<'a> JobPlan<'a> {
         }
         for (flag, file) in files {
             if let Some(file) = file {
-                let mut path = folder.job_path(file)?;
-                if flag == "hdri" && HdriArg::new(path.path.clone().into()).file().is_none() {
+                let mut path = folder.job_path(Path::new(file))?;
+                if flag == "hdri" && !is_hdri_file(path.path.as_ref()) {
                     path.path = format!("./{}", path.path);
                 }
                 inputs.push(InputFile { flag, path, is_folder: false });
@@ -165,7 +165,7 @@ impl<'a> JobPlan<'a> {
         let mut flags = self.flags.without(&JOB_FLAGS);
         let mut resolved = Vec::new();
         // The images of a list have sizes of their own.
-        if plan.session.cameras.is_none() || self.engine.command().options().image.size.is_some() {
+        if plan.session.cameras.is_none() || self.engine.command().options().contains("size") {
             resolved.push(format!("--size={}x{}", size.0, size.1));
         }
         resolved.push(format!("--exposure={}", renderer.exposure.ev));
@@ -246,8 +246,13 @@ impl<'a> JobPlan<'a> {
 }
 
 /// The environment of a job that is no file.
-fn hdri_name(engine: &EngineArgs) -> Option<&'static str> {
-    engine.command().options().light.hdri.as_ref().and_then(HdriArg::name)
+fn hdri_name(engine: &EngineArgs) -> Option<&str> {
+    engine.command().options().value("hdri").filter(|hdri| !is_hdri_file(hdri))?.to_str()
+}
+
+/// True if a value of --hdri is a file.
+fn is_hdri_file(value: &OsStr) -> bool {
+    EnvironmentSource::new(value.as_ref()).file().is_some()
 }
 
 fn check_flags(flags: &ExplicitFlags) -> Result<(), UsageError> {

@@ -89,10 +89,18 @@ fn check_options(
     if args.quality.is_some() && !format.has_quality() {
         return Err("--quality applies only to .jpg, .mp4 and .html; remove it".into());
     }
-    if options.background == Background::Transparent && format == AnimationFormat::Mp4 {
+    check_animation(format, sequence.fps.unwrap_or(DEFAULT_FPS), options)
+}
+
+/// Checks that an animation can show images with `options`.
+///
+/// # Errors
+/// The limit of the format, and what to do.
+pub fn check_animation(format: AnimationFormat, fps: f64, options: &Options) -> Result<(), String> {
+    if options.fixed_background() == Background::Transparent && format == AnimationFormat::Mp4 {
         return Err("MP4 has no transparency; set --background COLOR, or write .apng or .html".into());
     }
-    format.check_rate(sequence.fps.unwrap_or(DEFAULT_FPS))?;
+    format.check_rate(fps)?;
     match options.known_size() {
         Some(size) => format.check_size(size),
         None => Ok(()),

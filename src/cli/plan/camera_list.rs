@@ -1,16 +1,14 @@
 //! Opens the list of `--cameras`.
 
-use crate::args::{CameraListArgs, ImageArgs, UpArg};
+use crate::args::{CameraListArgs, UpArg};
 use crate::usage::UsageError;
 use blinn_import::{Limits, UpAxis};
-use blinn_scene::ClipPlanes;
-use blinn_session::{CameraList, ReplacedCameraFields};
+use blinn_session::{CameraList, Options, ReplacedCameraFields};
 
 /// Opens the list of --cameras, if there is one.
 pub fn open(
     args: &CameraListArgs,
-    image: &ImageArgs,
-    clip: Option<ClipPlanes>,
+    options: &Options,
     limits: &Limits,
 ) -> Result<Option<CameraList>, UsageError> {
     let Some(path) = &args.cameras else { return Ok(None) };
@@ -18,7 +16,7 @@ pub fn open(
         UpArg::Z => UpAxis::Z,
         UpArg::Y => UpAxis::Y,
     });
-    let replaced = ReplacedCameraFields { size: image.size, crop: image.crop, clip };
+    let replaced = ReplacedCameraFields { size: options.size, crop: options.crop, clip: options.view.clip };
     let list = CameraList::open(path, up, replaced, limits);
     list.map(Some).map_err(|e| UsageError(format!("--cameras: {e}")))
 }

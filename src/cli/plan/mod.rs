@@ -13,38 +13,37 @@ mod frames;
 mod output_names;
 mod outputs;
 mod path_conflicts;
-mod render_options;
 mod scene_list;
 mod sequence_info;
 mod shards;
-mod simd_level;
 mod turntable;
 
 use std::ops::Range;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
-use super::args::values::HdriArg;
-use super::args::{ProcessArgs, RenderArgs, RenderOptionArgs, TurntableArgs};
+use super::args::{
+    CommonArgs, OptionArgs, OutputArgs, PictureGroup, ProcessArgs, RenderArgs, SceneArgs, TimeArgs,
+    TurntableArgs, named_options,
+};
 use super::console::is_stdout;
 use super::usage::UsageError;
 use blinn_accel::AccelSettings;
 use blinn_import::file_version;
 use blinn_session::{
-    Chunk, FrameNeighbours, ImageCamera, PlannedFrame, SessionPlan, SettingsHash, load_limits,
+    Chunk, EnvironmentSource, FrameNeighbours, ImageCamera, Options, PlannedFrame, SessionPlan, SettingsHash,
+    load_limits, simd_level,
 };
 
-pub use animation_output::AnimationOutput;
+pub use animation_output::{AnimationOutput, check_animation};
 pub use check::CheckPlan;
 pub use command_files::NumberedScene;
 pub use dataset_formats::{BopFolders, FormatsPlan, coco_file, colmap_folder};
-pub use frames::FrameSet;
+pub use frames::{DEFAULT_FPS, FrameSet};
 pub use outputs::{OutputKind, Outputs, Target};
 pub use path_conflicts::{PathConflicts, Writer};
-pub use render_options::{load_options, options_from_args};
 pub use scene_list::{SceneList, scene_list};
 pub use shards::{ShardPlan, sample_key};
-pub use simd_level::simd_level;
 
 use camera_checks::check_cameras;
 use command_files::OptionFiles;
@@ -74,13 +73,9 @@ pub struct RenderPlan {
 impl RenderPlan {
     /// The plan of `blinn render`.
     pub fn for_render(args: &RenderArgs) -> Result<RenderPlan, UsageError> {
-        let animation = args.time.animation.as_deref();
-        let mut options =
-            options_from_args(&args.options, &args.scene, animation, &args.common, &args.process)?;
+        let mut options = picture_options(&args.scene, &args.options, &args.time, &args.common)?;
         let limits = load_limits(args.process.max_memory);
-        let cameras =
-            camera_list::open(&args.cameras, &args.options.image, args.options.camera.clip, &limits)?
-                .map(Arc::new);
+        let cameras = camera_list::open(&args.cameras, &options, &limits)?.map(Arc::new);
         let scenes = Arc::new(scene_list(&args.scene.scenes)?);
         let chunk =
             ScopedChunk::new(args.frames.chunk, &scenes, args.frames.frames.is_some() || cameras.is_some())?;
@@ -129,14 +124,12 @@ impl RenderPlan {
             strict: args.common.strict,
             dry_run: args.process.dry_run,
         }
-        .checked(&args.options, &args.process)
+        .checked(Some(&args.process))
     }
 
     /// The plan of `blinn turntable`.
     pub fn for_turntable(args: &TurntableArgs) -> Result<RenderPlan, UsageError> {
-        let animation = args.time.animation.as_deref();
-        let mut options =
-            options_from_args(&args.options, &args.scene, animation, &args.common, &args.process)?;
+        let mut options = picture_options(&args.scene, &args.options, &args.time, &args.common)?;
         let dataset = args.turn.views.map(|count| dataset_plan(count, args, &mut options)).transpose()?;
         if dataset.is_none() {
             options.rotation = Some(turntable::rotation(&args.turn));
@@ -171,7 +164,46 @@ impl RenderPlan {
             strict: args.common.strict,
             dry_run: args.process.dry_run,
         }
-        .checked(&args.options, &args.process)
+        .checked(Some(&args.process))
+    }
+
+    /// The plan for one image of each scene, at `time`.
+    pub fn for_images(
+        scenes: SceneList,
+        options: Options,
+        time: f64,
+        output: &OutputArgs,
+        policy: ImagePolicy,
+    ) -> Result<RenderPlan, UsageError> {
+        let frames = FrameSet::Single(PlannedFrame::at(1, time));
+        let outputs = Outputs::new(output, &SequenceInfo::default(), &frames, &options)?;
+        let session = SessionPlan::new(options);
+        RenderPlan {
+            scenes: Arc::new(scenes),
+            scene_chunk: None,
+            frames,
+            session: SessionPlan {
+                build: build_settings()?,
+                holds_layers: outputs.holds_aovs(),
+                max_memory: policy.max_memory,
+                ..session
+            },
+            outputs,
+            formats: FormatsPlan::default(),
+            check: None,
+            strict: policy.strict,
+            dry_run: false,
+        }
+        .checked(None)
+    }
+
+    /// Reads the files that options name.
+    ///
+    /// # Errors
+    /// A file cannot be read or is damaged.
+    pub fn read_files(&mut self) -> Result<(), UsageError> {
+        let limits = load_limits(self.session.max_memory);
+        Ok(self.session.options.read_files(&limits)?)
     }
 
     /// Hash of everything that decides an image, neither of a dataset nor of a list of cameras, except the input files.
@@ -236,17 +268,20 @@ impl RenderPlan {
         self.formats.shared_files(&self.outputs.transforms_file(scene, index))
     }
 
-    /// Checks that no two outputs have the same name and that none is an input.
-    fn checked(self, options: &RenderOptionArgs, process: &ProcessArgs) -> Result<RenderPlan, UsageError> {
-        let hdri = options.light.hdri.as_ref().and_then(HdriArg::file);
-        let cameras = self.session.cameras.as_ref().map(|cameras| cameras.path().to_path_buf());
-        let inputs = [hdri, options.camera.camera_xml.as_ref(), process.config.as_ref(), cameras.as_ref()];
-        let report = process.report.as_deref();
-        self.session.neighbours.check(&self.session.options)?;
+    /// Checks that no two outputs have the same name and that none is an input. `process` names files of the process.
+    fn checked(self, process: Option<&ProcessArgs>) -> Result<RenderPlan, UsageError> {
+        let options = &self.session.options;
+        let hdri = options.environment.as_ref().and_then(EnvironmentSource::file);
+        let cameras = self.session.cameras.as_ref().map(|cameras| cameras.path());
+        let config = process.and_then(|process| process.config.as_deref());
+        let inputs = [hdri, options.camera_file.as_deref(), config, cameras].into_iter().flatten().collect();
+        let report = process.and_then(|process| process.report.as_deref());
+        let ledger = process.and_then(|process| process.ledger.as_deref());
+        self.session.neighbours.check(options)?;
         self.outputs.check_stdout(self.scenes.len(), report.is_some_and(is_stdout))?;
+        let has_report = report.is_some();
         let report = report.filter(|report| !is_stdout(report)).map(|report| ("--report", report));
-        let ledger = process.ledger.as_deref().map(|ledger| ("--ledger", ledger));
-        if self.outputs.shards.is_some() && process.report.is_some() {
+        if self.outputs.shards.is_some() && has_report {
             return Err(UsageError("--report: it shows image files, not archives; remove it".into()));
         }
         if self.dry_run && self.outputs.shards.as_ref().is_some_and(|shards| shards.max_bytes().is_some()) {
@@ -254,7 +289,7 @@ impl RenderPlan {
                         --shard-size to a number of images";
             return Err(UsageError(text.into()));
         }
-        if self.check.is_some() && (self.outputs.shards.is_some() || process.ledger.is_some()) {
+        if self.check.is_some() && (self.outputs.shards.is_some() || ledger.is_some()) {
             return Err(UsageError(
                 "--check compares all image files; remove --ledger, and write no archives".into(),
             ));
@@ -262,12 +297,30 @@ impl RenderPlan {
         if self.session.dataset.is_some() {
             self.formats.check_outputs(&self.outputs, self.session.options.normalize.is_some())?;
         }
-        self.check_output_names(&OptionFiles {
-            inputs: inputs.into_iter().flatten().map(PathBuf::as_path).collect(),
-            outputs: report.into_iter().chain(ledger).collect(),
-        })?;
+        let outputs = report.into_iter().chain(ledger.map(|ledger| ("--ledger", ledger))).collect();
+        self.check_output_names(&OptionFiles { inputs, outputs })?;
         Ok(self)
     }
+}
+
+/// How images of any plan are made.
+#[derive(Clone, Copy, Debug)]
+pub struct ImagePolicy {
+    /// True to treat warnings as errors.
+    pub strict: bool,
+    /// Memory limit in bytes.
+    pub max_memory: Option<u64>,
+}
+
+/// The options of pictures that a command line sets.
+fn picture_options(
+    scene: &SceneArgs,
+    picture: &OptionArgs<PictureGroup>,
+    time: &TimeArgs,
+    common: &CommonArgs,
+) -> Result<Options, UsageError> {
+    let groups = [&scene.options.given, &picture.given, &time.animation.given, &common.files.given];
+    Ok(named_options(groups)?.finish()?)
 }
 
 /// The share of `--chunk`: of the scenes of a batch, or of the frames of a single scene.
@@ -308,5 +361,5 @@ impl ScopedChunk {
 }
 
 fn build_settings() -> Result<AccelSettings, UsageError> {
-    Ok(AccelSettings { simd: simd_level(std::env::var_os("BLINN_SIMD"))?, ..Default::default() })
+    Ok(AccelSettings { simd: simd_level()?, ..Default::default() })
 }

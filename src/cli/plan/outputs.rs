@@ -288,7 +288,7 @@ fn image_kind(name: &str, args: &OutputArgs, options: &Options) -> Result<Output
             _ => return Err(UsageError("--quality applies only to .jpg, .mp4 and .html; remove it".into())),
         }
     }
-    if options.background == Background::Transparent && matches!(format, ImageFormat::Jpeg(_)) {
+    if options.fixed_background() == Background::Transparent && matches!(format, ImageFormat::Jpeg(_)) {
         return Err(UsageError(
             "JPEG has no transparency; set --background COLOR, or write .png, .webp or .exr".into(),
         ));

@@ -1,7 +1,7 @@
 //! Properties of a frame sequence that output files depend on.
 
 /// Properties of the frames of each scene.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Copy, Debug, Default)]
 pub struct SequenceInfo {
     /// True for numbered frames, false for a single image.
     pub is_sequence: bool,

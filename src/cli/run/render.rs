@@ -19,29 +19,30 @@ pub fn render(args: &RenderArgs, restart_argv: Option<&[OsString]>) -> Result<Su
         tune_malloc(&plan, restart_argv);
         return watch::run(args, plan);
     }
-    execute(&plan, restart_argv, &args.process, args.common.quiet)
+    execute(plan, restart_argv, &args.process, args.common.quiet)
 }
 
 pub fn turntable(args: &TurntableArgs, restart_argv: Option<&[OsString]>) -> Result<Summary, UsageError> {
-    execute(&RenderPlan::for_turntable(args)?, restart_argv, &args.process, args.common.quiet)
+    execute(RenderPlan::for_turntable(args)?, restart_argv, &args.process, args.common.quiet)
 }
 
 /// Executes a plan. `restart_argv` are the arguments of this process, if it may execute itself again.
 fn execute(
-    plan: &RenderPlan,
+    mut plan: RenderPlan,
     restart_argv: Option<&[OsString]>,
     process: &ProcessArgs,
     quiet: bool,
 ) -> Result<Summary, UsageError> {
-    tune_malloc(plan, restart_argv);
+    tune_malloc(&plan, restart_argv);
     let reporter = Reporter::new(&process.log, plan.scene_range().len(), quiet);
     let mut summary = Summary::default();
     // Only now: a restarted process would not know of a signal that arrived earlier.
     if let Err(error) = runtime::start(process.threads) {
         fail(&mut summary, &reporter, &error);
     } else {
+        plan.read_files()?;
         plan.check_clip_conflicts()?;
-        render_scenes(plan, process, &reporter, &mut summary)?;
+        render_scenes(&plan, process, &reporter, &mut summary)?;
     }
     reporter.done(&summary);
     Ok(summary)

@@ -5,14 +5,14 @@ use std::path::PathBuf;
 use super::progress::Reporter;
 use super::runtime;
 use super::scenes::render_scenes;
-use crate::args::values::HdriArg;
-use crate::args::{CameraArgs, RenderArgs};
+use crate::args::RenderArgs;
 use crate::console::print_error;
 use crate::plan::RenderPlan;
 use crate::scene_file::is_stdin;
 use crate::summary::Summary;
 use crate::usage::UsageError;
 use crate::watched_files::WatchedFiles;
+use blinn_session::EnvironmentSource;
 
 /// Checks that a plan can be watched.
 ///
@@ -40,6 +40,7 @@ pub fn run(args: &RenderArgs, mut plan: RenderPlan) -> Result<Summary, UsageErro
     }
     let reporter =
         |plan: &RenderPlan| Reporter::new(&args.process.log, plan.scene_range().len(), args.common.quiet);
+    plan.read_files()?;
     plan.check_clip_conflicts()?;
     let mut files = WatchedFiles::new(option_files(args));
     loop {
@@ -70,7 +71,8 @@ pub fn run(args: &RenderArgs, mut plan: RenderPlan) -> Result<Summary, UsageErro
 fn next_plan(args: &RenderArgs, files: &mut WatchedFiles) -> RenderPlan {
     loop {
         wait_for_change(files);
-        match RenderPlan::for_render(args) {
+        let plan = RenderPlan::for_render(args);
+        match plan.and_then(|mut plan| plan.read_files().map(|()| plan)) {
             Ok(plan) => return plan,
             Err(error) => {
                 print_error(&error.0);
@@ -89,9 +91,8 @@ fn wait_for_change(files: &WatchedFiles) {
 
 /// The files that arguments name.
 fn option_files(args: &RenderArgs) -> Vec<PathBuf> {
-    let CameraArgs { camera_xml, .. } = &args.options.camera;
-    let hdri = args.options.light.hdri.as_ref().and_then(HdriArg::file);
-    let cameras = args.cameras.cameras.as_ref();
-    let options = [hdri, camera_xml.as_ref(), cameras].into_iter().flatten();
-    args.scene.scenes.iter().chain(options).cloned().collect()
+    let value = |name| args.options.given.value(name).map(PathBuf::from);
+    let hdri = value("hdri").filter(|path| EnvironmentSource::new(path).file().is_some());
+    let options = [hdri, value("camera-xml"), args.cameras.cameras.clone()].into_iter().flatten();
+    args.scene.scenes.iter().cloned().chain(options).collect()
 }

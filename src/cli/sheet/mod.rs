@@ -9,11 +9,12 @@ use std::time::Instant;
 use anyhow::{Context, Result};
 use serde_json::{Value, json};
 
-use super::args::SheetArgs;
-use super::args::values::BackgroundArg;
+use super::args::{OutputArgs, SheetArgs};
 use super::console::{print_stdout, scene_error, single_line};
 use super::files::create_parent_folder;
-use super::plan::{NumberedScene, OutputKind, PathConflicts, RenderPlan, Target, Writer};
+use super::plan::{
+    ImagePolicy, NumberedScene, OutputKind, PathConflicts, RenderPlan, Target, Writer, scene_list,
+};
 use super::run::imported_scene::load_scene;
 use super::run::progress::{ImageMonitor, Reporter, SceneLog};
 use super::run::{panics, runtime};
@@ -34,7 +35,7 @@ use layout::{MIN_SIDE, SheetLayout};
 const BACKGROUND: Rgb = Rgb::new(0.8, 0.82, 0.85);
 
 pub fn run(args: &SheetArgs) -> Result<Summary, UsageError> {
-    let plan = plan(args)?;
+    let mut plan = plan(args)?;
     let OutputKind::Images(ImageKind { format, .. }) = plan.outputs.kind else {
         return Err(no_such_format());
     };
@@ -45,6 +46,7 @@ pub fn run(args: &SheetArgs) -> Result<Summary, UsageError> {
     if let Err(error) = runtime::start(process.threads) {
         return Ok(Summary::of_output(Err(error)));
     }
+    plan.read_files()?;
     let reporter = Reporter::new(&process.log, plan.scenes.len(), args.preview.common.quiet);
     let mut summary = Summary::default();
     let mut all = Vec::new();
@@ -78,7 +80,6 @@ fn no_such_format() -> UsageError {
 
 /// The plan for one of the views, without its camera.
 fn plan(args: &SheetArgs) -> Result<RenderPlan, UsageError> {
-    let usage = |error: clap::Error| UsageError(error.to_string());
     let (width, height) = args.size;
     if width.min(height) < MIN_SIDE {
         return Err(UsageError(format!("--size: a sheet needs at least {MIN_SIDE}x{MIN_SIDE} pixels")));
@@ -89,12 +90,14 @@ fn plan(args: &SheetArgs) -> Result<RenderPlan, UsageError> {
             "-o - and --json would both be written to standard output; name a file".into(),
         ));
     }
-    let background = BackgroundArg::Fixed(Background::Color(BACKGROUND));
-    let size = (width / 2, height / 2);
-    let mut render = args.preview.to_render_args(args.scene.clone(), size, background).map_err(usage)?;
-    render.output.output = Some(args.output.clone().unwrap_or_else(|| PathBuf::from("{stem}_sheet.png")));
-    render.output.no_overwrite = args.no_overwrite;
-    RenderPlan::for_render(&render)
+    let output = args.output.clone().unwrap_or_else(|| PathBuf::from("{stem}_sheet.png"));
+    RenderPlan::for_images(
+        scene_list(&args.scene.scenes)?,
+        args.preview.options(&args.scene, (width / 2, height / 2), BACKGROUND)?,
+        args.preview.time.time.unwrap_or(0.0),
+        &OutputArgs { output: Some(output), no_overwrite: args.no_overwrite, ..OutputArgs::default() },
+        ImagePolicy { strict: args.preview.common.strict, max_memory: args.preview.process.max_memory },
+    )
 }
 
 /// The sheet of a scene.
@@ -132,7 +135,7 @@ impl Sheet<'_> {
         let renderer =
             SceneRenderer::from_start(&plan.session, &scene, log, &mut frame, &CancelToken::default())?;
         renderer.setup.build(&mut frame)?;
-        let mut canvas = Canvas::new(self.size, background_pixel(plan.session.options.background));
+        let mut canvas = Canvas::new(self.size, background_pixel(plan.session.options.fixed_background()));
         let empty_images = EmptyImages::default();
         log.reporter.begin_frames(path, layout.cells.len());
         for cell in &layout.cells {
@@ -148,7 +151,7 @@ impl Sheet<'_> {
         }
         let is_metres = scene.source.format == SourceFormat::Gltf;
         let unit = Unit::for_longest(layout.bounds.extent().max_element(), is_metres);
-        let on_light = is_light(plan.session.options.background);
+        let on_light = is_light(plan.session.options.fixed_background());
         labels::draw(&mut canvas, &layout, &Labels { title: &scene.name, unit, on_light });
         self.save(&target, &canvas.into_pixels())?;
         Ok(self.describe(&target, &layout, is_metres, renderer.exposure.ev))

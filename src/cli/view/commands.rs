@@ -1,33 +1,32 @@
 //! The commands that make a picture, as a POSIX shell reads them.
 
 use std::borrow::Cow;
-use std::ffi::{OsStr, OsString};
+use std::ffi::OsStr;
 use std::path::{Path, PathBuf};
 
-use crate::render_flags::turntable_plan;
+use crate::args::ExplicitFlags;
+use crate::plan::{DEFAULT_FPS, check_animation};
+use blinn_output::AnimationFormat;
+use blinn_session::Options;
 
 /// Animation formats of turntables. The first that suits the picture is used.
-const ANIMATIONS: [&str; 3] = ["mp4", "apng", "gif"];
+const ANIMATIONS: [(AnimationFormat, &str); 3] =
+    [(AnimationFormat::Mp4, "mp4"), (AnimationFormat::Apng, "apng"), (AnimationFormat::Gif, "gif")];
 
 /// Characters that begin placeholders in output names.
 const PLACEHOLDERS: [char; 3] = ['#', '%', '{'];
 
 /// The command that renders a picture of `scene` to the current folder; `None` if a name cannot be quoted.
-pub fn render_command(flags: &[OsString], scene: &Path) -> Option<String> {
+pub fn render_command(flags: &ExplicitFlags, scene: &Path) -> Option<String> {
     shell_line("render", flags, scene, &output_name(scene, "", "png"))
 }
 
-/// The command that renders a turntable in place of the picture, if there is one.
-pub fn turntable_command(flags: &[OsString], scene: &Path) -> Option<String> {
-    let output =
-        ANIMATIONS.iter().map(|extension| output_name(scene, "_turntable", extension)).find(|output| {
-            let mut flags = flags.to_vec();
-            let mut flag = OsString::from("--output=");
-            flag.push(output);
-            flags.push(flag);
-            turntable_plan(flags, scene).is_ok()
-        })?;
-    shell_line("turntable", flags, scene, &output)
+/// The command that renders a turntable in place of the picture, if there is one. `options` are those that `flags` set.
+pub fn turntable_command(flags: &ExplicitFlags, options: &Options, scene: &Path) -> Option<String> {
+    let mut formats = ANIMATIONS.into_iter();
+    let (_, extension) =
+        formats.find(|(format, _)| check_animation(*format, DEFAULT_FPS, options).is_ok())?;
+    shell_line("turntable", flags, scene, &output_name(scene, "_turntable", extension))
 }
 
 fn output_name(scene: &Path, suffix: &str, extension: &str) -> PathBuf {
@@ -36,10 +35,11 @@ fn output_name(scene: &Path, suffix: &str, extension: &str) -> PathBuf {
     format!("{stem}{suffix}.{extension}").into()
 }
 
-fn shell_line(command: &str, flags: &[OsString], scene: &Path, output: &Path) -> Option<String> {
+fn shell_line(command: &str, flags: &ExplicitFlags, scene: &Path, output: &Path) -> Option<String> {
     let scene = undashed(scene);
     let output = undashed(output);
     let words = ["blinn", command, scene.to_str()?].into_iter();
+    let flags = flags.to_args();
     let words = words.chain(flags.iter().map(|flag| flag.to_str()).collect::<Option<Vec<_>>>()?);
     let words = words.chain(["-o", output.to_str()?]).map(quoted).collect::<Option<Vec<_>>>()?;
     Some(words.join(" "))
@@ -66,15 +66,17 @@ mod tests {
 
     #[test]
     fn names_are_quoted_and_do_not_look_like_flags() {
-        let flags = ["--hide=it's [[]1]", "--samples=4"].map(OsString::from);
+        let mut flags = ExplicitFlags::default();
+        flags.push("hide", "it's [[]1]");
+        flags.push("samples", "4");
         let line = render_command(&flags, Path::new("a b/$x.glb")).unwrap();
         let words = shlex::split(&line).unwrap();
         let expected = ["blinn", "render", "a b/$x.glb", "--hide=it's [[]1]", "--samples=4", "-o", "$x.png"];
         assert_eq!(words, expected);
         assert!(!line.contains(" $x"));
-        let line = render_command(&[], Path::new("-x.glb")).unwrap();
+        let line = render_command(&ExplicitFlags::default(), Path::new("-x.glb")).unwrap();
         assert_eq!(line, "blinn render ./-x.glb -o ./-x.png");
-        let line = render_command(&[], Path::new("a#.glb")).unwrap();
+        let line = render_command(&ExplicitFlags::default(), Path::new("a#.glb")).unwrap();
         assert_eq!(shlex::split(&line).unwrap().last().unwrap(), "{stem}.png");
     }
 }

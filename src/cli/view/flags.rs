@@ -1,7 +1,5 @@
-//! Turns the state of a view into flags of `blinn render`. The picture is rendered from these flags, so that a copied
-//! command makes the same picture.
-
-use std::ffi::OsString;
+//! Turns the state of a view into options of `blinn render` by name. The picture is made from them, and a copied command
+//! has them as flags.
 
 use anyhow::{Context, Result, bail};
 use glam::DVec3;
@@ -9,6 +7,7 @@ use glam::DVec3;
 use super::start_flags::StartFlags;
 use super::state::{CameraState, ExposureState, OrbitState, ProjectionState, ViewState};
 use super::visibility::HidePatterns;
+use crate::args::ExplicitFlags;
 use blinn_scene::{Orbit, Scene};
 use blinn_session::{ResolvedExposure, camera_name};
 
@@ -26,9 +25,9 @@ pub struct FlagContext<'a> {
 
 impl FlagContext<'_> {
     /// The flags that select and pose what is shown, without camera.
-    pub fn scene_flags(&self, state: &ViewState) -> Result<Vec<OsString>> {
+    pub fn scene_flags(&self, state: &ViewState) -> Result<ExplicitFlags> {
         let mut flags = self.start_flags(state);
-        let mut push = |name: &str, value: &str| flags.push(format!("--{name}={value}").into());
+        let mut push = |name: &str, value: &str| flags.push(name, value);
         for pattern in self.patterns.patterns(&state.hidden) {
             push("hide", &pattern);
         }
@@ -77,35 +76,35 @@ impl FlagContext<'_> {
     /// and the picture should not change its brightness while the camera moves.
     pub fn picture_flags(
         &self,
-        scene_flags: &[OsString],
+        scene_flags: &ExplicitFlags,
         state: &ViewState,
         size: (u32, u32),
         exposure: Option<&ResolvedExposure>,
-    ) -> Result<Vec<OsString>> {
-        let mut flags = scene_flags.to_vec();
+    ) -> Result<ExplicitFlags> {
+        let mut flags = scene_flags.clone();
         if let Some(exposure) = exposure {
-            flags.retain(|flag| flag != "--exposure=auto");
-            flags.push(format!("--exposure={}", exposure.ev).into());
+            flags = flags.without(&["exposure"]);
+            flags.push("exposure", exposure.ev.to_string());
             if let Some(scale) = exposure.light_scale {
-                flags.retain(|flag| !flag.to_string_lossy().starts_with("--light-scale="));
-                flags.push(format!("--light-scale={scale}").into());
+                flags = flags.without(&["light-scale"]);
+                flags.push("light-scale", scale.to_string());
             }
         }
-        flags.extend(self.camera_flags(&state.camera)?.into_iter().map(OsString::from));
-        flags.push(format!("--size={}x{}", size.0, size.1).into());
-        flags.push(format!("--samples={}", state.samples).into());
+        for (name, value) in self.camera_flags(&state.camera)? {
+            flags.push(name, value);
+        }
+        flags.push("size", format!("{}x{}", size.0, size.1));
+        flags.push("samples", state.samples.to_string());
         if let Some(threshold) =
             self.start.all.value("adaptive").filter(|_| state.samples >= ADAPTIVE_SAMPLES)
         {
-            let mut flag = OsString::from("--adaptive=");
-            flag.push(threshold);
-            flags.push(flag);
+            flags.push("adaptive", threshold);
         }
         Ok(flags)
     }
 
     /// The flags of the command line, without those that have no effect in this state, and would be errors.
-    fn start_flags(&self, state: &ViewState) -> Vec<OsString> {
+    fn start_flags(&self, state: &ViewState) -> ExplicitFlags {
         let kept = &self.start.kept;
         let mut dropped = Vec::new();
         if state.background != "hdri" {
@@ -123,7 +122,7 @@ impl FlagContext<'_> {
         if state.lights == "none" && !kept.contains("point-light") && !kept.contains("sun") {
             dropped.push("light-radius");
         }
-        kept.clone().without(&dropped).to_args()
+        kept.clone().without(&dropped)
     }
 
     fn animation(&self, index: Option<u32>) -> Result<String> {
@@ -157,14 +156,14 @@ impl FlagContext<'_> {
         }
     }
 
-    fn camera_flags(&self, camera: &CameraState) -> Result<Vec<String>> {
+    fn camera_flags(&self, camera: &CameraState) -> Result<Vec<(&'static str, String)>> {
         match camera {
             CameraState::File { index } => {
                 let index = *index as usize;
                 if index >= self.scene.cameras.len() {
                     bail!("the file has no camera {index}");
                 }
-                Ok(vec![format!("--camera={}", camera_name(self.scene, index))])
+                Ok(vec![("camera", camera_name(self.scene, index))])
             }
             CameraState::Orbit(orbit) => Ok(orbit_flags(orbit, self.scene_diameter)),
         }
@@ -172,14 +171,14 @@ impl FlagContext<'_> {
 }
 
 /// The flags of a camera on a sphere.
-fn orbit_flags(orbit: &OrbitState, scene_diameter: f64) -> Vec<String> {
+fn orbit_flags(orbit: &OrbitState, scene_diameter: f64) -> Vec<(&'static str, String)> {
     let OrbitState { target, azimuth, elevation, distance, yfov, projection, height } = orbit;
     match projection {
         ProjectionState::Perspective => vec![
-            format!("--orbit={},{},{}", number(*azimuth), number(*elevation), number(*distance)),
-            format!("--look-at={}", vector(*target)),
-            format!("--yfov={}", number(*yfov)),
-            "--projection=perspective".into(),
+            ("orbit", vector([*azimuth, *elevation, *distance])),
+            ("look-at", vector(*target)),
+            ("yfov", number(*yfov)),
+            ("projection", "perspective".into()),
         ],
         ProjectionState::Orthographic => {
             let angles =
@@ -188,11 +187,11 @@ fn orbit_flags(orbit: &OrbitState, scene_diameter: f64) -> Vec<String> {
             // An eye inside of the scene would not see what is behind it.
             let eye = DVec3::from_array(*target) + basis.w * distance.max(scene_diameter);
             vec![
-                format!("--view-point={}", vector(eye.to_array())),
-                format!("--view-dir={}", vector((-basis.w).to_array())),
-                format!("--view-up={}", vector(basis.v.to_array())),
-                format!("--view-height={}", number(*height)),
-                "--projection=orthographic".into(),
+                ("view-point", vector(eye.to_array())),
+                ("view-dir", vector((-basis.w).to_array())),
+                ("view-up", vector(basis.v.to_array())),
+                ("view-height", number(*height)),
+                ("projection", "orthographic".into()),
             ]
         }
     }

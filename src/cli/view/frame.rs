@@ -140,7 +140,7 @@ fn with_quality(plan: &RenderPlan, quality: Quality) -> RenderPlan {
 
 /// A format that is encoded and sent sooner; `None` for the picture itself.
 fn draft_format(plan: &RenderPlan, quality: Quality) -> Option<ImageFormat> {
-    let is_opaque = plan.session.options.background != Background::Transparent;
+    let is_opaque = plan.session.options.fixed_background() != Background::Transparent;
     match quality {
         Quality::Final => None,
         _ if is_opaque => Some(ImageFormat::Jpeg(DRAFT_QUALITY)),

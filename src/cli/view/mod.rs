@@ -1,6 +1,6 @@
 //! `blinn view`: a page on the loopback interface that shows a scene and finds its camera.
 //!
-//! The page sends the state of the view; it becomes flags of `blinn render`, and frames are rendered from these. One
+//! The page sends the state of the view; it becomes options of `blinn render`, and frames are rendered with these. One
 //! thread renders for all viewers, each of which has a thread for its connection; another looks at the files.
 
 mod commands;
@@ -55,9 +55,14 @@ use start_flags::StartFlags;
 pub fn run(args: &ViewArgs, argv: &[OsString]) -> Result<Summary, UsageError> {
     let path = check(args)?;
     let plans = PicturePlans::new(&path, StartFlags::parse(argv), args.process.max_memory);
-    plans.start_plan()?;
+    let outcome = match runtime::start(args.process.threads) {
+        Ok(()) => {
+            plans.start_plan()?;
+            panics::catch(|| serve(args, plans))
+        }
+        Err(error) => Err(error),
+    };
     let mut summary = Summary::default();
-    let outcome = runtime::start(args.process.threads).and_then(|()| panics::catch(|| serve(args, plans)));
     if let Err(error) = outcome {
         let line = single_line(&scene_error(&path, &error));
         eprint_line(&format!("blinn: {line}"));
@@ -68,15 +73,10 @@ pub fn run(args: &ViewArgs, argv: &[OsString]) -> Result<Summary, UsageError> {
 
 /// Checks the options, and returns the scene.
 fn check(args: &ViewArgs) -> Result<PathBuf, UsageError> {
-    let image = &args.options.image;
-    let no_picture = [
-        ("--aov", image.aov.is_some()),
-        ("--depth-unit", image.depth_unit.is_some()),
-        ("--crop", image.crop.is_some()),
-    ];
-    if let Some((flag, _)) = no_picture.into_iter().find(|(_, is_set)| *is_set) {
+    let no_picture = ["aov", "depth-unit", "crop"];
+    if let Some(name) = no_picture.into_iter().find(|name| args.options.given.contains(name)) {
         return Err(UsageError(format!(
-            "{flag}: the page shows whole pictures; remove it, and add it to the copied command"
+            "--{name}: the page shows whole pictures; remove it, and add it to the copied command"
         )));
     }
     let scenes = scene_list(&args.scene.scenes)?;

@@ -1,7 +1,6 @@
 //! Plans of pictures, with the exposures and the plan that later pictures reuse.
 
 use std::collections::HashMap;
-use std::ffi::OsString;
 use std::path::{Path, PathBuf};
 
 use anyhow::{Error, Result};
@@ -12,19 +11,19 @@ use super::scene_cache::SceneCache;
 use super::start_flags::StartFlags;
 use super::state::ExposureState;
 use super::visibility::HidePatterns;
-use crate::plan::RenderPlan;
-use crate::render_flags::render_plan;
+use crate::args::{ExplicitFlags, Flag, OutputArgs};
+use crate::plan::{ImagePolicy, RenderPlan, scene_list};
 use crate::usage::UsageError;
 use blinn_core::cancellation::CancelToken;
-use blinn_session::{ResolvedExposure, SessionPlan};
+use blinn_session::{NamedOptions, ResolvedExposure, values};
 
 /// Maximum number of metered exposures that are kept.
 const MAX_EXPOSURES: usize = 64;
 
-/// A picture as flags and as a plan.
+/// A picture as options by name and as a plan.
 #[derive(Clone)]
 pub struct PicturePlan {
-    pub flags: Vec<OsString>,
+    pub flags: ExplicitFlags,
     pub plan: RenderPlan,
 }
 
@@ -38,7 +37,7 @@ pub struct PicturePlans {
     /// Diameter of the scene's bounding sphere in metres.
     pub scene_diameter: f64,
     /// Exposures by the flags that they depend on.
-    exposures: HashMap<Vec<OsString>, ResolvedExposure>,
+    exposures: HashMap<ExplicitFlags, ResolvedExposure>,
     /// The last plan.
     last: Option<PicturePlan>,
 }
@@ -59,15 +58,28 @@ impl PicturePlans {
     /// The plan of the command line's own picture.
     ///
     /// # Errors
-    /// The flags cannot be combined.
+    /// The flags cannot be combined, or a file that they name cannot be read.
     pub fn start_plan(&self) -> Result<RenderPlan, UsageError> {
-        self.parse(self.start.all.to_args())
+        self.plan_of(&self.start.all)
     }
 
-    fn parse(&self, flags: Vec<OsString>) -> Result<RenderPlan, UsageError> {
-        let plan = render_plan(flags, &self.path)?;
-        let session = SessionPlan { max_memory: self.max_memory, ..plan.session };
-        Ok(RenderPlan { session, ..plan })
+    /// The plan of the picture that flags describe.
+    fn plan_of(&self, flags: &ExplicitFlags) -> Result<RenderPlan, UsageError> {
+        let mut options = NamedOptions::default();
+        let mut time = 0.0;
+        for Flag { name, value } in flags.iter().filter(|flag| flag.name != "strict") {
+            let value = value.as_deref().unwrap_or_default();
+            match name.as_str() {
+                "time" => time = values::number(&value.to_string_lossy()).map_err(UsageError)?,
+                _ => options.set(name, value)?,
+            }
+        }
+        let policy = ImagePolicy { strict: flags.contains("strict"), max_memory: self.max_memory };
+        let scenes = scene_list(std::slice::from_ref(&self.path))?;
+        let mut plan =
+            RenderPlan::for_images(scenes, options.finish()?, time, &OutputArgs::default(), policy)?;
+        plan.read_files()?;
+        Ok(plan)
     }
 
     /// Forgets what depends on the files.
@@ -97,7 +109,7 @@ impl PicturePlans {
         if let Some(last) = self.last.as_ref().filter(|last| last.flags == flags) {
             return Ok(last.clone());
         }
-        let picture = PicturePlan { plan: self.parse(flags.clone()).map_err(to_error)?, flags };
+        let picture = PicturePlan { plan: self.plan_of(&flags).map_err(to_error)?, flags };
         self.last = Some(picture.clone());
         Ok(picture)
     }
@@ -109,19 +121,19 @@ impl PicturePlans {
 
     fn exposure(
         &mut self,
-        flags: &[OsString],
+        flags: &ExplicitFlags,
         scenes: &mut SceneCache,
         cancel: &CancelToken,
     ) -> Result<ResolvedExposure> {
         if let Some(known) = self.exposures.get(flags) {
             return Ok(*known);
         }
-        let plan = self.parse(flags.to_vec()).map_err(to_error)?;
+        let plan = self.plan_of(flags).map_err(to_error)?;
         let exposure = scenes.show(&plan, &self.path, cancel)?.exposure(&plan, &self.path, cancel)?;
         if self.exposures.len() >= MAX_EXPOSURES {
             self.exposures.clear();
         }
-        self.exposures.insert(flags.to_vec(), exposure);
+        self.exposures.insert(flags.clone(), exposure);
         Ok(exposure)
     }
 }

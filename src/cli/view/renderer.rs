@@ -174,7 +174,7 @@ impl Renderer {
     fn command_message(&self, message: &ViewMessage, picture: &PicturePlan, warnings: &[String]) -> String {
         let path = &self.plans.path;
         let render = commands::render_command(&picture.flags, path).unwrap_or_default();
-        let turntable = commands::turntable_command(&picture.flags, path);
+        let turntable = commands::turntable_command(&picture.flags, &picture.plan.session.options, path);
         let hidden = self.plans.patterns.all_hidden(&message.view.hidden);
         messages::command(message.serial, &render, turntable.as_deref(), &hidden, warnings)
     }

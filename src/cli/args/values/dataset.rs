@@ -1,7 +1,7 @@
 //! Parsers of formats and categories of datasets.
 
-use super::numbers::glob;
 use blinn_scene::Glob;
+use blinn_session::values::glob;
 
 /// A format of datasets.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]

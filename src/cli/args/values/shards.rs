@@ -1,6 +1,6 @@
 //! Parser of sizes of archives.
 
-use super::numbers::bytes;
+use blinn_session::values::bytes;
 
 /// The most that an archive holds.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

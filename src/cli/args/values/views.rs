@@ -1,7 +1,7 @@
 //! Parsers of distributions of views, and of the ranges of their elevations and distances.
 
-use super::numbers::{exactly, number, numbers, positive};
 use blinn_scene::{DistanceRange, ViewLayout};
+use blinn_session::values::{exactly, number, numbers, positive};
 
 /// `sphere`, `stereo=0.065` and so on.
 pub fn view_layout(text: &str) -> Result<ViewLayout, String> {

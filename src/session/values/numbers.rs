@@ -1,14 +1,18 @@
 //! Parsers of numbers, vectors, angles, counts and patterns.
 
+use std::num::IntErrorKind;
+use std::ops::RangeInclusive;
+
 use glam::DVec3;
 
-use blinn_bench::scenes;
 use blinn_import::NormalMode;
 use blinn_scene::Glob;
-use blinn_session::FrameList;
 
 /// Comma-separated numbers. None of them overflows single precision.
-pub(super) fn numbers(text: &str) -> Result<Vec<f64>, String> {
+///
+/// # Errors
+/// As all parsers: the form that is expected.
+pub fn numbers(text: &str) -> Result<Vec<f64>, String> {
     let parse = |part: &str| match part.trim().parse::<f64>() {
         Ok(v) if v.abs() <= f64::from(f32::MAX) => Ok(v),
         Ok(v) if v.is_finite() => Err(format!("'{part}' is too large")),
@@ -18,7 +22,7 @@ pub(super) fn numbers(text: &str) -> Result<Vec<f64>, String> {
 }
 
 /// Exactly `N` comma-separated numbers; `form` is their name in errors.
-pub(super) fn exactly<const N: usize>(text: &str, form: &str) -> Result<[f64; N], String> {
+pub fn exactly<const N: usize>(text: &str, form: &str) -> Result<[f64; N], String> {
     numbers(text)?.try_into().map_err(|_| format!("expected {form}, such as {}", vec!["1"; N].join(",")))
 }
 
@@ -44,6 +48,19 @@ pub fn positive(text: &str) -> Result<f64, String> {
     if v > 0.0 { Ok(v) } else { Err("must be greater than zero".into()) }
 }
 
+/// A whole number in a range.
+pub fn whole<T: TryFrom<i64>>(text: &str, range: RangeInclusive<i64>) -> Result<T, String> {
+    let number: i64 = text.parse().map_err(|e: std::num::ParseIntError| match e.kind() {
+        IntErrorKind::InvalidDigit => "expected a whole number".to_string(),
+        _ => e.to_string(),
+    })?;
+    let outside = || format!("{number} is not in {}..={}", range.start(), range.end());
+    if !range.contains(&number) {
+        return Err(outside());
+    }
+    T::try_from(number).map_err(|_| outside())
+}
+
 /// `mm`, `m`, or metres per step.
 pub fn depth_unit(text: &str) -> Result<f64, String> {
     match text {
@@ -57,12 +74,6 @@ pub fn depth_unit(text: &str) -> Result<f64, String> {
 pub fn fraction(text: &str) -> Result<f32, String> {
     let v = number(text)?;
     if (0.0..=1.0).contains(&v) { Ok(v as f32) } else { Err("must be from 0 to 1".into()) }
-}
-
-/// A number that is not negative, as the largest difference that counts as equal.
-pub fn tolerance(text: &str) -> Result<f32, String> {
-    let v = number(text)?;
-    if v >= 0.0 { Ok(v as f32) } else { Err("must not be negative".into()) }
 }
 
 /// An angle in degrees, converted to radians.
@@ -104,24 +115,6 @@ pub fn bytes(text: &str) -> Result<u64, String> {
     }
 }
 
-/// Triangle counts such as `70k,1.1m`.
-pub fn triangle_counts(text: &str) -> Result<Vec<usize>, String> {
-    text.split(',').map(|part| scenes::parse_triangle_count(part.trim())).collect()
-}
-
-/// The number of frames in a turn. A list of frames, as `blinn render --frames` takes it, is an error that points to
-/// --only.
-pub fn frame_count(text: &str) -> Result<u32, String> {
-    let count = text.parse().ok().filter(|count| (1..=1_000_000).contains(count));
-    count.ok_or_else(|| {
-        let is_list = text.parse::<u64>().is_err() && FrameList::parse(text).is_ok();
-        let list = if is_list { text } else { "LIST" };
-        format!(
-            "expected the number of frames in a turn, 1 to 1000000; to render some of them, use --only {list}"
-        )
-    })
-}
-
 /// A pattern of names.
 pub fn glob(text: &str) -> Result<Glob, String> {
     Glob::new(text).map_err(|e| format!("{e}; * matches any text, ? any character"))
@@ -137,6 +130,14 @@ mod tests {
         for wrong in ["1,2", "1,2,3,4", "1,2,x", "", "1,,2", "nan,1,1", "inf,0,0"] {
             assert!(vector(wrong).is_err(), "{wrong}");
         }
+    }
+
+    #[test]
+    fn whole_numbers_are_in_their_range() {
+        assert_eq!(whole::<u8>("64", 0..=64), Ok(64));
+        assert_eq!(whole::<u8>("65", 0..=64), Err("65 is not in 0..=64".into()));
+        assert_eq!(whole::<u8>("1.5", 0..=64), Err("expected a whole number".into()));
+        assert!(whole::<u32>("", 1..=9).unwrap_err().contains("empty"));
     }
 
     #[test]

@@ -3,12 +3,11 @@
 use glam::Vec3;
 
 use super::numbers::{exactly, number};
-use blinn_bench::BenchStage;
+use crate::options::{AovSelection, CRYPTOMATTE, Exposure, ImageBackground};
 use blinn_core::geometry::Rgb;
 use blinn_render::PixelRect;
 use blinn_render::display::Background;
 use blinn_render::integrator::Aov;
-use blinn_session::{AovSelection, CRYPTOMATTE, Exposure};
 
 /// `R,G,B` in linear light, or `#rrggbb` in sRGB.
 pub fn color(text: &str) -> Result<Rgb, String> {
@@ -36,21 +35,12 @@ pub fn background(text: &str) -> Result<Background, String> {
     color(text).map(Background::Color).map_err(|e| format!("{e}, or 'transparent'"))
 }
 
-/// The value of --background for images.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub enum BackgroundArg {
-    /// The same for all pixels.
-    Fixed(Background),
-    /// The environment that lights the scene.
-    Hdri,
-}
-
 /// A colour, `transparent` or `hdri`.
-pub fn image_background(text: &str) -> Result<BackgroundArg, String> {
+pub fn image_background(text: &str) -> Result<ImageBackground, String> {
     if text == "hdri" {
-        return Ok(BackgroundArg::Hdri);
+        return Ok(ImageBackground::Environment);
     }
-    background(text).map(BackgroundArg::Fixed).map_err(|e| format!("{e}, or 'hdri'"))
+    background(text).map(ImageBackground::Fixed).map_err(|e| format!("{e}, or 'hdri'"))
 }
 
 /// `WxH` or `W,H` in pixels.
@@ -63,31 +53,6 @@ pub fn size(text: &str) -> Result<(u32, u32), String> {
         return Err("each side must be 1 to 65536 pixels, and the image at most 536,870,912 pixels".into());
     }
     Ok((w, h))
-}
-
-/// `WxH`, or several without duplicates: `480x270,1920x1080`.
-pub fn sizes(text: &str) -> Result<Vec<(u32, u32)>, String> {
-    if !text.contains(['x', 'X']) {
-        return Ok(vec![size(text)?]);
-    }
-    let mut sizes = Vec::new();
-    for part in text.split(',') {
-        let size = size(part)?;
-        if !sizes.contains(&size) {
-            sizes.push(size);
-        }
-    }
-    Ok(sizes)
-}
-
-/// The name of a kind of rays.
-pub fn ray_kind(text: &str) -> Result<BenchStage, String> {
-    let mut kinds = BenchStage::ALL.into_iter().filter(|stage| stage.traces_rays());
-    kinds.clone().find(|stage| stage.name() == text).ok_or_else(|| {
-        let last = kinds.next_back().map_or("", BenchStage::name);
-        let names: Vec<&str> = kinds.map(BenchStage::name).collect();
-        format!("expected {} or {last}", names.join(", "))
-    })
 }
 
 /// `X,Y,W,H` in pixels.
@@ -144,9 +109,6 @@ mod tests {
     fn sizes_and_crops_are_whole_pixels() {
         assert_eq!(size("1280x720").unwrap(), (1280, 720));
         assert_eq!(size("64,32").unwrap(), (64, 32));
-        assert_eq!(sizes("480x270,64X32,480x270").unwrap(), [(480, 270), (64, 32)]);
-        assert_eq!(sizes("640,360").unwrap(), [(640, 360)]);
-        assert!(sizes("480x270,").is_err() && sizes("").is_err() && sizes("1x1,2").is_err());
         assert!(size("0x10").is_err() && size("100000x1").is_err() && size("65536x65536").is_err());
         assert_eq!(crop("1,2,3,4").unwrap(), PixelRect { x: 1, y: 2, width: 3, height: 4 });
         assert!(crop("1,2,0,4").is_err() && crop("-1,2,3,4").is_err() && crop("1.5,2,3,4").is_err());

@@ -1,15 +1,12 @@
 //! Parsers of light sources, environments and ambient occlusion.
 
-use std::path::PathBuf;
-
-use clap::builder::{PathBufValueParser, TypedValueParser};
 use glam::DVec3;
 
 use super::image::color;
 use super::numbers::{exactly, number, positive};
+use crate::options::OcclusionSampling;
 use blinn_core::geometry::Rgb;
 use blinn_scene::{LightSet, UserLight};
-use blinn_session::OcclusionSampling;
 
 /// The radius of lights in metres.
 pub fn radius(text: &str) -> Result<f64, String> {
@@ -35,47 +32,6 @@ pub fn ao(text: &str) -> Result<OcclusionSampling, String> {
         }
     };
     Ok(OcclusionSampling { samples, distance })
-}
-
-/// The value of --hdri.
-#[derive(Clone, Debug, PartialEq, Eq)]
-pub enum HdriArg {
-    /// A picture.
-    File(PathBuf),
-    /// Soft boxes in a dark room.
-    Studio,
-    /// A clear sky.
-    Sky,
-}
-
-impl HdriArg {
-    /// The file, if it is one.
-    pub fn file(&self) -> Option<&PathBuf> {
-        match self {
-            HdriArg::File(path) => Some(path),
-            HdriArg::Studio | HdriArg::Sky => None,
-        }
-    }
-
-    /// The name, if it is no file.
-    pub fn name(&self) -> Option<&'static str> {
-        match self {
-            HdriArg::File(_) => None,
-            HdriArg::Studio => Some("studio"),
-            HdriArg::Sky => Some("sky"),
-        }
-    }
-
-    /// Reads a name or a file.
-    pub fn new(path: PathBuf) -> HdriArg {
-        let named = [HdriArg::Studio, HdriArg::Sky].into_iter().find(|hdri| path.to_str() == hdri.name());
-        named.unwrap_or(HdriArg::File(path))
-    }
-}
-
-/// A file, `studio` or `sky`.
-pub fn hdri() -> impl TypedValueParser<Value = HdriArg> {
-    PathBufValueParser::new().map(HdriArg::new)
 }
 
 /// A strength of light, at least 0.
@@ -161,18 +117,9 @@ mod tests {
     }
 
     #[test]
-    fn names_of_environments_are_no_files() {
-        let parse = |text: &str| HdriArg::new(PathBuf::from(text));
-        assert_eq!((parse("studio"), parse("sky")), (HdriArg::Studio, HdriArg::Sky));
-        for file in ["./studio", "Sky", "a/sky", "sky.hdr"] {
-            assert_eq!(parse(file).file(), Some(&PathBuf::from(file)));
-        }
-        assert!(strength("-0.1").is_err() && strength("0") == Ok(0.0));
-    }
-
-    #[test]
     fn radii_are_not_negative() {
         assert_eq!((radius("0").unwrap(), radius(".25").unwrap()), (0.0, 0.25));
+        assert!(strength("-0.1").is_err() && strength("0") == Ok(0.0));
         assert!(radius("-1").is_err() && radius("1e7").is_err() && radius("inf").is_err());
     }
 

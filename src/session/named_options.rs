@@ -1,0 +1,243 @@
+//! Options that users set by name, and checks between them.
+
+use std::ffi::OsStr;
+use std::path::Path;
+
+use crate::error::SessionError;
+use crate::option_table::{Effect, OptionDef};
+use crate::options::Options;
+use blinn_core::geometry::Rgb;
+use blinn_render::integrator::Stage;
+use blinn_scene::{GroundKind, LightSet, Projection};
+
+impl Options {
+    /// Sets the option that [`option_defs`](crate::option_defs) lists under `name`, as `--name text` does on the command
+    /// line. Options without a value ignore `text`.
+    ///
+    /// ```
+    /// let mut options = blinn_session::Options::default();
+    /// options.set("size", "640x480")?;
+    /// assert_eq!(options.size, Some((640, 480)));
+    /// assert!(options.set("samples", "many").unwrap_err().to_string().contains("expected a whole number"));
+    /// # Ok::<(), blinn_session::SessionError>(())
+    /// ```
+    ///
+    /// # Errors
+    /// There is no such option, or it has another form.
+    pub fn set(&mut self, name: &str, text: impl AsRef<OsStr>) -> Result<(), SessionError> {
+        let def = OptionDef::find(name)
+            .ok_or_else(|| SessionError::Option(format!("there is no option `{name}`")))?;
+        let text = text.as_ref();
+        def.apply(self, text).map_err(|reason| {
+            SessionError::Option(format!("invalid value '{}' for `{}`: {reason}", text.display(), def.name))
+        })
+    }
+}
+
+impl OptionDef {
+    /// Sets the option.
+    ///
+    /// # Errors
+    /// The form that is expected.
+    pub fn apply(&self, options: &mut Options, text: &OsStr) -> Result<(), String> {
+        match self.effect {
+            Effect::Flag(set) => set(options),
+            Effect::Value(set) => set(options, text.to_str().ok_or("expected UTF-8")?)?,
+            Effect::Path(set) => set(options, Path::new(text)),
+        }
+        Ok(())
+    }
+}
+
+/// Options that are set one by one, by name. [`NamedOptions::finish`] finds those that exclude each other or have no
+/// effect.
+#[derive(Clone, Debug, Default)]
+pub struct NamedOptions {
+    options: Options,
+    names: Vec<&'static str>,
+}
+
+impl NamedOptions {
+    /// Sets an option as [`Options::set`] does.
+    ///
+    /// # Errors
+    /// As [`Options::set`].
+    pub fn set(&mut self, name: &str, text: impl AsRef<OsStr>) -> Result<(), SessionError> {
+        self.options.set(name, text)?;
+        self.names.extend(OptionDef::find(name).map(|def| def.name));
+        Ok(())
+    }
+
+    /// True if an option was set.
+    pub fn contains(&self, name: &str) -> bool {
+        self.names.contains(&name)
+    }
+
+    /// Returns the options.
+    ///
+    /// # Errors
+    /// Two options that exclude each other, an option without one that it needs, or an option without effect.
+    pub fn finish(self) -> Result<Options, SessionError> {
+        self.check_names().and_then(|()| self.check_effects()).map_err(SessionError::Option)?;
+        Ok(self.options)
+    }
+
+    fn check_names(&self) -> Result<(), String> {
+        for def in self.names.iter().filter_map(|name| OptionDef::find(name)) {
+            if let Some(other) = def.conflicts.iter().find(|other| self.contains(other)) {
+                return Err(format!("`{}` cannot be used with `{other}`", def.name));
+            }
+            if let Some(needed) = def.requires.filter(|needed| !self.contains(needed)) {
+                return Err(format!("`{}` needs `{needed}`", def.name));
+            }
+        }
+        Ok(())
+    }
+
+    fn check_effects(&self) -> Result<(), String> {
+        self.check_lights()?;
+        self.check_shadows()?;
+        let options = &self.options;
+        if let (Some(crop), Some((width, height))) = (options.crop, options.size)
+            && (crop.x + crop.width > width || crop.y + crop.height > height)
+        {
+            return Err(format!("`crop` reaches beyond the image of {width}x{height} pixels"));
+        }
+        if options.adaptive.is_some() && options.samples <= 4 {
+            return Err("`adaptive` needs more than 4 samples; set `samples 16`".into());
+        }
+        if options.environment_blur().is_some() && options.stage != Stage::Phong {
+            return Err("`background hdri` shows the environment, which only `integrator phong` has; remove one of them"
+                .into());
+        }
+        if options.background_blur.is_some() && options.environment_blur().is_none() {
+            return Err("`background-blur` applies only to `background hdri`".into());
+        }
+        options.check_projection()
+    }
+
+    /// Finds light options that have no effect.
+    fn check_lights(&self) -> Result<(), String> {
+        let Options { lighting, ao, stage, .. } = &self.options;
+        if let Some(sources) = lighting.sets.as_ref().filter(|sources| !sources.contains(&LightSet::File))
+            && self.contains("light-scale")
+        {
+            let lights = if sources.is_empty() { "`lights none`" } else { "`lights` without file" };
+            return Err(format!(
+                "`light-scale` applies to the file's lights, which {lights} disables; remove one of them"
+            ));
+        }
+        for (name, is_set) in [("ao", ao.is_some()), ("hdri", self.options.environment.is_some())] {
+            if is_set && *stage != Stage::Phong {
+                return Err(format!(
+                    "`{name}` changes the ambient term, which only `integrator phong` has; remove one of them"
+                ));
+            }
+        }
+        if ao.is_some() && lighting.ambient == Some(Rgb::ZERO) {
+            return Err("`ao` has no effect with `ambient 0,0,0`; remove one of them".into());
+        }
+        Ok(())
+    }
+
+    /// Finds options of shadows that have no effect.
+    fn check_shadows(&self) -> Result<(), String> {
+        let options = &self.options;
+        let Some(cause) = options.no_shadows_cause() else { return Ok(()) };
+        if options.lighting.radius > 0.0 {
+            return Err(format!(
+                "`light-radius` softens shadows, which {cause} disables; remove one of them"
+            ));
+        }
+        if options.ground == Some(GroundKind::ShadowCatcher) && options.ao.is_none() {
+            return Err(format!(
+                "`ground shadow` shows only shadows, which {cause} disables; use `ground plane`"
+            ));
+        }
+        Ok(())
+    }
+}
+
+impl Options {
+    /// Checks that pixels of a perspective camera have a perspective projection.
+    pub(crate) fn check_projection(&self) -> Result<(), String> {
+        if self.view.intrinsics.is_some() && self.view.projection == Some(Projection::Orthographic) {
+            return Err(
+                "`intrinsics` describes a perspective camera; remove the orthographic projection".into()
+            );
+        }
+        Ok(())
+    }
+
+    /// The option that disables all shadows, if any.
+    fn no_shadows_cause(&self) -> Option<&'static str> {
+        let lighting = &self.lighting;
+        let has_no_lights =
+            lighting.sets.as_ref().is_some_and(Vec::is_empty) && lighting.user_lights.is_empty();
+        match self.stage {
+            Stage::Color => Some("`integrator color`"),
+            Stage::Diffuse => Some("`integrator diffuse`"),
+            _ if !self.shadows => Some("`no-shadows`"),
+            _ if has_no_lights => Some("`lights none`"),
+            _ => None,
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// The error of options `name=value …`.
+    fn error(line: &str) -> String {
+        let mut options = NamedOptions::default();
+        for option in line.split(' ') {
+            let (name, value) = option.split_once('=').unwrap_or((option, ""));
+            if let Err(error) = options.set(name, value) {
+                return error.to_string();
+            }
+        }
+        options.finish().err().map(|error| error.to_string()).unwrap_or_default()
+    }
+
+    #[test]
+    fn options_are_checked_one_by_one_and_together() {
+        for (line, expected) in [
+            ("samples=16 adaptive=.1 size=8x8", ""),
+            ("sampels=4", "there is no option `sampels`"),
+            ("samples=0", "invalid value '0' for `samples`: 0 is not in 1..=65536"),
+            (
+                "filter=sinc",
+                "invalid value 'sinc' for `filter`: expected box, tent, gaussian, blackman-harris",
+            ),
+            ("size=8x8 max-size=9", "`max-size` cannot be used with `size`"),
+            ("resolution=8x8 max-size=9", "`max-size` cannot be used with `size`"),
+            ("intrinsics=1,1,1,1", "`intrinsics` needs `size`"),
+            ("adaptive=.1", "`adaptive` needs more than 4 samples"),
+            ("background-blur=.5", "`background-blur` applies only to"),
+            ("background=hdri integrator=color", "`background hdri` shows the environment"),
+            ("size=8x8 crop=4,4,8,1", "`crop` reaches beyond the image of 8x8 pixels"),
+            ("lights=headlight light-scale=1", "`lights` without file disables"),
+            ("ao=4 ambient=0,0,0", "`ao` has no effect"),
+            ("hdri=sky integrator=shadow", "`hdri` changes the ambient term"),
+            ("light-radius=1 no-shadows", "which `no-shadows` disables"),
+            ("ground=shadow lights=none", "which `lights none` disables; use `ground plane`"),
+            ("ground=shadow lights=none sun=0,-1,0,1", ""),
+            ("size=8x8 intrinsics=1,1,1,1 projection=orthographic", "remove the orthographic projection"),
+        ] {
+            let error = error(line);
+            assert!(error.contains(expected) && error.is_empty() == expected.is_empty(), "{line}: {error}");
+        }
+    }
+
+    #[test]
+    fn the_order_of_options_decides_nothing() {
+        let options = |names: [(&str, &str); 3]| {
+            let mut options = NamedOptions::default();
+            names.iter().for_each(|(name, value)| options.set(name, value).unwrap());
+            format!("{:?}", options.finish().unwrap())
+        };
+        let (sun, point, blur) = (("sun", "0,-1,0,1"), ("point-light", "0,1,0,1"), ("background", "hdri"));
+        assert_eq!(options([sun, blur, point]), options([point, sun, blur]));
+    }
+}

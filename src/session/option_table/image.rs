@@ -1,0 +1,155 @@
+//! Options of images: size, sampling, display and layers.
+
+use super::{Choices, Effect, Heading, OptionDef, choose, names, store};
+use crate::options::ImageBackground;
+use crate::values::{self, whole};
+use blinn_render::PixelFilter;
+use blinn_render::display::{Background, ViewTransform};
+
+const BASE: OptionDef = OptionDef { heading: Heading::Image, ..OptionDef::BASE };
+
+const FILTERS: Choices<PixelFilter, 4> = [
+    ("box", PixelFilter::Box),
+    ("tent", PixelFilter::Tent),
+    ("gaussian", PixelFilter::Gaussian),
+    ("blackman-harris", PixelFilter::BlackmanHarris),
+];
+const VIEW_TRANSFORMS: Choices<Option<ViewTransform>, 5> = [
+    ("auto", None),
+    ("standard", Some(ViewTransform::Standard)),
+    ("agx", Some(ViewTransform::Agx)),
+    ("pbr-neutral", Some(ViewTransform::PbrNeutral)),
+    ("raw", Some(ViewTransform::Raw)),
+];
+
+pub static IMAGE: [OptionDef; 14] = [
+    OptionDef {
+        name: "size",
+        alias: Some("resolution"),
+        value_name: "WxH",
+        help: "Width and height in pixels [default: 1280x720, or the aspect ratio of the file's camera]",
+        effect: Effect::Value(|options, text| store(&mut options.size, values::size(text).map(Some))),
+        ..BASE
+    },
+    OptionDef {
+        name: "max-size",
+        value_name: "N",
+        help: "Longer side in pixels, for thumbnails: the image has the aspect ratio of the file's camera, or is square",
+        conflicts: &["size"],
+        effect: Effect::Value(|options, text| {
+            store(&mut options.max_size, whole(text, 1..=16_384).map(Some))
+        }),
+        ..BASE
+    },
+    OptionDef {
+        name: "samples",
+        short: Some('s'),
+        value_name: "SAMPLES",
+        default: Some("4"),
+        help: "Samples per pixel; a single sample is at the pixel's centre",
+        effect: Effect::Value(|options, text| store(&mut options.samples, whole(text, 1..=65_536))),
+        ..BASE
+    },
+    OptionDef {
+        name: "adaptive",
+        value_name: "THRESHOLD",
+        help: "Adaptive sampling: use all `samples` only where neighbouring pixels differ by more than THRESHOLD (0–1), \
+               4 elsewhere\n\nWith 16 or more samples, 0.08 takes about half the time for the same error.",
+        effect: Effect::Value(|options, text| store(&mut options.adaptive, values::fraction(text).map(Some))),
+        ..BASE
+    },
+    OptionDef {
+        name: "filter",
+        value_name: "FILTER",
+        choices: &names(&FILTERS),
+        default: Some("blackman-harris"),
+        help: "Reconstruction filter",
+        effect: Effect::Value(|options, text| choose(&mut options.filter, text, &FILTERS)),
+        ..BASE
+    },
+    OptionDef {
+        name: "background",
+        value_name: "COLOR|transparent|hdri",
+        help: "Background: a colour as displayed, none (transparent), or the environment of `hdri` or the file (hdri) \
+               [default: .05,.05,.05]",
+        effect: Effect::Value(|options, text| {
+            store(&mut options.background, values::image_background(text).map(Some))
+        }),
+        ..BASE
+    },
+    OptionDef {
+        name: "background-blur",
+        value_name: "BLUR",
+        help: "Blur `background hdri`: from 0 (sharp) to 1, like the reflection of a surface of that roughness \
+               [default: 0]",
+        effect: Effect::Value(|options, text| {
+            store(&mut options.background_blur, values::fraction(text).map(Some))
+        }),
+        ..BASE
+    },
+    OptionDef {
+        name: "no-background",
+        help: "Same as `background transparent`",
+        is_hidden: true,
+        conflicts: &["background"],
+        effect: Effect::Flag(|options| {
+            options.background = Some(ImageBackground::Fixed(Background::Transparent));
+        }),
+        ..BASE
+    },
+    OptionDef {
+        name: "exposure",
+        value_name: "auto|EV",
+        help: "Exposure in stops (EV), or auto to meter the scene\n\n\
+               [default: 0 for light rigs, for lights from flags and for Blender's files near mid-grey; else auto]",
+        effect: Effect::Value(|options, text| store(&mut options.exposure, values::exposure(text).map(Some))),
+        ..BASE
+    },
+    OptionDef {
+        name: "view",
+        value_name: "VIEW",
+        choices: &names(&VIEW_TRANSFORMS),
+        default: Some("auto"),
+        help: "View transform from linear light to display colours; auto is agx for Blender's glTF files, else standard",
+        effect: Effect::Value(|options, text| choose(&mut options.view_transform, text, &VIEW_TRANSFORMS)),
+        ..BASE
+    },
+    OptionDef {
+        name: "aov",
+        heading: Heading::Output,
+        value_name: "LIST",
+        help: "AOVs: depth, normal, vertex-normal, geometric-normal, position, albedo, uv, mask, object-id, \
+               material-id, steps, distance, camera-normal, camera-position, nocs, flow-forward, flow-backward, \
+               barycentric, triangle-id, cryptomatte\n\n\
+               They are channels of an .exr, and previews named OUT.<aov>.png beside other images.",
+        effect: Effect::Value(|options, text| store(&mut options.aovs, values::aovs(text))),
+        ..BASE
+    },
+    OptionDef {
+        name: "depth-unit",
+        heading: Heading::Output,
+        value_name: "mm|m|SCALE",
+        help: "Unit of the 16-bit depth beside images, for `aov depth`: mm, m or metres per step\n\n\
+               OUT.depth.png then holds depths in place of a preview; 0 means no hit. [default for `views`: fits the \
+               scene]",
+        effect: Effect::Value(|options, text| {
+            store(&mut options.depth_unit, values::depth_unit(text).map(Some))
+        }),
+        ..BASE
+    },
+    OptionDef {
+        name: "crop",
+        value_name: "X,Y,W,H",
+        help: "Render only a region: left, top, width and height in pixels",
+        effect: Effect::Value(|options, text| store(&mut options.crop, values::crop(text).map(Some))),
+        ..BASE
+    },
+    OptionDef {
+        name: "seed",
+        value_name: "SEED",
+        default: Some("0"),
+        help: "Seed of the sample positions",
+        effect: Effect::Value(|options, text| store(&mut options.seed, whole(text, 0..=u32::MAX.into()))),
+        ..BASE
+    },
+];

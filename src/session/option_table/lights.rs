@@ -1,0 +1,147 @@
+//! Options of light sources, shadows and environments.
+
+use super::{Choices, Effect, Heading, OptionDef, choose, names, store};
+use crate::options::{EnvironmentSource, Options};
+use crate::values;
+use blinn_scene::{GroundKind, LightUnits, UserLight};
+
+const BASE: OptionDef = OptionDef { heading: Heading::Lights, ..OptionDef::BASE };
+
+const UNITS: Choices<LightUnits, 4> = [
+    ("auto", LightUnits::Auto),
+    ("standard", LightUnits::Standard),
+    ("unitless", LightUnits::Unitless),
+    ("raw", LightUnits::Raw),
+];
+const GROUNDS: Choices<Option<GroundKind>, 2> =
+    [("shadow", Some(GroundKind::ShadowCatcher)), ("plane", Some(GroundKind::Plane))];
+
+pub static LIGHTS: [OptionDef; 13] = [
+    OptionDef {
+        name: "lights",
+        value_name: "LIST",
+        help: "Light sources: file, headlight, three-point (a list), or none [default: file, else three-point]",
+        effect: Effect::Value(|options, text| {
+            store(&mut options.lighting.sets, values::lights(text).map(Some))
+        }),
+        ..BASE
+    },
+    OptionDef {
+        name: "point-light",
+        value_name: "X,Y,Z,I[,COLOR]",
+        help: "Add a point light at X,Y,Z with intensity I (repeatable)",
+        is_repeatable: true,
+        effect: Effect::Value(|options, text| add_light(options, values::point_light(text)?)),
+        ..BASE
+    },
+    OptionDef {
+        name: "sun",
+        value_name: "DX,DY,DZ,E[,COLOR]",
+        help: "Add a directional light that travels along DX,DY,DZ with irradiance E (repeatable)",
+        is_repeatable: true,
+        effect: Effect::Value(|options, text| add_light(options, values::sun(text)?)),
+        ..BASE
+    },
+    OptionDef {
+        name: "light-units",
+        value_name: "LIGHT_UNITS",
+        choices: &names(&UNITS),
+        default: Some("auto"),
+        help: "Unit of the file's light intensities",
+        effect: Effect::Value(|options, text| choose(&mut options.lighting.units, text, &UNITS)),
+        ..BASE
+    },
+    OptionDef {
+        name: "light-scale",
+        value_name: "F",
+        help: "Multiply the intensity of the file's lights by F [default: 1]",
+        effect: Effect::Value(|options, text| {
+            store(&mut options.lighting.scale, values::positive(text).map(|scale| scale as f32))
+        }),
+        ..BASE
+    },
+    OptionDef {
+        name: "ambient",
+        value_name: "COLOR",
+        help: "Ambient light I_a",
+        effect: Effect::Value(|options, text| {
+            store(&mut options.lighting.ambient, values::color(text).map(Some))
+        }),
+        ..BASE
+    },
+    OptionDef {
+        name: "light-radius",
+        value_name: "R",
+        help: "Soft shadows: radius of the lights in metres, 0 for hard shadows [default: 0]\n\n\
+               Point and spot lights are discs that face the shaded point; suns are discs at a distance of 1 m, with \
+               R = 0.0047 for the real sun.",
+        effect: Effect::Value(|options, text| {
+            store(&mut options.lighting.radius, values::radius(text).map(|radius| radius as f32))
+        }),
+        ..BASE
+    },
+    OptionDef {
+        name: "ao",
+        value_name: "SAMPLES[,DISTANCE]",
+        help: "Ambient occlusion with SAMPLES rays per pixel, up to DISTANCE metres or inf [default DISTANCE: a quarter \
+               of the scene's diagonal]\n\n\
+               Without `ambient`, I_a is at least a fifth of the light of all lights.",
+        effect: Effect::Value(|options, text| {
+            options.lighting.boost_ambient = true;
+            store(&mut options.ao, values::ao(text).map(Some))
+        }),
+        ..BASE
+    },
+    OptionDef {
+        name: "ground",
+        value_name: "GROUND",
+        choices: &names(&GROUNDS),
+        help: "Add a ground below the scene: a grey plane, or a shadow catcher (shadow)\n\n\
+               The ground is at the scene's lowest point. A shadow catcher shows only shadows, also on a transparent \
+               background.",
+        effect: Effect::Value(|options, text| choose(&mut options.ground, text, &GROUNDS)),
+        ..BASE
+    },
+    OptionDef {
+        name: "hdri",
+        value_name: "FILE|studio|sky",
+        help: "Light the scene with an environment map: .hdr or .exr, twice as wide as high; or with soft boxes (studio) \
+               or a clear sky (sky)\n\n\
+               It replaces the ambient light, and is the only light unless the file or flags have lights. `background \
+               hdri` shows it. A file of the name studio or sky is ./studio or ./sky.",
+        conflicts: &["ambient"],
+        effect: Effect::Path(|options, path| options.environment = Some(EnvironmentSource::new(path))),
+        ..BASE
+    },
+    OptionDef {
+        name: "hdri-rotate",
+        value_name: "DEGREES",
+        help: "Turn the environment about the vertical: counterclockwise seen from above [default: 0]",
+        effect: Effect::Value(|options, text| {
+            store(&mut options.lighting.environment_rotation, values::angle(text))
+        }),
+        ..BASE
+    },
+    OptionDef {
+        name: "hdri-strength",
+        value_name: "X",
+        help: "Multiply the light of the environment by X [default: 1]",
+        effect: Effect::Value(|options, text| {
+            store(&mut options.lighting.environment_strength, values::strength(text).map(|x| x as f32))
+        }),
+        ..BASE
+    },
+    OptionDef {
+        name: "no-shadows",
+        help: "Disable shadows",
+        effect: Effect::Flag(|options| options.shadows = false),
+        ..BASE
+    },
+];
+
+/// Adds a light. Suns come after point lights, so that the order of the options decides nothing else.
+fn add_light(options: &mut Options, light: UserLight) -> Result<(), String> {
+    options.lighting.user_lights.push(light);
+    options.lighting.user_lights.sort_by_key(|light| matches!(light, UserLight::Sun { .. }));
+    Ok(())
+}

@@ -1,0 +1,85 @@
+//! Options that select and interpret scene files.
+
+use super::{Choices, Effect, Heading, OptionDef, choose, names, store};
+use crate::values;
+use blinn_import::{GlassMode, SceneChoice, UpAxis};
+use blinn_scene::SourceFormat;
+
+const BASE: OptionDef = OptionDef { heading: Heading::Scene, ..OptionDef::BASE };
+
+const FORMATS: Choices<Option<SourceFormat>, 3> =
+    [("gltf", Some(SourceFormat::Gltf)), ("glb", Some(SourceFormat::Gltf)), ("obj", Some(SourceFormat::Obj))];
+const UP_AXES: Choices<UpAxis, 2> = [("y", UpAxis::Y), ("z", UpAxis::Z)];
+const GLASS_MODES: Choices<GlassMode, 3> =
+    [("auto", GlassMode::Auto), ("thin", GlassMode::Thin), ("solid", GlassMode::Solid)];
+
+pub static SCENE: [OptionDef; 6] = [
+    OptionDef {
+        name: "format",
+        value_name: "FORMAT",
+        choices: &names(&FORMATS),
+        help: "Format of the scene files, which is otherwise detected",
+        effect: Effect::Value(|options, text| choose(&mut options.load.format, text, &FORMATS)),
+        ..BASE
+    },
+    OptionDef {
+        name: "scene",
+        value_name: "NAME|INDEX",
+        help: "Scene within the file, by name or index",
+        effect: Effect::Value(|options, text| {
+            store(&mut options.load.scene, Ok(SceneChoice::Named(text.into())))
+        }),
+        ..BASE
+    },
+    OptionDef {
+        name: "variant",
+        value_name: "NAME",
+        help: "Material variant of a glTF file, by name; none for the default materials",
+        effect: Effect::Value(|options, text| store(&mut options.load.variant, Ok(Some(text.into())))),
+        ..BASE
+    },
+    OptionDef {
+        name: "up",
+        value_name: "UP",
+        choices: &names(&UP_AXES),
+        default: Some("y"),
+        help: "Up axis of the file",
+        effect: Effect::Value(|options, text| choose(&mut options.load.up, text, &UP_AXES)),
+        ..BASE
+    },
+    OptionDef {
+        name: "glass",
+        value_name: "GLASS",
+        choices: &names(&GLASS_MODES),
+        default: Some("auto"),
+        help: "Transmissive meshes: thin walls, solid bodies that refract, or auto to decide by volumes, exporter and \
+               closed surfaces",
+        effect: Effect::Value(|options, text| choose(&mut options.load.glass, text, &GLASS_MODES)),
+        ..BASE
+    },
+    OptionDef {
+        name: "smooth",
+        value_name: "ANGLE|off",
+        help: "Recompute normals: smooth across edges below ANGLE degrees, or flat (off) [default: the file's normals]",
+        effect: Effect::Value(|options, text| store(&mut options.load.normals, values::smooth(text))),
+        ..BASE
+    },
+];
+
+pub static TIME_AND_FILES: [OptionDef; 2] = [
+    OptionDef {
+        name: "animation",
+        heading: Heading::Time,
+        value_name: "NAME|INDEX|all|none",
+        help: "Animation by name or index, all, or none for the rest pose",
+        effect: Effect::Value(|options, text| store(&mut options.animation, Ok(Some(text.into())))),
+        ..BASE
+    },
+    OptionDef {
+        name: "allow-outside",
+        heading: Heading::Process,
+        help: "Allow files outside the scene's folder",
+        effect: Effect::Flag(|options| options.load.allow_outside = true),
+        ..BASE
+    },
+];
