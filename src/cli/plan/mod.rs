@@ -10,6 +10,7 @@ mod command_files;
 mod dataset;
 mod dataset_formats;
 mod frames;
+mod images;
 mod output_names;
 mod outputs;
 mod path_conflicts;
@@ -23,8 +24,8 @@ use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
 use super::args::{
-    CommonArgs, OptionArgs, OutputArgs, PictureGroup, ProcessArgs, RenderArgs, SceneArgs, TimeArgs,
-    TurntableArgs, named_options,
+    CommonArgs, OptionArgs, PictureGroup, ProcessArgs, RenderArgs, SceneArgs, TimeArgs, TurntableArgs,
+    named_options,
 };
 use super::console::is_stdout;
 use super::usage::UsageError;
@@ -40,6 +41,7 @@ pub use check::CheckPlan;
 pub use command_files::NumberedScene;
 pub use dataset_formats::{BopFolders, FormatsPlan, coco_file, colmap_folder};
 pub use frames::{DEFAULT_FPS, FrameSet};
+pub use images::ImagePolicy;
 pub use outputs::{OutputKind, Outputs, Target};
 pub use path_conflicts::{PathConflicts, Writer};
 pub use scene_list::{SceneList, scene_list};
@@ -167,45 +169,6 @@ impl RenderPlan {
         .checked(Some(&args.process))
     }
 
-    /// The plan for one image of each scene, at `time`.
-    pub fn for_images(
-        scenes: SceneList,
-        options: Options,
-        time: f64,
-        output: &OutputArgs,
-        policy: ImagePolicy,
-    ) -> Result<RenderPlan, UsageError> {
-        let frames = FrameSet::Single(PlannedFrame::at(1, time));
-        let outputs = Outputs::new(output, &SequenceInfo::default(), &frames, &options)?;
-        let session = SessionPlan::new(options);
-        RenderPlan {
-            scenes: Arc::new(scenes),
-            scene_chunk: None,
-            frames,
-            session: SessionPlan {
-                build: build_settings()?,
-                holds_layers: outputs.holds_aovs(),
-                max_memory: policy.max_memory,
-                ..session
-            },
-            outputs,
-            formats: FormatsPlan::default(),
-            check: None,
-            strict: policy.strict,
-            dry_run: false,
-        }
-        .checked(None)
-    }
-
-    /// Reads the files that options name.
-    ///
-    /// # Errors
-    /// A file cannot be read or is damaged.
-    pub fn read_files(&mut self) -> Result<(), UsageError> {
-        let limits = load_limits(self.session.max_memory);
-        Ok(self.session.options.read_files(&limits)?)
-    }
-
     /// Hash of everything that decides an image, neither of a dataset nor of a list of cameras, except the input files.
     pub fn settings_hash(&self, frame: &PlannedFrame) -> SettingsHash {
         self.session.settings_hash(self.outputs.kind.settings(), frame).strict(self.strict)
@@ -301,15 +264,6 @@ impl RenderPlan {
         self.check_output_names(&OptionFiles { inputs, outputs })?;
         Ok(self)
     }
-}
-
-/// How images of any plan are made.
-#[derive(Clone, Copy, Debug)]
-pub struct ImagePolicy {
-    /// True to treat warnings as errors.
-    pub strict: bool,
-    /// Memory limit in bytes.
-    pub max_memory: Option<u64>,
 }
 
 /// The options of pictures that a command line sets.
