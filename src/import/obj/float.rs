@@ -191,10 +191,7 @@ mod tests {
 
     #[test]
     fn other_notations_are_left_to_the_lenient_parser() {
-        for text in [
-            "", "-", ".", "e5", "1e", "1e+", "nan", "inf", "1,5", "0x1", "1d5", "1.#QNAN", "--1", "1/2",
-            "1\\",
-        ] {
+        for text in " - . e5 1e 1e+ nan inf 1,5 0x1 1d5 1.#QNAN --1 1/2 1\\".split(' ') {
             assert_eq!(parse_f32(text.as_bytes()), None, "{text}");
         }
         assert_eq!(parse_f32(b"1.5 2"), Some((1.5, 3)));
