@@ -9,6 +9,7 @@
 #![warn(missing_docs)]
 
 mod animation;
+mod area_light;
 mod base_view;
 mod camera;
 mod environment;
@@ -46,6 +47,7 @@ pub use animation::object_space::{ObjectSpace, ObjectSpaces};
 pub use animation::playback::{AnimationChoice, PoseError, active_animations, clip_duration};
 pub use animation::pose::{PoseSettings, pose};
 pub use animation::posed_scene::{PosedInstance, PosedScene};
+pub use area_light::{AreaLight, AreaLightShape, PosedAreaLight};
 pub use camera::{Camera, ClipPlanes, Projection};
 pub use environment::{CubeMap, Environment, Panorama, SkyIrradiance};
 pub use file_camera::{FileCamera, FileProjection, SensorFit};
@@ -112,6 +114,8 @@ pub struct Scene {
     pub images: Vec<Image>,
     /// Lights at nodes.
     pub lights: Vec<Light>,
+    /// Area lights at nodes.
+    pub area_lights: Vec<AreaLight>,
     /// The environment that lights the scene.
     pub environment: Option<Environment>,
     /// Cameras at nodes, in depth-first order.

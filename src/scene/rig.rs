@@ -2,7 +2,7 @@
 
 use glam::{DMat3, DVec3};
 
-use super::{Camera, Environment, PosedLight, SkyIrradiance};
+use super::{Camera, Environment, PosedAreaLight, PosedLight, SkyIrradiance};
 use blinn_core::geometry::{Basis, Rgb};
 
 /// Lights with a matching ambient term.
@@ -10,6 +10,8 @@ use blinn_core::geometry::{Basis, Rgb};
 pub struct Rig {
     /// Lights.
     pub lights: Vec<PosedLight>,
+    /// Area lights.
+    pub area_lights: Vec<PosedAreaLight>,
     /// I_a.
     pub ambient: Rgb,
     /// An I_a that depends on the normal, in place of `ambient`.

@@ -6,7 +6,7 @@ use glam::{DAffine3, DVec3, Vec3, Vec4};
 
 use crate::animation::bounds_cache::ClipBoundsCache;
 use crate::animation::playback::AnimationChoice;
-use crate::{DeformedMesh, FileCamera, Light, LightUnits, Material, Mesh, PosedLight, Scene};
+use crate::{DeformedMesh, FileCamera, Light, LightUnits, Material, Mesh, PosedAreaLight, PosedLight, Scene};
 use blinn_core::geometry::{Aabb, HitId, Transform};
 
 /// An instance of a posed scene.
@@ -150,6 +150,20 @@ impl<'s> PosedScene<'s> {
                 let kind = light.kind.pose(position, &to_world.matrix3, &self.scene.source);
                 let intensity = light.color * (light.intensity * units.factor(light.kind) * scale);
                 PosedLight { kind, intensity, range: light.range, radius: 0.0 }
+            })
+            .collect()
+    }
+
+    /// Returns the file's area lights, with radiances in the scene's unit times `scale`.
+    pub fn area_lights(&self, units: LightUnits, scale: f32) -> Vec<PosedAreaLight> {
+        let units = units.resolve(&self.scene.source);
+        let visible = self.scene.area_lights.iter().filter(|light| self.visible[light.node as usize]);
+        visible
+            .filter_map(|light| {
+                let mut node = self.node_to_world[light.node as usize];
+                node.translation -= self.centre;
+                let radiance = light.color * (light.intensity * units.radiance_factor() * scale);
+                PosedAreaLight::new(light.shape, light.size, &node, radiance)
             })
             .collect()
     }
