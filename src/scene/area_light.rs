@@ -145,3 +145,98 @@ impl PosedAreaLight {
         inside.then_some(t)
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use glam::{DMat3, DQuat};
+
+    fn posed(shape: AreaLightShape, size: [f32; 2], matrix3: DMat3) -> PosedAreaLight {
+        let node = DAffine3 { matrix3, translation: DVec3::new(0.0, 0.0, 5.0) };
+        PosedAreaLight::new(shape, size, &node, Rgb::splat(2.0)).unwrap()
+    }
+
+    #[test]
+    fn the_largest_scale_counts_for_both_sides() {
+        let scale = DMat3::from_diagonal(DVec3::new(0.5, 1.0, -3.0));
+        let light = posed(AreaLightShape::Rect, [2.0, 1.0], scale);
+        assert_eq!((light.half_x.length(), light.half_y.length()), (3.0, 1.5));
+        assert_eq!((light.area(), light.power()), (18.0, Rgb::splat(36.0 * std::f32::consts::PI)));
+        let disk = posed(AreaLightShape::Disk, [2.0, 2.0], DMat3::IDENTITY);
+        assert!((disk.area() - std::f32::consts::PI).abs() < 1e-6);
+    }
+
+    #[test]
+    fn sheared_and_mirrored_nodes_keep_rectangles_that_emit_along_their_z() {
+        let turn = DMat3::from_quat(DQuat::from_rotation_y(0.7));
+        let shear = DMat3::from_cols(DVec3::X, DVec3::new(0.5, 1.0, 0.4), DVec3::new(0.2, 0.0, 1.0));
+        for matrix3 in [turn, turn * shear, turn * DMat3::from_diagonal(DVec3::new(-1.0, 1.0, 1.0)), -turn] {
+            let light = posed(AreaLightShape::Rect, [2.0, 1.0], matrix3);
+            let down = -matrix3.z_axis.normalize().as_vec3();
+            assert!(light.normal.abs_diff_eq(down, 1e-6), "{matrix3}");
+            assert!(light.half_x.dot(light.half_y).abs() < 1e-6, "{matrix3}");
+            assert!(light.half_x.dot(light.normal).abs() < 1e-6, "{matrix3}");
+            assert!(light.half_y.dot(light.normal).abs() < 1e-6, "{matrix3}");
+            assert!((light.half_x.length() / light.half_y.length() - 2.0).abs() < 1e-5, "{matrix3}");
+        }
+    }
+
+    #[test]
+    fn nodes_that_leave_no_area_have_no_light() {
+        let light = |matrix3, size, centre| {
+            let node = DAffine3 { matrix3, translation: centre };
+            PosedAreaLight::new(AreaLightShape::Rect, size, &node, Rgb::ONE)
+        };
+        let flat = DMat3::from_diagonal(DVec3::new(1.0, 1.0, 0.0));
+        let line = DMat3::from_cols(DVec3::X, DVec3::Z, DVec3::Z);
+        for matrix3 in [DMat3::ZERO, flat, line, DMat3::NAN, DMat3::from_diagonal(DVec3::splat(1e300))] {
+            assert_eq!(light(matrix3, [1.0; 2], DVec3::ZERO), None, "{matrix3}");
+        }
+        for size in [[0.0, 1.0], [f32::INFINITY, 1.0], [f32::NAN, 1.0], [f32::MAX, f32::MAX]] {
+            assert_eq!(light(DMat3::IDENTITY, size, DVec3::ZERO), None, "{size:?}");
+        }
+        assert_eq!(light(DMat3::IDENTITY, [1.0; 2], DVec3::NAN), None);
+        assert!(light(DMat3::IDENTITY, [1.0; 2], DVec3::ZERO).is_some());
+    }
+
+    #[test]
+    fn rays_meet_only_the_side_that_emits() {
+        let rect = posed(AreaLightShape::Rect, [2.0, 4.0], DMat3::IDENTITY);
+        let disk = posed(AreaLightShape::Disk, [2.0, 4.0], DMat3::IDENTITY);
+        let up = |light: &PosedAreaLight, x, y| light.intersect(Vec3::new(x, y, 1.0), Vec3::Z);
+        assert_eq!((up(&rect, 0.9, 1.9), up(&rect, 1.1, 0.0), up(&rect, 0.0, -2.1)), (Some(4.0), None, None));
+        assert_eq!(
+            (up(&disk, 0.0, 1.9), up(&disk, 0.9, 1.9), up(&disk, 0.9, 0.0)),
+            (Some(4.0), None, Some(4.0))
+        );
+        for light in [rect, disk] {
+            assert_eq!(light.intersect(Vec3::new(0.0, 0.0, 9.0), Vec3::NEG_Z), None, "from behind");
+            assert_eq!(light.intersect(Vec3::new(0.0, 0.0, 9.0), Vec3::Z), None, "away from it");
+            assert_eq!(light.intersect(Vec3::ZERO, Vec3::X), None, "along it");
+            assert_eq!(light.intersect(Vec3::ZERO, Vec3::NEG_Z), None, "away from its front");
+        }
+    }
+
+    #[test]
+    fn lights_face_their_direction_with_a_horizontal_lower_edge() {
+        for direction in [DVec3::NEG_Y, DVec3::Y, DVec3::new(1.0, -2.0, 0.5), DVec3::X] {
+            let size = [3.0, 1.0];
+            let light =
+                PosedAreaLight::facing(AreaLightShape::Rect, size, DVec3::ONE, direction, Rgb::ONE).unwrap();
+            assert!(light.normal.abs_diff_eq(direction.normalize().as_vec3(), 1e-6), "{direction}");
+            assert!(light.half_x.y.abs() < 1e-6 && (light.half_x.length() - 1.5).abs() < 1e-6, "{direction}");
+        }
+        let nowhere =
+            PosedAreaLight::facing(AreaLightShape::Rect, [1.0; 2], DVec3::ONE, DVec3::ZERO, Rgb::ONE);
+        assert_eq!(nowhere, None);
+    }
+
+    #[test]
+    fn motions_move_lights_about_the_centre_of_the_scene() {
+        let light = posed(AreaLightShape::Rect, [2.0, 4.0], DMat3::IDENTITY);
+        let centre = DVec3::new(1.0, 0.0, 0.0);
+        let moved = light.transformed(&DAffine3::from_rotation_y(std::f64::consts::FRAC_PI_2), centre);
+        assert!(moved.centre.abs_diff_eq(Vec3::new(4.0, 0.0, -1.0), 1e-6), "{}", moved.centre);
+        assert!(moved.normal.abs_diff_eq(Vec3::NEG_X, 1e-6) && (moved.area() - light.area()).abs() < 1e-5);
+    }
+}

@@ -130,7 +130,13 @@ impl Rig {
             }
             None => light.intensity,
         };
-        let sum: Rgb = self.lights.iter().map(irradiance).sum();
+        // A surface of radiance L and area A has the intensity L·A/π along its normal.
+        let area_irradiance = |light: &PosedAreaLight| {
+            let r = light.centre.as_dvec3().distance(centre).max(sphere.radius);
+            light.radiance * (f64::from(light.area()) / (std::f64::consts::PI * r * r)) as f32
+        };
+        let sum: Rgb = self.lights.iter().map(irradiance).sum::<Rgb>()
+            + self.area_lights.iter().map(area_irradiance).sum::<Rgb>();
         if sum.is_finite() && sum != Rgb::ZERO { sum * BOOSTED_AMBIENT_SHARE } else { Rgb::ONE }
     }
 }

@@ -148,6 +148,7 @@ impl<'a> SceneRenderer<'a> {
         }
         if options.ground == Some(GroundKind::ShadowCatcher)
             && lit.rig.lights.is_empty()
+            && lit.rig.area_lights.is_empty()
             && options.ao.is_none()
         {
             log.warn(Notice::NothingCastsShadows)?;

@@ -69,6 +69,7 @@ pub(super) fn scene(
         nodes: &scene_nodes,
         materials: &material_ids,
         lights: &attached.lights,
+        area_lights: &attached.area_lights,
         cameras: &attached.cameras,
     };
     scene.animations = animation::read(doc, &ids, warnings)?;

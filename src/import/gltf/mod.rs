@@ -6,6 +6,7 @@
 
 mod accessor;
 mod animation;
+mod area_light;
 mod attributes;
 mod blender;
 mod buffers;

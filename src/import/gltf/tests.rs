@@ -2,6 +2,7 @@
 
 mod accessor;
 mod animation;
+mod area_light;
 mod attributes;
 mod blender;
 mod extensions;
