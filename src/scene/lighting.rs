@@ -73,8 +73,8 @@ pub struct Lighting {
     pub environment_rotation: f64,
     /// Multiplies the radiance of the environment.
     pub environment_strength: f32,
-    /// Radius of every light: [`PosedLight::radius`].
-    pub radius: f32,
+    /// Radius of every light: [`PosedLight::radius`]. `None` uses the radii of the file's lights, and 0 for others.
+    pub radius: Option<f32>,
 }
 
 impl Default for Lighting {
@@ -89,7 +89,7 @@ impl Default for Lighting {
             environment: None,
             environment_rotation: 0.0,
             environment_strength: 1.0,
-            radius: 0.0,
+            radius: None,
         }
     }
 }
@@ -207,8 +207,8 @@ impl Lighting {
         } else {
             (rig.ambient != Rgb::ZERO).then(|| Environment::uniform(rig.ambient))
         };
-        for light in &mut rig.lights {
-            light.radius = self.radius;
+        if let Some(radius) = self.radius {
+            rig.lights.iter_mut().for_each(|light| light.radius = radius);
         }
         let description = describe(&parts, &rig);
         ResolvedLighting {

@@ -240,6 +240,7 @@ mod tests {
             color: blinn_core::geometry::Rgb::ONE,
             intensity: 1.0,
             range: f32::INFINITY,
+            radius: 0.0,
         };
         scene.lights = vec![light(5), light(1)];
         let area_light = |node: u32| AreaLight {

@@ -153,7 +153,7 @@ impl<'s> PosedScene<'s> {
                 let position = (to_world.translation - self.centre).as_vec3();
                 let kind = light.kind.pose(position, &to_world.matrix3, &self.scene.source);
                 let intensity = light.color * (light.intensity * units.factor(light.kind) * scale);
-                PosedLight { kind, intensity, range: light.range, radius: 0.0 }
+                PosedLight { kind, intensity, range: light.range, radius: light.radius }
             })
             .collect()
     }

@@ -43,7 +43,7 @@ pub(super) fn lighting(
         environment: environment.map_err(|e| UsageError(format!("--hdri: {e}")))?,
         environment_rotation: args.hdri_rotate.unwrap_or(0.0),
         environment_strength: args.hdri_strength.unwrap_or(1.0) as f32,
-        radius: args.light_radius.unwrap_or(0.0) as f32,
+        radius: args.light_radius.map(|radius| radius as f32),
     })
 }
 
