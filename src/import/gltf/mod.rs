@@ -27,6 +27,7 @@ mod instancing;
 mod json_tree;
 mod keys;
 mod light;
+mod lost_lights;
 mod material;
 mod material_schema;
 mod material_table;

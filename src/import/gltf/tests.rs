@@ -10,6 +10,7 @@ mod graph;
 mod image_based_light;
 mod json_text;
 mod loading;
+mod lost_lights;
 mod malformed;
 mod materials;
 mod nodes;
