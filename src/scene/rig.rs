@@ -20,6 +20,17 @@ pub struct Rig {
     pub environment: Option<Environment>,
 }
 
+impl Rig {
+    /// Returns true if no light, ambient term or environment lights the scene.
+    pub fn is_dark(&self) -> bool {
+        self.lights.is_empty()
+            && self.area_lights.is_empty()
+            && self.ambient == Rgb::ZERO
+            && self.sky.is_none()
+            && self.environment.is_none()
+    }
+}
+
 /// Returns the three-point rig: a key light from the upper left, a fill light from the right and a rim
 /// light from behind. All are suns, so the picture does not depend on the size of the scene. A white
 /// Lambertian surface stays below 1. [`studio_before`] is what specular lobes reflect beside it.
