@@ -8,6 +8,7 @@ use serde_json::{Map, Value, json};
 
 use super::args::{InfoArgs, named_options};
 use super::console::{print_error, print_stdout, scene_error, single_line, strict_error, with_flags};
+use super::light_sources;
 use super::plan::scene_list;
 use super::run::panics;
 use super::scene_file::load_scene_file;
@@ -174,16 +175,12 @@ fn properties(posed: &PosedScene, report: &BuildReport, warnings: &[String], mod
         "images": scene.images.iter().map(|i| json!({
             "name": i.name, "width": i.width, "height": i.height
         })).collect::<Vec<_>>(),
-        "lights": scene.lights.iter().map(|l| json!({
-            "name": l.name,
-            "node": node(l.node),
-            "kind": l.kind.name(),
-            "color": l.color.to_array(),
-            "intensity": l.intensity,
-        })).collect::<Vec<_>>(),
+        "lights": light_sources::lights(posed),
+        "emissive_materials": light_sources::emissive_materials(posed),
         "environments": scene.environment.iter().map(|environment| json!({
             "mean_radiance": environment.mean().to_array(),
         })).collect::<Vec<_>>(),
+        "probable_area_lights": light_sources::lost_lights(posed),
         "cameras": scene.cameras.iter().map(|c| {
             let (kind, yfov, ymag) = match c.projection {
                 FileProjection::Perspective { yfov, .. } => ("perspective", Some(yfov.to_degrees()), None),

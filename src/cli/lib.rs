@@ -9,6 +9,7 @@ pub mod embed;
 mod farm;
 mod files;
 mod info;
+mod light_sources;
 mod packaging;
 mod plan;
 mod rays;

@@ -9,6 +9,7 @@
 #![warn(missing_docs)]
 
 mod animation;
+mod area_light;
 mod base_view;
 mod camera;
 mod environment;
@@ -46,6 +47,7 @@ pub use animation::object_space::{ObjectSpace, ObjectSpaces};
 pub use animation::playback::{AnimationChoice, PoseError, active_animations, clip_duration};
 pub use animation::pose::{PoseSettings, pose};
 pub use animation::posed_scene::{PosedInstance, PosedScene};
+pub use area_light::{AreaLight, AreaLightShape, PosedAreaLight};
 pub use camera::{Camera, ClipPlanes, Projection};
 pub use environment::{CubeMap, Environment, Panorama, SkyIrradiance};
 pub use file_camera::{FileCamera, FileProjection, SensorFit};
@@ -112,6 +114,10 @@ pub struct Scene {
     pub images: Vec<Image>,
     /// Lights at nodes.
     pub lights: Vec<Light>,
+    /// Area lights at nodes.
+    pub area_lights: Vec<AreaLight>,
+    /// Empty nodes that were probably area lights, which Blender's exporter does not write.
+    pub lost_lights: Vec<u32>,
     /// The environment that lights the scene.
     pub environment: Option<Environment>,
     /// Cameras at nodes, in depth-first order.
@@ -126,6 +132,11 @@ impl Scene {
     /// Returns the number of triangles over all instances.
     pub fn instanced_triangle_count(&self) -> u64 {
         self.instances.iter().map(|i| self.meshes[i.mesh as usize].triangles.len() as u64).sum()
+    }
+
+    /// Returns the names of the empty nodes that were probably area lights.
+    pub fn lost_light_names(&self) -> Vec<String> {
+        self.lost_lights.iter().map(|&node| self.nodes[node as usize].name.clone()).collect()
     }
 
     /// Returns the index of the first camera whose node, or else whose own name, is `name`. If no name

@@ -67,6 +67,8 @@ pub struct Light {
     pub intensity: f32,
     /// Distance at which the light ends, in metres; infinite where the file gives none.
     pub range: f32,
+    /// Radius of the light, as in [`PosedLight::radius`]; 0 where the file gives none.
+    pub radius: f32,
 }
 
 /// Returns the inverse of a node's linear transform if it is more than a rotation and a uniform scale.

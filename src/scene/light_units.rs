@@ -49,6 +49,14 @@ impl LightUnits {
         };
         factor as f32
     }
+
+    /// Returns the factor from the radiance of an area light in a file to that of the scene.
+    pub fn radiance_factor(self) -> f32 {
+        match self {
+            LightUnits::Standard => 1.0 / 683.0,
+            _ => 1.0,
+        }
+    }
 }
 
 #[cfg(test)]

@@ -3,8 +3,8 @@
 use glam::DVec3;
 
 use super::{
-    Camera, Environment, LightUnits, PosedLight, PosedScene, Rig, SourceFormat, headlight, studio_before,
-    three_point,
+    AreaLightShape, Camera, Environment, LightUnits, PosedAreaLight, PosedLight, PosedScene, Rig,
+    SourceFormat, headlight, studio_before, three_point,
 };
 use blinn_core::geometry::Rgb;
 
@@ -36,6 +36,17 @@ pub enum UserLight {
         /// Irradiance E.
         intensity: Rgb,
     },
+    /// A rectangle that emits on one side.
+    Area {
+        /// Centre in world coordinates.
+        position: DVec3,
+        /// Direction in which the light travels. The lower edge is horizontal.
+        direction: DVec3,
+        /// Width and height in metres.
+        size: [f32; 2],
+        /// Emitted radiance.
+        radiance: Rgb,
+    },
 }
 
 /// The requested lighting of a scene.
@@ -62,8 +73,8 @@ pub struct Lighting {
     pub environment_rotation: f64,
     /// Multiplies the radiance of the environment.
     pub environment_strength: f32,
-    /// Radius of every light: [`PosedLight::radius`].
-    pub radius: f32,
+    /// Radius of every light: [`PosedLight::radius`]. `None` uses the radii of the file's lights, and 0 for others.
+    pub radius: Option<f32>,
 }
 
 impl Default for Lighting {
@@ -78,7 +89,7 @@ impl Default for Lighting {
             environment: None,
             environment_rotation: 0.0,
             environment_strength: 1.0,
-            radius: 0.0,
+            radius: None,
         }
     }
 }
@@ -119,7 +130,13 @@ impl Rig {
             }
             None => light.intensity,
         };
-        let sum: Rgb = self.lights.iter().map(irradiance).sum();
+        // A surface of radiance L and area A has the intensity L·A/π along its normal.
+        let area_irradiance = |light: &PosedAreaLight| {
+            let r = light.centre.as_dvec3().distance(centre).max(sphere.radius);
+            light.radiance * (f64::from(light.area()) / (std::f64::consts::PI * r * r)) as f32
+        };
+        let sum: Rgb = self.lights.iter().map(irradiance).sum::<Rgb>()
+            + self.area_lights.iter().map(area_irradiance).sum::<Rgb>();
         if sum.is_finite() && sum != Rgb::ZERO { sum * BOOSTED_AMBIENT_SHARE } else { Rgb::ONE }
     }
 }
@@ -133,7 +150,8 @@ impl Lighting {
     /// Returns the lights for `posed` seen from `camera`.
     pub fn resolve(&self, posed: &PosedScene, camera: &Camera) -> ResolvedLighting {
         let file_lights = posed.lights(self.units, self.scale);
-        let uses_file = !file_lights.is_empty();
+        let file_area_lights = posed.area_lights(self.units, self.scale);
+        let uses_file = !(file_lights.is_empty() && file_area_lights.is_empty());
         let has_file_environment = posed.scene.environment.is_some();
         let sets = self.sets.clone().unwrap_or_else(|| self.default_sets(uses_file || has_file_environment));
         let source = &posed.scene.source;
@@ -149,17 +167,22 @@ impl Lighting {
                     assumes_blender_world = blender && self.units == LightUnits::Auto;
                     let ambient = Rgb::splat(if blender { BLENDER_AMBIENT } else { 0.0 });
                     let units = self.units.resolve(source).name();
-                    let part = format!("{} from the file ({units})", file_lights.len());
-                    (Rig { lights: file_lights.clone(), ambient, ..Rig::default() }, part)
+                    let count = file_lights.len() + file_area_lights.len();
+                    let part = format!("{count} from the file ({units})");
+                    let (lights, area_lights) = (file_lights.clone(), file_area_lights.clone());
+                    (Rig { lights, area_lights, ambient, ..Rig::default() }, part)
                 }
                 LightSet::Headlight => (headlight(camera), "a headlight".to_string()),
                 LightSet::ThreePoint => (three_point(camera), "the three-point rig".to_string()),
             };
             rig.lights.extend(added.lights);
+            rig.area_lights.extend(added.area_lights);
             rig.ambient = rig.ambient.max(added.ambient);
             parts.push(part);
         }
-        rig.lights.extend(self.user_lights.iter().map(|light| light.posed(posed.centre)));
+        for light in &self.user_lights {
+            light.add_to(&mut rig, posed.centre);
+        }
         if !self.user_lights.is_empty() {
             parts.push(format!("{} given", self.user_lights.len()));
         }
@@ -184,8 +207,8 @@ impl Lighting {
         } else {
             (rig.ambient != Rgb::ZERO).then(|| Environment::uniform(rig.ambient))
         };
-        for light in &mut rig.lights {
-            light.radius = self.radius;
+        if let Some(radius) = self.radius {
+            rig.lights.iter_mut().for_each(|light| light.radius = radius);
         }
         let description = describe(&parts, &rig);
         ResolvedLighting {
@@ -217,12 +240,19 @@ impl Lighting {
 }
 
 impl UserLight {
-    fn posed(&self, centre: DVec3) -> PosedLight {
+    /// Adds the light to a rig, in a scene with that centre.
+    fn add_to(&self, rig: &mut Rig, centre: DVec3) {
         match *self {
             UserLight::Point { position, intensity } => {
-                PosedLight::point((position - centre).as_vec3(), intensity)
+                rig.lights.push(PosedLight::point((position - centre).as_vec3(), intensity));
             }
-            UserLight::Sun { direction, intensity } => PosedLight::sun(direction, intensity),
+            UserLight::Sun { direction, intensity } => {
+                rig.lights.push(PosedLight::sun(direction, intensity));
+            }
+            UserLight::Area { position, direction, size, radiance } => {
+                let (shape, position) = (AreaLightShape::Rect, position - centre);
+                rig.area_lights.extend(PosedAreaLight::facing(shape, size, position, direction, radiance));
+            }
         }
     }
 }

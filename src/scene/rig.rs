@@ -2,7 +2,7 @@
 
 use glam::{DMat3, DVec3};
 
-use super::{Camera, Environment, PosedLight, SkyIrradiance};
+use super::{Camera, Environment, PosedAreaLight, PosedLight, SkyIrradiance};
 use blinn_core::geometry::{Basis, Rgb};
 
 /// Lights with a matching ambient term.
@@ -10,12 +10,25 @@ use blinn_core::geometry::{Basis, Rgb};
 pub struct Rig {
     /// Lights.
     pub lights: Vec<PosedLight>,
+    /// Area lights.
+    pub area_lights: Vec<PosedAreaLight>,
     /// I_a.
     pub ambient: Rgb,
     /// An I_a that depends on the normal, in place of `ambient`.
     pub sky: Option<SkyIrradiance>,
     /// The light from infinitely far away that specular lobes reflect; `None` reflects black.
     pub environment: Option<Environment>,
+}
+
+impl Rig {
+    /// Returns true if no light, ambient term or environment lights the scene.
+    pub fn is_dark(&self) -> bool {
+        self.lights.is_empty()
+            && self.area_lights.is_empty()
+            && self.ambient == Rgb::ZERO
+            && self.sky.is_none()
+            && self.environment.is_none()
+    }
 }
 
 /// Returns the three-point rig: a key light from the upper left, a fill light from the right and a rim

@@ -4,7 +4,7 @@ use std::collections::BTreeSet;
 
 use glob::{MatchOptions, Pattern};
 
-use super::{ChannelTarget, Light, Scene};
+use super::{ChannelTarget, Scene};
 
 /// The visible parts of a scene.
 ///
@@ -90,7 +90,7 @@ impl Scene {
             (selection.only.is_empty() || only.contains(node, object)) && !hide.contains(node, object)
         };
         self.instances.retain(|i| is_shown(i.node, i.object));
-        self.retain_lights(|l| !hide.contains(l.node, 0));
+        self.retain_lights(|node| !hide.contains(node, 0));
         Ok(())
     }
 
@@ -104,24 +104,22 @@ impl Scene {
         Ok(matching.map(|instance| instance.object).collect())
     }
 
-    /// Keeps some lights, with the animation channels that drive them.
-    fn retain_lights(&mut self, keep: impl Fn(&Light) -> bool) {
-        let mut count = 0;
-        let new_index = |l: &Light| {
-            let new = keep(l).then_some(count);
-            count += u32::from(new.is_some());
-            new
-        };
-        let new_indices: Vec<Option<u32>> = self.lights.iter().map(new_index).collect();
-        self.lights.retain(keep);
+    /// Keeps the lights at some nodes, with the animation channels that drive them.
+    fn retain_lights(&mut self, keep: impl Fn(u32) -> bool) {
+        let lights = kept_indices(self.lights.iter().map(|light| light.node), &keep);
+        let area_lights = kept_indices(self.area_lights.iter().map(|light| light.node), &keep);
+        self.lights.retain(|light| keep(light.node));
+        self.area_lights.retain(|light| keep(light.node));
         for animation in &mut self.animations {
-            animation.channels.retain_mut(|c| match &mut c.target {
-                ChannelTarget::Light(i, _) => {
-                    let new = new_indices.get(*i as usize).copied().flatten();
-                    *i = new.unwrap_or_default();
-                    new.is_some()
-                }
-                _ => true,
+            animation.channels.retain_mut(|c| {
+                let (i, new_indices) = match &mut c.target {
+                    ChannelTarget::Light(i, _) => (i, &lights),
+                    ChannelTarget::AreaLight(i, _) => (i, &area_lights),
+                    _ => return true,
+                };
+                let new = new_indices.get(*i as usize).copied().flatten();
+                *i = new.unwrap_or_default();
+                new.is_some()
             });
         }
     }
@@ -172,6 +170,17 @@ impl Scene {
     }
 }
 
+/// Returns the new index of each light, by its node; `None` for those that are removed.
+fn kept_indices(nodes: impl Iterator<Item = u32>, keep: impl Fn(u32) -> bool) -> Vec<Option<u32>> {
+    let mut count = 0;
+    let new_index = |node: u32| {
+        let new = keep(node).then_some(count);
+        count += u32::from(new.is_some());
+        new
+    };
+    nodes.map(new_index).collect()
+}
+
 /// The matches of patterns.
 #[derive(Default)]
 struct Matches {
@@ -202,8 +211,8 @@ mod tests {
     use super::*;
     use crate::pose;
     use crate::{
-        Animation, Channel, Instance, Interpolation, Keyframes, LightKind, LightProperty, LightUnits, Mesh,
-        Node, PoseSettings,
+        Animation, AreaLight, AreaLightShape, Channel, Instance, Interpolation, Keyframes, Light, LightKind,
+        LightProperty, LightUnits, Mesh, Node, PoseSettings,
     };
 
     /// car ─┬─ body, ├─ wheels ─┬─ wheel.L, └─ wheel.R; and a lamp [1] with a light.
@@ -231,15 +240,30 @@ mod tests {
             color: blinn_core::geometry::Rgb::ONE,
             intensity: 1.0,
             range: f32::INFINITY,
+            radius: 0.0,
         };
         scene.lights = vec![light(5), light(1)];
+        let area_light = |node: u32| AreaLight {
+            name: String::new(),
+            node,
+            shape: AreaLightShape::Rect,
+            size: [1.0; 2],
+            color: blinn_core::geometry::Rgb::ONE,
+            intensity: 1.0,
+        };
+        scene.area_lights = vec![area_light(5), area_light(1)];
         let keys =
             Keyframes { times: vec![0.0], values: vec![7.0], width: 1, interpolation: Interpolation::Step };
         let channel = |i: u32| Channel {
             target: ChannelTarget::Light(i, LightProperty::Intensity),
             keyframes: keys.clone(),
         };
-        scene.animations.push(Animation { name: String::new(), channels: vec![channel(0), channel(1)] });
+        let area_channel = |i: u32| Channel {
+            target: ChannelTarget::AreaLight(i, LightProperty::Intensity),
+            keyframes: keys.clone(),
+        };
+        let channels = vec![channel(0), channel(1), area_channel(0), area_channel(1)];
+        scene.animations.push(Animation { name: String::new(), channels });
         scene
     }
 
@@ -249,9 +273,12 @@ mod tests {
         scene.select(&Selection { hide: globs(&["lamp*"]), ..Default::default() }).unwrap();
         assert_eq!((scene.lights.len(), scene.lights[0].node), (1, 1));
         let targets: Vec<ChannelTarget> = scene.animations[0].channels.iter().map(|c| c.target).collect();
-        assert_eq!(targets, [ChannelTarget::Light(0, LightProperty::Intensity)]);
+        let intensity = LightProperty::Intensity;
+        assert_eq!(targets, [ChannelTarget::Light(0, intensity), ChannelTarget::AreaLight(0, intensity)]);
         let posed = pose(&scene, &PoseSettings::default()).unwrap();
         assert_eq!(posed.lights(LightUnits::Raw, 1.0).len(), 1);
+        let [light] = &posed.area_lights(LightUnits::Raw, 1.0)[..] else { panic!() };
+        assert_eq!((scene.area_lights[0].node, light.radiance.x), (1, 7.0));
     }
 
     fn globs(list: &[&str]) -> Vec<Glob> {

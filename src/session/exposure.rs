@@ -73,7 +73,8 @@ pub(crate) fn resolve_exposure(
         return Ok(ResolvedExposure { light_scale: Some(light_scale), ..METERED });
     }
     let Some(metered) = metered else {
-        log.warn(Notice::NothingLit)?;
+        let lost_lights = start.posed.scene.lost_light_names();
+        log.warn(Notice::NothingLit { sources: lit.description.clone(), lost_lights })?;
         return Ok(METERED);
     };
     // Blender's files near mid-grey are exposed as their author saw them.

@@ -25,7 +25,17 @@ pub enum Notice {
     /// A shadow catcher is shown, and nothing casts shadows.
     NothingCastsShadows,
     /// The metered camera sees nothing that is lit.
-    NothingLit,
+    NothingLit {
+        /// The light sources.
+        sources: String,
+        /// Names of empty nodes that were probably area lights.
+        lost_lights: Vec<String>,
+    },
+    /// The file's lights are requested, but it has none, and nothing else lights the scene.
+    NoLights {
+        /// Names of empty nodes that were probably area lights.
+        lost_lights: Vec<String>,
+    },
     /// Depths beyond those that 16 bits hold.
     DepthOverflow {
         /// The frame's number.
@@ -73,6 +83,24 @@ pub enum Notice {
     },
 }
 
+/// The options that light a dark scene.
+const OTHER_LIGHTS: &str = "use `lights three-point`, `hdri studio` or `ambient`";
+
+/// Names that a message lists.
+const LISTED: usize = 3;
+
+fn write_lost_lights(f: &mut fmt::Formatter, names: &[String]) -> fmt::Result {
+    if names.is_empty() {
+        return Ok(());
+    }
+    let listed: Vec<String> = names.iter().take(LISTED).map(|name| format!("'{name}'")).collect();
+    f.write_str(&listed.join(", "))?;
+    if names.len() > LISTED {
+        write!(f, " and {} more", names.len() - LISTED)?;
+    }
+    f.write_str(" without content may be area lights, which Blender's exporter leaves out; ")
+}
+
 impl fmt::Display for Notice {
     fn fmt(&self, f: &mut fmt::Formatter) -> fmt::Result {
         match self {
@@ -92,7 +120,16 @@ impl fmt::Display for Notice {
             Notice::NothingCastsShadows => {
                 f.write_str("`ground shadow` shows nothing: no light casts shadows; add a light or `ao`")
             }
-            Notice::NothingLit => f.write_str("the camera sees nothing that is lit; the exposure is 0"),
+            Notice::NothingLit { sources, lost_lights } => {
+                write!(f, "the camera sees nothing that is lit; the exposure is 0; lights: {sources}; ")?;
+                write_lost_lights(f, lost_lights)?;
+                f.write_str(OTHER_LIGHTS)
+            }
+            Notice::NoLights { lost_lights } => {
+                f.write_str("`lights file` has no effect: no light of the file is shown; ")?;
+                write_lost_lights(f, lost_lights)?;
+                f.write_str(OTHER_LIGHTS)
+            }
             Notice::DepthOverflow { frame, farthest, step, largest } => write!(
                 f,
                 "frame {frame} has depths up to {farthest} m, but 16 bits in units of {step} m hold at most {largest} m; \
@@ -111,5 +148,28 @@ impl fmt::Display for Notice {
                 "animation: {active}; not played: {idle}, which have the same targets; use `animation`"
             ),
         }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn dark_scenes_name_sources_lost_lights_and_options() {
+        let names = |count: usize| (0..count).map(|i| format!("Area {i}")).collect::<Vec<_>>();
+        let notice = Notice::NoLights { lost_lights: names(5) };
+        assert_eq!(
+            notice.to_string(),
+            "`lights file` has no effect: no light of the file is shown; 'Area 0', 'Area 1', 'Area 2' and 2 more without \
+             content may be area lights, which Blender's exporter leaves out; use `lights three-point`, `hdri studio` or \
+             `ambient`"
+        );
+        let notice = Notice::NothingLit { sources: "2 from the file (raw)".into(), lost_lights: names(0) };
+        assert_eq!(
+            notice.to_string(),
+            "the camera sees nothing that is lit; the exposure is 0; lights: 2 from the file (raw); use \
+             `lights three-point`, `hdri studio` or `ambient`"
+        );
     }
 }

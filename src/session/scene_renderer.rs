@@ -25,14 +25,15 @@ use blinn_core::cancellation::CancelToken;
 use blinn_output::datasets::WorldUp;
 use blinn_output::{CropWindow, IdNames, Picture};
 use blinn_render::display::{Display, ViewTransform};
-use blinn_render::integrator::{Aov, Frame, NeighbourFrames, Phong};
+use blinn_render::integrator::{Aov, Frame, NeighbourFrames, Phong, Stage};
 use blinn_render::{
     AdaptiveSampling, AovLayer, ProgressMonitor, RenderMemory, RenderSettings, render_mattes,
     render_moving_aovs, render_with_memory,
 };
 use blinn_scene::{
     Animation, AnimationChoice, AxisRotation, Camera, ClipBoundsCache, Environment, GroundKind,
-    LightRotation, Lighting, Normalization, PoseSettings, PosedScene, ResolvedLighting, Scene,
+    LightRotation, LightSet, Lighting, Material, Normalization, PoseSettings, PosedScene, ResolvedLighting,
+    Scene,
 };
 use blinn_scene::{active_animations, clip_duration, pose};
 
@@ -146,8 +147,20 @@ impl<'a> SceneRenderer<'a> {
             let lit = scaled.resolve(&first.posed, &camera);
             setup.lighting = fixed_lighting(scaled, &lit, scene);
         }
+        let asks_for_file_lights =
+            options.lighting.sets.as_ref().is_some_and(|sets| sets.contains(&LightSet::File));
+        let is_emissive =
+            |material: &Material| material.emission.factor * material.emission_strength != Vec3::ZERO;
+        if asks_for_file_lights
+            && options.stage != Stage::Color
+            && lit.rig.is_dark()
+            && !first.posed.materials.iter().any(is_emissive)
+        {
+            log.warn(Notice::NoLights { lost_lights: scene.lost_light_names() })?;
+        }
         if options.ground == Some(GroundKind::ShadowCatcher)
             && lit.rig.lights.is_empty()
+            && lit.rig.area_lights.is_empty()
             && options.ao.is_none()
         {
             log.warn(Notice::NothingCastsShadows)?;

@@ -2,6 +2,9 @@
 
 use std::fs;
 
+use serde_json::json;
+
+use crate::common::gltf_fixture::Fixture;
 use crate::common::program::*;
 
 #[test]
@@ -20,6 +23,68 @@ fn info_prints_text_and_json() {
     assert_eq!((ids.len() as u64, &ids[0]["id"]), (json["objects"].as_u64().unwrap(), &1.into()));
     for (i, material) in json["materials"].as_array().unwrap().iter().enumerate() {
         assert_eq!(json["material_ids"][i], serde_json::json!({"id": i + 1, "name": material["name"]}));
+    }
+}
+
+/// A glowing triangle of 2 m², a point light, area lights and an empty node, from Blender.
+#[test]
+fn info_lists_light_sources_with_position_and_power() {
+    let (_dir, at) = folder();
+    let mut file = Fixture::triangle();
+    file.json["asset"]["generator"] = json!("Khronos glTF Blender I/O v5.0.21");
+    file.json["nodes"][0]["scale"] = json!([2, 2, 2]);
+    file.push("materials", json!({"name": "glow", "emissiveFactor": [1, 0.5, 0], "doubleSided": true}));
+    file.primitive()["material"] = json!(0);
+    let down = [-0.5f64.sqrt(), 0.0, 0.0, 0.5f64.sqrt()];
+    file.json["extensions"] = json!({
+        "KHR_lights_punctual": {"lights": [
+            {"type": "point", "name": "Bulb", "intensity": 54351.41306588226, "extras": {"shadow_soft_size": 0.25}},
+            {"type": "directional", "intensity": 683}]},
+        "EXT_lights_area": {"lights": [
+            {"type": "rect", "name": "Panel", "intensity": 683, "size": 0.5, "rect": {"aspect": 3}},
+            {"type": "disk", "intensity": 683, "size": 2}]}});
+    file.node(
+        json!({"name": "a", "translation": [1, 2, 3], "extensions": {"KHR_lights_punctual": {"light": 0}}}),
+    );
+    file.node(json!({"name": "b", "rotation": down, "extensions": {"KHR_lights_punctual": {"light": 1}}}));
+    file.node(json!({"name": "c", "rotation": down, "translation": [0, 2, 0], "scale": [2, 1, 1],
+        "extensions": {"EXT_lights_area": {"light": 0}}}));
+    file.node(json!({"name": "d", "extensions": {"EXT_lights_area": {"light": 1}}}));
+    file.node(json!({"name": "lost", "rotation": down, "translation": [0, 4, 0]}));
+    fs::write(at.join("a.glb"), file.glb()).unwrap();
+    let info = |line: &str| String::from_utf8(blinn(&at, line).stdout).unwrap();
+    let text = info("info a.glb");
+    let json: serde_json::Value = serde_json::from_str(&info("info a.glb --json")).unwrap();
+    let lights = json["lights"].as_array().unwrap();
+    let close = |value: &serde_json::Value, expected: f64| {
+        assert!((value.as_f64().unwrap() - expected).abs() < 1e-4 * expected, "{value} {expected}");
+    };
+    let kinds: Vec<&str> = lights.iter().map(|light| light["kind"].as_str().unwrap()).collect();
+    assert_eq!(kinds, ["point", "directional", "rect", "disk"]);
+    close(&lights[0]["watts"], 1000.0);
+    assert_eq!((&lights[0]["position"], &lights[0]["radius"]), (&json!([1.0, 2.0, 3.0]), &json!(0.25)));
+    assert!(
+        lights[0]["direction"].is_null() && lights[1]["watts"].is_null() && lights[1]["position"].is_null()
+    );
+    assert_eq!(lights[1]["direction"], json!([0.0, -1.0, 0.0]));
+    close(&lights[2]["watts"], 3.0 * std::f64::consts::PI);
+    assert_eq!((&lights[2]["width"], &lights[2]["height"]), (&json!(3.0), &json!(1.0)));
+    assert_eq!((&lights[2]["direction"], &lights[2]["name"]), (&json!([0.0, -1.0, 0.0]), &json!("Panel")));
+    close(&lights[3]["watts"], std::f64::consts::PI.powi(2));
+    assert_eq!(lights[3]["diameter"], 2.0);
+    let emissive = &json["emissive_materials"];
+    assert_eq!((&emissive[0]["name"], &emissive[0]["triangles"]), (&json!("glow"), &json!(1)));
+    close(&emissive[0]["area"], 2.0);
+    close(&emissive[0]["watts"], 2.0 * std::f64::consts::PI);
+    let lost = json!([{"node": "lost", "position": [0.0, 4.0, 0.0], "direction": [0.0, -1.0, 0.0]}]);
+    assert_eq!(json["probable_area_lights"], lost);
+    for line in [
+        "lights (4):",
+        "  name Bulb, node a, kind point, color 1 1 1, intensity 54351.414, watts 1000",
+        "  node lost, position 0 4 0, direction 0 -1 0",
+        "  name glow, radiance 1 0.5 0, textured false, triangles 1, area 2, watts 6.283",
+    ] {
+        assert!(text.contains(line), "{line}: {text}");
     }
 }
 

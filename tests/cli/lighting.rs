@@ -2,6 +2,9 @@
 
 use std::fs;
 
+use serde_json::json;
+
+use crate::common::gltf_fixture::Fixture;
 use crate::common::program::*;
 
 /// Metering uses the file's camera with its own aspect ratio, so thumbnails, strips and crops have the same
@@ -215,4 +218,43 @@ fn a_background_does_not_hide_that_an_image_is_empty() {
     let output = blinn_args(dir.path(), &args);
     let messages = String::from_utf8(output.stderr).unwrap();
     assert!(messages.contains("the camera looks away from the scene"), "{messages}");
+}
+
+#[test]
+fn dark_scenes_name_probable_area_lights_and_options() {
+    let (_dir, at) = folder();
+    let mut file = Fixture::triangle();
+    file.json["asset"]["generator"] = json!("Khronos glTF Blender I/O v5.0.21");
+    file.node(json!({"name": "Lamp", "rotation": [-0.5f64.sqrt(), 0, 0, 0.5f64.sqrt()]}));
+    fs::write(at.join("a.glb"), file.glb()).unwrap();
+    let warning = "--lights file has no effect: no light of the file is shown; 'Lamp' without content";
+    let messages = runs(&at, "render a.glb --size 8x8 --lights file");
+    assert!(messages.contains(warning) && messages.contains("use --lights three-point, "), "{messages}");
+    for flags in ["", "--lights none", "--lights file --ambient .1,.1,.1", "--lights file,headlight"] {
+        let messages = runs(&at, &format!("render a.glb --size 8x8 {flags}"));
+        assert!(!messages.contains("'Lamp'"), "{flags}: {messages}");
+    }
+}
+
+/// Radii of the file apply unless a radius is given.
+#[test]
+fn radii_of_the_file_soften_shadows() {
+    let (_dir, at) = folder();
+    let picture = |extras: serde_json::Value, flags: &str| {
+        let mut file = Fixture::triangle();
+        // A small triangle shadows the large one.
+        file.json["nodes"][0]["scale"] = json!([8, 8, 8]);
+        file.node(json!({"mesh": 0, "translation": [1, 1, 1]}));
+        let light = json!({"type": "point", "intensity": 100, "extras": extras});
+        file.json["extensions"] = json!({"KHR_lights_punctual": {"lights": [light]}});
+        file.node(json!({"translation": [1, 1, 3], "extensions": {"KHR_lights_punctual": {"light": 0}}}));
+        fs::write(at.join("a.glb"), file.glb()).unwrap();
+        runs(&at, &format!("render a.glb -o a.png --size 48x48 {flags}"));
+        fs::read(at.join("a.png")).unwrap()
+    };
+    let (none, soft) = (json!({}), json!({"shadow_soft_size": 0.5}));
+    let sharp = picture(none.clone(), "");
+    assert!(picture(soft.clone(), "") == picture(none.clone(), "--light-radius .5"));
+    assert!(picture(soft.clone(), "") != sharp);
+    assert!(picture(soft, "--light-radius 0") == sharp && picture(none, "--light-radius 0") == sharp);
 }

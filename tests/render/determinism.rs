@@ -45,7 +45,7 @@ fn picture_with(
         let mut ambient_occlusion = None;
         let mut ground = None;
         if let Light::Soft(kind) = light {
-            lighting.radius = 0.2;
+            lighting.radius = Some(0.2);
             ambient_occlusion = Some(AmbientOcclusion { samples: 5, distance: 1.0 });
             ground = Some(Ground::under(&posed.bounds(), kind));
         }

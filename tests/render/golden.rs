@@ -91,11 +91,14 @@ fn shots() -> Vec<(&'static str, Shot)> {
         .user_lights
         .push(UserLight::Sun { direction: DVec3::new(1.0, -1.5, -2.0), intensity: Rgb::new(0.2, 0.3, 0.5) });
     let with_ambient = Lighting { ambient: Some(Rgb::splat(0.1)), ..two_lights.clone() };
-    let soft = Lighting { radius: 0.8, ..phong().lighting };
+    let soft = Lighting { radius: Some(0.8), ..phong().lighting };
     let sky = Lighting { boost_ambient: true, ..Default::default() };
     let occlusion = Some(AmbientOcclusion { samples: 16, distance: 1.0 });
-    let cube =
-        Shot { occlusion, lighting: Lighting { radius: 0.1, ..sky.clone() }, ..Shot::of("tests/cube.obj") };
+    let cube = Shot {
+        occlusion,
+        lighting: Lighting { radius: Some(0.1), ..sky.clone() },
+        ..Shot::of("tests/cube.obj")
+    };
     let plane = Some(GroundKind::Plane);
     let shadow = Some(GroundKind::ShadowCatcher);
     let view_2 = load_camera_xml(&model_path("lecture/view-2.xml")).unwrap();

@@ -64,7 +64,7 @@ fn render_scaled(scene: &Scene, s: f64) -> Pixels {
     let suns =
         scene.lights.is_empty() || scene.lights.iter().any(|l| matches!(l.kind, LightKind::Directional));
     let radius = if suns { 0.0 } else { (0.05 * s) as f32 };
-    let lighting = Lighting { radius, boost_ambient: true, ..Default::default() };
+    let lighting = Lighting { radius: Some(radius), boost_ambient: true, ..Default::default() };
     let lit = lighting.resolve(&posed, &camera);
     let occlusion = Some(AmbientOcclusion { samples: 4, distance: s });
     let ground = Some(Ground::under(&posed.bounds(), GroundKind::Plane));

@@ -46,6 +46,7 @@ impl Shot {
     fn frame<'a>(&self, posed: &'a PosedScene, accel: &'a Accel) -> Frame<'a> {
         let rig = Rig {
             lights: self.lights.clone(),
+            area_lights: Vec::new(),
             ambient: Rgb::splat(self.ambient),
             sky: None,
             environment: None,

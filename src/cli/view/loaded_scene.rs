@@ -9,7 +9,7 @@ use crate::plan::RenderPlan;
 use crate::scene_file::load_scene_file;
 use blinn_core::cancellation::CancelToken;
 use blinn_import::LoadOptions;
-use blinn_scene::{Animation, Instance, Light, Scene, Selection};
+use blinn_scene::{Animation, AreaLight, Instance, Light, Scene, Selection};
 use blinn_session::{BackFaceCulling, load_limits};
 
 /// A scene, and the parts that a selection removes from it.
@@ -18,8 +18,15 @@ pub struct LoadedScene {
     pub scene: Scene,
     pub warnings: Vec<String>,
     instances: Vec<Instance>,
-    /// Lights and animations; `None` if there are no lights, as then no selection changes them.
-    lights: Option<(Vec<Light>, Vec<Animation>)>,
+    /// What selections change beside the instances; `None` if there are no lights.
+    lights: Option<Lights>,
+}
+
+/// All lights of a scene, and the animations that may drive them.
+struct Lights {
+    lights: Vec<Light>,
+    area_lights: Vec<AreaLight>,
+    animations: Vec<Animation>,
 }
 
 impl LoadedScene {
@@ -36,7 +43,11 @@ impl LoadedScene {
         }
         Ok(LoadedScene {
             instances: scene.instances.clone(),
-            lights: (!scene.lights.is_empty()).then(|| (scene.lights.clone(), scene.animations.clone())),
+            lights: (!scene.lights.is_empty() || !scene.area_lights.is_empty()).then(|| Lights {
+                lights: scene.lights.clone(),
+                area_lights: scene.area_lights.clone(),
+                animations: scene.animations.clone(),
+            }),
             warnings: warnings.iter().map(|warning| with_flags(&warning.to_string())).collect(),
             scene,
         })
@@ -48,8 +59,9 @@ impl LoadedScene {
     /// A pattern without a match.
     pub fn show(&mut self, selection: &Selection) -> Result<()> {
         self.scene.instances.clone_from(&self.instances);
-        if let Some((lights, animations)) = &self.lights {
+        if let Some(Lights { lights, area_lights, animations }) = &self.lights {
             self.scene.lights.clone_from(lights);
+            self.scene.area_lights.clone_from(area_lights);
             self.scene.animations.clone_from(animations);
         }
         Ok(self.scene.select(selection)?)

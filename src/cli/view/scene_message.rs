@@ -30,7 +30,13 @@ pub fn describe(
     let scene = posed.scene;
     let sizes = object_sizes(posed);
     let node = |n: u32| &scene.nodes[n as usize].name;
-    let light_name = |name: &String, n: u32| if name.is_empty() { node(n).clone() } else { name.clone() };
+    let light = |name: &String, n: u32, kind: &str| {
+        let name = if name.is_empty() { node(n) } else { name };
+        json!({"name": name, "kind": kind})
+    };
+    let lights = scene.lights.iter().map(|l| light(&l.name, l.node, l.kind.name()));
+    let lights = lights.chain(scene.area_lights.iter().map(|l| light(&l.name, l.node, l.shape.name())));
+    let lights: Vec<Value> = lights.collect();
     json!({
         "type": "scene",
         "generation": generation,
@@ -52,9 +58,7 @@ pub fn describe(
         "animations": scene.animations.iter().map(|animation| json!({
             "name": animation.name, "seconds": animation.duration(),
         })).collect::<Vec<_>>(),
-        "lights": scene.lights.iter().map(|light| json!({
-            "name": light_name(&light.name, light.node), "kind": light.kind.name(),
-        })).collect::<Vec<_>>(),
+        "lights": lights,
         "materials": scene.materials.iter().map(|material| json!({"name": material.name})).collect::<Vec<_>>(),
         "warnings": warnings,
         "choices": choices(scene, start),
@@ -70,7 +74,8 @@ pub fn with_view(scene: &Value, view: &ViewState) -> String {
 
 /// The values that fields of a view may have.
 fn choices(scene: &Scene, start: &StartFlags) -> Value {
-    let has_file_lights = !scene.lights.is_empty() || scene.environment.is_some();
+    let has_file_lights =
+        !scene.lights.is_empty() || !scene.area_lights.is_empty() || scene.environment.is_some();
     let mut lights = vec!["headlight", "three-point", "none"];
     if has_file_lights {
         lights.insert(0, "file");

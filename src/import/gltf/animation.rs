@@ -25,6 +25,7 @@ pub(super) struct SceneIds<'a> {
     pub materials: &'a HashMap<usize, u32>,
     /// One light for each node with it.
     pub lights: &'a HashMap<usize, Vec<u32>>,
+    pub area_lights: &'a HashMap<usize, Vec<u32>>,
     /// One camera for each node with it.
     pub cameras: &'a HashMap<usize, Vec<u32>>,
 }
@@ -213,6 +214,10 @@ impl FileTarget {
                 PointerTarget::Light(i, field) => {
                     all(ids.lights, i).into_iter().map(|l| ChannelTarget::Light(l, field)).collect()
                 }
+                PointerTarget::AreaLight(i, field) => {
+                    let lights = all(ids.area_lights, i);
+                    lights.into_iter().map(|l| ChannelTarget::AreaLight(l, field)).collect()
+                }
                 PointerTarget::Camera(i, field) => {
                     all(ids.cameras, i).into_iter().map(|c| ChannelTarget::Camera(c, field)).collect()
                 }
@@ -248,7 +253,7 @@ impl FileTarget {
                 PointerTarget::Weight(..) | PointerTarget::MeshWeight(..) => Some(1),
                 PointerTarget::Visibility(_) | PointerTarget::Camera(..) => Some(1),
                 PointerTarget::Material(_, field) => Some(field.width()),
-                PointerTarget::Light(_, field) => Some(field.width()),
+                PointerTarget::Light(_, field) | PointerTarget::AreaLight(_, field) => Some(field.width()),
             },
         }
     }

@@ -16,7 +16,8 @@ use super::objects::ObjectBuilder;
 use super::primitive;
 use super::primitive::PrimitiveId;
 use super::{
-    animation, blender, extensions, forest, graph, image_based_light, instancing, topology, variants,
+    animation, blender, extensions, forest, graph, image_based_light, instancing, lost_lights, topology,
+    variants,
 };
 use crate::error::{LoadError, Warnings};
 use crate::options::{LoadOptions, UpAxis};
@@ -69,11 +70,14 @@ pub(super) fn scene(
         nodes: &scene_nodes,
         materials: &material_ids,
         lights: &attached.lights,
+        area_lights: &attached.area_lights,
         cameras: &attached.cameras,
     };
     scene.animations = animation::read(doc, &ids, warnings)?;
     if is_blender {
         blender::restore(&mut scene);
+        let offset = (scene.nodes.len() - nodes.len()) as u32;
+        scene.lost_lights = lost_lights::find(doc, &nodes, offset);
     }
     add_tangents(&mut scene, &options.cancel)?;
     Ok(scene)

@@ -4,6 +4,7 @@ use ::gltf::json::camera::{Camera, Type};
 use ::gltf::json::extensions::scene::khr_lights_punctual::{Light as JsonLight, Type as LightType};
 use ::gltf::json::validation::Checked;
 use glam::Vec3;
+use serde_json::Value;
 
 use crate::error::Warnings;
 use blinn_scene::{FileCamera, FileProjection, Light, LightKind};
@@ -35,6 +36,31 @@ pub(super) fn camera(json: &Camera, index: usize, node: u32, warnings: &mut Warn
     Some(FileCamera { name: json.name.clone().unwrap_or_default(), node, projection, znear, zfar })
 }
 
+/// Names of a light's radius in its `extras`: Blender's exporter writes the custom properties of a light there.
+const RADII: [&str; 2] = ["shadow_soft_size", "radius"];
+/// Name of the angle that a sun subtends, in radians.
+const ANGLE: &str = "angle";
+
+/// Returns the radius of a light, from its `extras`; 0 if they have none.
+fn radius(json: &JsonLight, kind: LightKind, index: usize, warnings: &mut Warnings) -> f32 {
+    let extras = json.extras.as_ref().and_then(|raw| serde_json::from_str::<Value>(raw.get()).ok());
+    let Some(extras) = extras else { return 0.0 };
+    let number = |name: &'static str| Some((name, extras.get(name)?.as_f64()?));
+    let found = match kind {
+        LightKind::Directional => number(ANGLE),
+        LightKind::Point | LightKind::Spot { .. } => RADII.into_iter().find_map(number),
+    };
+    let Some((name, value)) = found else { return 0.0 };
+    let radius = if name == ANGLE { (0.5 * value).tan() } else { value } as f32;
+    let is_valid = value >= 0.0 && radius.is_finite() && (name != ANGLE || value < std::f64::consts::PI);
+    if is_valid {
+        return radius;
+    }
+    let location = format!("extensions.KHR_lights_punctual.lights[{index}].extras.{name}");
+    warnings.add(location, format_args!("ignored invalid value {value}"));
+    0.0
+}
+
 /// Reads the light of a node; `None`, with a warning, if its type is unknown.
 pub(super) fn light(json: &JsonLight, index: usize, node: u32, warnings: &mut Warnings) -> Option<Light> {
     let kind = match json.type_ {
@@ -60,5 +86,6 @@ pub(super) fn light(json: &JsonLight, index: usize, node: u32, warnings: &mut Wa
         color: Vec3::from(json.color),
         intensity: json.intensity,
         range: json.range.filter(|&r| r > 0.0).unwrap_or(f32::INFINITY),
+        radius: radius(json, kind, index, warnings),
     })
 }

@@ -6,6 +6,7 @@
 
 mod accessor;
 mod animation;
+mod area_light;
 mod attributes;
 mod blender;
 mod buffers;
@@ -26,6 +27,7 @@ mod instancing;
 mod json_tree;
 mod keys;
 mod light;
+mod lost_lights;
 mod material;
 mod material_schema;
 mod material_table;

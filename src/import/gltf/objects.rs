@@ -6,7 +6,7 @@ use std::collections::{HashMap, HashSet};
 use super::document::Document;
 use super::graph::SceneNode;
 use super::instancing::InstanceAttributes;
-use super::{instancing, light, skin};
+use super::{area_light, instancing, light, skin};
 use crate::error::{LoadError, Warnings};
 use blinn_scene::{Instance, Scene};
 
@@ -15,6 +15,7 @@ use blinn_scene::{Instance, Scene};
 pub(super) struct AttachedIds {
     pub cameras: HashMap<usize, Vec<u32>>,
     pub lights: HashMap<usize, Vec<u32>>,
+    pub area_lights: HashMap<usize, Vec<u32>>,
 }
 
 /// Attaches instances of meshes, cameras and lights to nodes.
@@ -68,6 +69,12 @@ impl<'a, 'd> ObjectBuilder<'a, 'd> {
             {
                 attached.lights.entry(index).or_default().push(scene.lights.len() as u32);
                 scene.lights.push(light);
+            }
+            if let Some(index) = area_light::index_of(json)
+                && let Some(light) = area_light::read(root, index, node.node, id, warnings)
+            {
+                attached.area_lights.entry(index as usize).or_default().push(scene.area_lights.len() as u32);
+                scene.area_lights.push(light);
             }
         }
         Ok(attached)

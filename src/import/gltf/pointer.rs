@@ -1,6 +1,6 @@
 //! KHR_animation_pointer: the property that a JSON pointer animates.
 
-use super::clearcoat;
+use super::{area_light, clearcoat};
 use blinn_scene::{CameraProperty, LightProperty, MaterialProperty, TextureSlot};
 
 /// An animated property, by the indices of the file.
@@ -16,6 +16,7 @@ pub(super) enum PointerTarget {
     MeshWeight(usize, u32),
     Material(usize, MaterialProperty),
     Light(usize, LightProperty),
+    AreaLight(usize, LightProperty),
     Camera(usize, CameraProperty),
 }
 
@@ -31,6 +32,9 @@ pub(super) fn parse(pointer: &str) -> Option<PointerTarget> {
         ["materials", i, ref field @ ..] => PointerTarget::Material(index(i)?, material(field)?),
         ["extensions", "KHR_lights_punctual", "lights", i, ref field @ ..] => {
             PointerTarget::Light(index(i)?, light(field)?)
+        }
+        ["extensions", area_light::NAME, "lights", i, field] => {
+            PointerTarget::AreaLight(index(i)?, area_light(field)?)
         }
         ["cameras", i, kind @ ("perspective" | "orthographic"), field] => {
             PointerTarget::Camera(index(i)?, camera(kind, field)?)
@@ -106,6 +110,14 @@ fn light(field: &[&str]) -> Option<LightProperty> {
         // Blender's exporter joins the last two names with a dot.
         ["spot", "innerConeAngle"] | ["spot.innerConeAngle"] => LightProperty::InnerCone,
         ["spot", "outerConeAngle"] | ["spot.outerConeAngle"] => LightProperty::OuterCone,
+        _ => return None,
+    })
+}
+
+fn area_light(field: &str) -> Option<LightProperty> {
+    Some(match field {
+        "color" => LightProperty::Color,
+        "intensity" => LightProperty::Intensity,
         _ => return None,
     })
 }

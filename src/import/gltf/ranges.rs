@@ -68,6 +68,14 @@ const PERSPECTIVE: [(&[&str], Range); 1] = [(&["aspectRatio"], Positive("that of
 const LIGHT: [(&[&str], Range); 3] =
     [(&["color"], Color), (&["intensity"], NotNegative), (&["range"], Positive("infinity"))];
 
+/// Properties of an area light.
+const AREA_LIGHT: [(&[&str], Range); 4] = [
+    (&["color"], Color),
+    (&["intensity"], NotNegative),
+    (&["size"], Positive("1")),
+    (&["rect", "aspect"], Positive("1")),
+];
+
 /// The JSON path of a property.
 #[derive(Clone, Copy)]
 struct Location<'l> {
@@ -90,6 +98,11 @@ pub(super) fn repair_material(material: &mut Object, location: &str, warnings: &
 /// Repairs the numbers of a light, except the angles of its cone.
 pub(super) fn repair_light(light: &mut Object, location: &str, warnings: &mut Warnings) {
     repair_all(&LIGHT, light, location, warnings);
+}
+
+/// Repairs the numbers of an area light.
+pub(super) fn repair_area_light(light: &mut Object, location: &str, warnings: &mut Warnings) {
+    repair_all(&AREA_LIGHT, light, location, warnings);
 }
 
 /// Repairs the numbers of a perspective camera. A vertical field of view above π is in degrees.

@@ -120,7 +120,7 @@ pub(super) const KNOWN: &[(&str, Support)] = &[
         NotRequirable("save the file with KHR_mesh_quantization or without quantization"),
     ),
     // Common, but not in the registry.
-    ("EXT_lights_area", Ignored("area lights are missing")),
+    ("EXT_lights_area", Supported),
     ("EXT_materials_bump", Ignored("bump maps are missing")),
     ("KHR_materials_coat", Ignored("the coat is missing")),
     ("KHR_materials_fuzz", Ignored("the fuzz is missing")),

@@ -3,6 +3,7 @@
 
 use serde_json::{Map, Value, json};
 
+use super::area_light;
 use super::json_tree::{Object, as_objects, objects, primitives};
 use crate::error::Warnings;
 
@@ -191,10 +192,11 @@ fn is_complete_sparse(sparse: &Value) -> bool {
 }
 
 fn remove_light_without_index(node: &mut Object, location: &str, warnings: &mut Warnings) {
-    const LIGHTS: &str = "KHR_lights_punctual";
     let Some(Value::Object(extensions)) = node.get_mut("extensions") else { return };
-    if extensions.get(LIGHTS).is_some_and(|body| !body.get("light").is_some_and(Value::is_u64)) {
-        warnings.add(format_args!("{location}.extensions.{LIGHTS}"), "ignored light without an index");
-        extensions.remove(LIGHTS);
+    for name in ["KHR_lights_punctual", area_light::NAME] {
+        if extensions.get(name).is_some_and(|body| !body.get("light").is_some_and(Value::is_u64)) {
+            warnings.add(format_args!("{location}.extensions.{name}"), "ignored light without an index");
+            extensions.remove(name);
+        }
     }
 }

@@ -2,6 +2,7 @@
 
 mod accessor;
 mod animation;
+mod area_light;
 mod attributes;
 mod blender;
 mod extensions;
@@ -9,6 +10,7 @@ mod graph;
 mod image_based_light;
 mod json_text;
 mod loading;
+mod lost_lights;
 mod malformed;
 mod materials;
 mod nodes;

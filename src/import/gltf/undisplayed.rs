@@ -2,6 +2,7 @@
 
 use serde_json::Value;
 
+use super::area_light;
 use super::json_tree::{Object, for_each_object, objects, path_text};
 use crate::error::Warnings;
 use crate::files::escape::printable;
@@ -51,15 +52,11 @@ pub(super) fn remove_invalid(root: &mut Value, warnings: &mut Warnings) {
             names.retain(Value::is_string);
         }
     }
-    const LIGHTS: &str = "KHR_lights_punctual";
     if let Some(extensions) = root.get_mut("extensions").and_then(Value::as_object_mut) {
-        remove(
-            extensions,
-            LIGHTS,
-            |body| body.get("lights").is_some_and(Value::is_array),
-            "extensions",
-            warnings,
-        );
+        for name in ["KHR_lights_punctual", area_light::NAME] {
+            let has_lights = |body: &Value| body.get("lights").is_some_and(Value::is_array);
+            remove(extensions, name, has_lights, "extensions", warnings);
+        }
     }
 }
 

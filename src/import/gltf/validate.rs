@@ -10,8 +10,9 @@ use serde::de::DeserializeOwned;
 use serde_json::{Value, json};
 use serde_path_to_error::Segment;
 
+use super::area_light::JsonAreaLight;
 use super::json_tree::{Object, as_objects, objects, primitives};
-use super::{clearcoat, material_schema, ranges};
+use super::{area_light, clearcoat, material_schema, ranges};
 use crate::error::Warnings;
 use crate::files::escape::printable;
 
@@ -76,6 +77,11 @@ pub(super) fn validate(root: &mut Value, warnings: &mut Warnings) {
     if let Some(lights) = root.pointer_mut("/extensions/KHR_lights_punctual") {
         for (i, object) in objects(lights, "lights") {
             repair_light(object, &format!("extensions.KHR_lights_punctual.lights[{i}]"), warnings);
+        }
+    }
+    if let Some(lights) = area_light::lights_mut(root) {
+        for (i, object) in objects(lights, "lights") {
+            repair_area_light(object, &format!("extensions.{}.lights[{i}]", area_light::NAME), warnings);
         }
     }
 }
@@ -256,12 +262,24 @@ fn remove_untypable<T: DeserializeOwned>(object: &mut Object, location: &str, wa
     }
 }
 
-fn repair_light(object: &mut Object, location: &str, warnings: &mut Warnings) {
+/// Removes an alpha from the colour of a light.
+fn truncate_color(object: &mut Object, location: &str, warnings: &mut Warnings) {
     if let Some(color) = object.get_mut("color").and_then(Value::as_array_mut).filter(|c| c.len() > 3) {
         let message = format!("{} numbers instead of 3; used the first 3", color.len());
         warnings.add(format_args!("{location}.color"), message);
         color.truncate(3);
     }
+}
+
+fn repair_area_light(object: &mut Object, location: &str, warnings: &mut Warnings) {
+    truncate_color(object, location, warnings);
+    correct_case(object, "type", &area_light::TYPES, location, warnings);
+    remove_untypable::<JsonAreaLight>(object, location, warnings);
+    ranges::repair_area_light(object, location, warnings);
+}
+
+fn repair_light(object: &mut Object, location: &str, warnings: &mut Warnings) {
+    truncate_color(object, location, warnings);
     correct_case(object, "type", &["directional", "point", "spot"], location, warnings);
     remove_untypable::<Light>(object, location, warnings);
     ranges::repair_light(object, location, warnings);

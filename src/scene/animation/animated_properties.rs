@@ -5,7 +5,8 @@
 use glam::{Vec2, Vec3};
 
 use crate::{
-    AlphaMode, FileCamera, FileProjection, Light, LightKind, Material, Reflectance, ScalarInput, TextureRef,
+    AlphaMode, AreaLight, FileCamera, FileProjection, Light, LightKind, Material, Reflectance, ScalarInput,
+    TextureRef,
 };
 
 /// A property of a material.
@@ -269,6 +270,18 @@ impl Light {
             (LightProperty::InnerCone, LightKind::Spot { inner, .. }) => *inner = at(0),
             (LightProperty::OuterCone, LightKind::Spot { outer, .. }) => *outer = at(0),
             (LightProperty::Blend, LightKind::Spot { inner, outer }) => *inner = *outer * (1.0 - at(0)),
+            _ => {}
+        }
+    }
+}
+
+impl AreaLight {
+    /// Sets a property, clamped to its range. Ignores properties that area lights do not have.
+    pub(super) fn set_property(&mut self, property: LightProperty, v: &[f64]) {
+        let at = |i: usize| v.get(i).copied().unwrap_or(0.0) as f32;
+        match property {
+            LightProperty::Color => self.color = Vec3::new(at(0), at(1), at(2)).max(Vec3::ZERO),
+            LightProperty::Intensity => self.intensity = at(0).max(0.0),
             _ => {}
         }
     }

@@ -34,6 +34,8 @@ pub enum ChannelTarget {
     Material(u32, MaterialProperty),
     /// A property of a light.
     Light(u32, LightProperty),
+    /// A colour or an intensity of an area light.
+    AreaLight(u32, LightProperty),
     /// A property of a camera.
     Camera(u32, CameraProperty),
 }

@@ -67,7 +67,10 @@ impl<'s> NodeTransforms<'s> {
                     }
                 }
                 ChannelTarget::Visibility(n) => visible[n as usize] = keyframes.sample(time)[0] > 0.5,
-                ChannelTarget::Material(..) | ChannelTarget::Light(..) | ChannelTarget::Camera(..) => {}
+                ChannelTarget::Material(..)
+                | ChannelTarget::Light(..)
+                | ChannelTarget::AreaLight(..)
+                | ChannelTarget::Camera(..) => {}
             }
         }
         // Parents come before their children, so one pass suffices.

@@ -79,7 +79,10 @@ impl Scene {
                 | ChannelTarget::Scale(n)
                 | ChannelTarget::Visibility(n) => moved[n as usize] = true,
                 ChannelTarget::Weights(n) | ChannelTarget::Weight(n, _) => morphed[n as usize] = true,
-                ChannelTarget::Material(..) | ChannelTarget::Light(..) | ChannelTarget::Camera(..) => {}
+                ChannelTarget::Material(..)
+                | ChannelTarget::Light(..)
+                | ChannelTarget::AreaLight(..)
+                | ChannelTarget::Camera(..) => {}
             }
         }
         for (i, node) in self.nodes.iter().enumerate() {
@@ -98,7 +101,13 @@ impl Scene {
 /// times between them.
 pub(super) fn sample_times(active: &[&Animation], max: usize) -> Vec<f64> {
     let moves = |t: &ChannelTarget| {
-        !matches!(t, ChannelTarget::Material(..) | ChannelTarget::Light(..) | ChannelTarget::Camera(..))
+        !matches!(
+            t,
+            ChannelTarget::Material(..)
+                | ChannelTarget::Light(..)
+                | ChannelTarget::AreaLight(..)
+                | ChannelTarget::Camera(..)
+        )
     };
     let channels = active.iter().flat_map(|a| &a.channels).filter(|c| moves(&c.target));
     let mut keys: Vec<f32> = channels.flat_map(|c| c.keyframes.times.iter().copied()).collect();

@@ -8,7 +8,7 @@ use crate::animation::bounds_cache::ClipBoundsCache;
 use crate::animation::node_transforms::{InstancePose, NodeTransforms};
 use crate::animation::playback::{AnimationChoice, PoseError, active_animations};
 use crate::animation::posed_scene::{PosedInstance, PosedScene};
-use crate::{Animation, ChannelTarget, DeformedMesh, FileCamera, Light, Material, Scene};
+use crate::{Animation, AreaLight, ChannelTarget, DeformedMesh, FileCamera, Light, Material, Scene};
 use blinn_core::geometry::{Aabb, Transform};
 
 /// The time of a pose, and which animations play.
@@ -48,6 +48,7 @@ fn pose_with_cache<'s>(
         materials: properties.materials,
         cameras: properties.cameras,
         lights: properties.lights,
+        area_lights: properties.area_lights,
         centre: DVec3::ZERO,
         instances,
         deformed,
@@ -90,6 +91,7 @@ fn pose_instances(
 struct AnimatedProperties<'s> {
     materials: Cow<'s, [Material]>,
     lights: Cow<'s, [Light]>,
+    area_lights: Cow<'s, [AreaLight]>,
     cameras: Cow<'s, [FileCamera]>,
 }
 
@@ -97,6 +99,7 @@ impl<'s> AnimatedProperties<'s> {
     fn at(scene: &'s Scene, active: &[&Animation], time: f64) -> AnimatedProperties<'s> {
         let mut materials = Cow::Borrowed(&scene.materials[..]);
         let mut lights = Cow::Borrowed(&scene.lights[..]);
+        let mut area_lights = Cow::Borrowed(&scene.area_lights[..]);
         let mut cameras = Cow::Borrowed(&scene.cameras[..]);
         for channel in active.iter().flat_map(|a| &a.channels) {
             let keyframes = &channel.keyframes;
@@ -107,13 +110,16 @@ impl<'s> AnimatedProperties<'s> {
                 ChannelTarget::Light(i, property) => {
                     lights.to_mut()[i as usize].set_property(property, &keyframes.sample(time));
                 }
+                ChannelTarget::AreaLight(i, property) => {
+                    area_lights.to_mut()[i as usize].set_property(property, &keyframes.sample(time));
+                }
                 ChannelTarget::Camera(i, property) => {
                     cameras.to_mut()[i as usize].set_property(property, keyframes.sample(time)[0]);
                 }
                 _ => {}
             }
         }
-        AnimatedProperties { materials, lights, cameras }
+        AnimatedProperties { materials, lights, area_lights, cameras }
     }
 }
 

@@ -6,7 +6,9 @@ use glam::{DAffine3, DVec3, Vec3, Vec4};
 
 use crate::animation::bounds_cache::ClipBoundsCache;
 use crate::animation::playback::AnimationChoice;
-use crate::{DeformedMesh, FileCamera, Light, LightUnits, Material, Mesh, PosedLight, Scene};
+use crate::{
+    AreaLight, DeformedMesh, FileCamera, Light, LightUnits, Material, Mesh, PosedAreaLight, PosedLight, Scene,
+};
 use blinn_core::geometry::{Aabb, HitId, Transform};
 
 /// An instance of a posed scene.
@@ -36,6 +38,8 @@ pub struct PosedScene<'s> {
     pub cameras: Cow<'s, [FileCamera]>,
     /// Lights at this time.
     pub(super) lights: Cow<'s, [Light]>,
+    /// Area lights at this time.
+    pub(super) area_lights: Cow<'s, [AreaLight]>,
     /// Subtracted from every world position.
     pub centre: DVec3,
     /// Instances, parallel to the scene's.
@@ -149,7 +153,21 @@ impl<'s> PosedScene<'s> {
                 let position = (to_world.translation - self.centre).as_vec3();
                 let kind = light.kind.pose(position, &to_world.matrix3, &self.scene.source);
                 let intensity = light.color * (light.intensity * units.factor(light.kind) * scale);
-                PosedLight { kind, intensity, range: light.range, radius: 0.0 }
+                PosedLight { kind, intensity, range: light.range, radius: light.radius }
+            })
+            .collect()
+    }
+
+    /// Returns the file's area lights, with radiances in the scene's unit times `scale`.
+    pub fn area_lights(&self, units: LightUnits, scale: f32) -> Vec<PosedAreaLight> {
+        let units = units.resolve(&self.scene.source);
+        let visible = self.area_lights.iter().filter(|light| self.visible[light.node as usize]);
+        visible
+            .filter_map(|light| {
+                let mut node = self.node_to_world[light.node as usize];
+                node.translation -= self.centre;
+                let radiance = light.color * (light.intensity * units.radiance_factor() * scale);
+                PosedAreaLight::new(light.shape, light.size, &node, radiance)
             })
             .collect()
     }

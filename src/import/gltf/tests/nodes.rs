@@ -142,6 +142,42 @@ fn lights_are_read_and_unknown_types_ignored() {
     assert_eq!(warnings.len(), 1);
 }
 
+/// Blender's exporter writes custom properties of lights into `extras`.
+#[test]
+fn radii_of_lights_are_read_from_extras() {
+    let mut fixture = Fixture::empty();
+    let light = |kind: &str, extras: serde_json::Value| json!({"type": kind, "extras": extras});
+    let lights = [
+        (light("point", json!({"shadow_soft_size": 0.25, "angle": 1})), 0.25),
+        (light("spot", json!({"radius": 0.5})), 0.5),
+        (light("directional", json!({"angle": 0.2, "radius": 3})), 0.1f32.tan()),
+        (light("point", json!({"radius": -1})), 0.0),
+        (light("point", json!({"radius": 1e300})), 0.0),
+        (light("directional", json!({"angle": 3.2})), 0.0),
+        (light("point", json!({"radius": "wide"})), 0.0),
+        (light("point", json!([0.5])), 0.0),
+        (light("point", json!(null)), 0.0),
+        (json!({"type": "point"}), 0.0),
+    ];
+    fixture.json["extensions"]["KHR_lights_punctual"]["lights"] =
+        lights.iter().map(|(light, _)| light.clone()).collect();
+    for i in 0..lights.len() {
+        fixture.node(json!({"extensions": {"KHR_lights_punctual": {"light": i}}}));
+    }
+    let (scene, warnings) = fixture.load();
+    for (light, (json, expected)) in scene.lights.iter().zip(&lights) {
+        assert!((light.radius - expected).abs() < 1e-7, "{json}: {}", light.radius);
+    }
+    let invalid = |i: usize, name: &str, value: &str| {
+        format!("extensions.KHR_lights_punctual.lights[{i}].extras.{name}: ignored invalid value {value}")
+    };
+    let long = format!("1{}", "0".repeat(300));
+    let expected = [invalid(3, "radius", "-1"), invalid(4, "radius", &long), invalid(5, "angle", "3.2")];
+    assert_eq!(warnings, expected);
+    let posed = blinn_scene::pose(&scene, &Default::default()).unwrap();
+    assert_eq!(posed.lights(blinn_scene::LightUnits::Raw, 1.0)[0].radius, 0.25);
+}
+
 #[test]
 fn node_visibility_is_read() {
     let mut fixture = Fixture::triangle();
