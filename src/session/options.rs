@@ -73,6 +73,8 @@ pub struct Options {
     pub overrides: MaterialOverrides,
     /// Maximum reflections along a path.
     pub bounces: u8,
+    /// Maximum diffuse bounces along a path, in place of the ambient light.
+    pub indirect: u8,
     /// The back faces that eye rays pass through.
     pub cull: BackFaceCulling,
     /// The shape that what is written of a dataset is scaled to.
@@ -114,6 +116,7 @@ impl Default for Options {
             stage: Stage::Phong,
             overrides: MaterialOverrides::default(),
             bounces: DEFAULT_BOUNCES,
+            indirect: 0,
             cull: BackFaceCulling::SingleSided,
             normalize: None,
             rotation: None,

@@ -13,7 +13,7 @@ use crate::options::{BackFaceCulling, TurntableRotation};
 use crate::plan::SessionPlan;
 use blinn_accel::{Accel, AccelSettings, BuildReport};
 use blinn_core::cancellation::CancelToken;
-use blinn_render::integrator::Frame;
+use blinn_render::integrator::{Emitters, Frame};
 use blinn_scene::{AxisRotation, Camera, Environment, Lighting, PosedScene, ResolvedLighting};
 
 /// A scene at one time.
@@ -133,12 +133,23 @@ impl SceneSetup<'_> {
         Ok(Frame {
             overrides: self.plan.options.overrides,
             bounces: self.plan.options.bounces,
+            indirect: self.plan.options.indirect,
+            emitters: self.emitters(&frame.posed),
             cull_back_faces: self.plan.options.cull != BackFaceCulling::Off,
             shadows: self.plan.options.shadows,
             ambient_occlusion: self.framing.occlusion,
             background: self.background.clone(),
             ..Frame::new(&frame.posed, accel, camera, lit)
         })
+    }
+
+    /// The glowing surfaces that light others, where indirect light is traced.
+    fn emitters(&self, posed: &PosedScene) -> Option<Arc<Emitters>> {
+        let options = &self.plan.options;
+        if options.indirect == 0 || options.overrides.k_e.is_some() {
+            return None;
+        }
+        Emitters::new(posed).map(Arc::new)
     }
 
     /// The frame with the scene or the camera rotated by a turntable.

@@ -2,6 +2,7 @@
 //! tests call the library.
 //!
 //! - `antialiasing`: sampling error of pictures that are formulas
+//! - `area_lights`: area lights, glowing surfaces and bounced light against closed forms
 //! - `bvh`: every BVH query against brute force, bit for bit; refit against rebuild
 //! - `determinism`: the same bytes on any number of threads, tile size, BVH preset and SIMD level
 //! - `empty_tile_culling`: tiles that no ray can hit trace none
@@ -25,6 +26,7 @@
 mod common;
 
 mod antialiasing;
+mod area_lights;
 mod bvh;
 mod determinism;
 mod empty_tile_culling;

@@ -48,8 +48,7 @@ impl Shot {
             lights: self.lights.clone(),
             area_lights: Vec::new(),
             ambient: Rgb::splat(self.ambient),
-            sky: None,
-            environment: None,
+            ..Rig::default()
         };
         let lit = ResolvedLighting {
             rig,

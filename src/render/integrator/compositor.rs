@@ -1,5 +1,6 @@
 //! Transparency: rays pass through surfaces, whose light is composited front to back.
 
+use crate::integrator::area_lighting::AreaLightHit;
 use crate::integrator::frame::Frame;
 use crate::integrator::path_rays::PathRays;
 use crate::integrator::paths::{PathLight, Wave};
@@ -17,17 +18,46 @@ pub(crate) struct Compositor<'a> {
     pub ground_t: Vec<Option<f64>>,
     /// For each path the light so far, and the share of light from behind that still arrives.
     light: Vec<PathLight>,
+    /// The area lights that the rays have not passed yet, sorted by path.
+    area_light_hits: Vec<AreaLightHit>,
 }
 
 impl<'a> Compositor<'a> {
     /// Starts with all rays at their origins.
     pub fn new(frame: &Frame, rays: PathRays<'a>) -> Compositor<'a> {
         let paths = rays.batch().len();
+        let area_light_hits = rays.area_light_hits(frame);
         Compositor {
+            area_light_hits,
             ground_t: frame.intersect_ground(rays.batch(), rays.is_secondary),
             rays,
-            light: vec![PathLight { radiance: Rgb::ZERO, transmittance: Rgb::ONE }; paths],
+            light: vec![PathLight { transmittance: Rgb::ONE, ..PathLight::NONE }; paths],
         }
+    }
+
+    /// Adds the area lights in front of the current hits to the light of the paths.
+    pub fn add_area_light_hits(&mut self) {
+        if self.area_light_hits.is_empty() {
+            return;
+        }
+        let mut ahead = std::mem::take(&mut self.area_light_hits);
+        let mut rays = self.rays.iter().peekable();
+        let light = &mut self.light;
+        let states = self.rays.states;
+        ahead.retain(|area_light| {
+            let path = area_light.path;
+            while rays.next_if(|ray| ray.path < path).is_some() {}
+            // The ray of a finished path is not there any more.
+            let Some(ray) = rays.peek().filter(|ray| ray.path == path) else { return false };
+            if !ray.hit.is_miss() && ray.hit.t < area_light.t {
+                return true;
+            }
+            let p = ray.ray.o + ray.ray.d * area_light.t;
+            let arrives = light[path].transmittance * states.medium_transmittance_to(path, p);
+            light[path].emitted += arrives * area_light.radiance;
+            false
+        });
+        self.area_light_hits = ahead;
     }
 
     /// The share of the light of point `i` of `batch` that arrives at the origin of its path's current ray.
@@ -50,7 +80,7 @@ impl<'a> Compositor<'a> {
                 let p = vec3(&block.p, lane);
                 surface.radiance *= self.rays.states.medium_transmittance_to(point.path, p);
             }
-            let PathLight { radiance, transmittance } = &mut self.light[point.path];
+            let PathLight { radiance, transmittance, .. } = &mut self.light[point.path];
             *radiance += *transmittance * surface.radiance;
             *transmittance *= surface.transmittance;
             if transmittance.max_element() < OPAQUE_TRANSMITTANCE {

@@ -63,7 +63,7 @@ impl IncidentLight {
 
     /// Stores a light at point `i`, given its direction and its irradiance.
     #[inline(always)]
-    fn set(&mut self, block: &PointBlock, i: usize, l: DVec3, irradiance: Rgb) {
+    pub fn set(&mut self, block: &PointBlock, i: usize, l: DVec3, irradiance: Rgb) {
         let n_dot_l = block.n(i).dot(l);
         // Both the shading and the vertex normal must face the light. This is the max of max(0, n·l).
         let is_facing = n_dot_l > 0.0 && dvec3(&block.n_v, i).dot(l) > 0.0;

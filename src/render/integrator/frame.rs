@@ -1,7 +1,10 @@
 //! A frame: the posed scene, its acceleration structure, camera and lights, and how they are shaded.
 
+use std::sync::Arc;
+
 use glam::{DAffine3, DVec3, Vec3};
 
+use crate::integrator::emitters::Emitters;
 use crate::integrator::material::coefficients::{Coefficients, MaterialOverrides};
 use crate::integrator::media::Medium;
 use crate::integrator::sample::Sample;
@@ -9,8 +12,8 @@ use blinn_accel::{Accel, Coherence, RayBatch};
 use blinn_core::geometry::{HitId, RayDifferential, Rgb};
 use blinn_core::simd::SimdLevel;
 use blinn_scene::{
-    Camera, Environment, Ground, Material, PosedLight, PosedScene, Projection, ResolvedLighting,
-    SkyIrradiance,
+    Camera, Environment, Ground, Material, PosedAreaLight, PosedLight, PosedScene, Projection,
+    ResolvedLighting, SkyIrradiance,
 };
 
 /// [`Frame::bounces`] of a new frame.
@@ -27,6 +30,10 @@ pub struct Frame<'a> {
     pub camera: Camera,
     /// Lights in the lecture's units.
     pub lights: Vec<PosedLight>,
+    /// Area lights. Secondary rays meet them, eye rays and shadow rays pass.
+    pub area_lights: Vec<PosedAreaLight>,
+    /// The glowing surfaces that light others. Without it, only rays that meet them find their light.
+    pub emitters: Option<Arc<Emitters>>,
     /// The lecture's I_a.
     pub ambient: Rgb,
     /// Replaces I_a by the light of a sky, which depends on the normal: the irradiance of `environment`.
@@ -39,6 +46,8 @@ pub struct Frame<'a> {
     pub background: Option<Environment>,
     /// Maximum number of reflections along a path; a path may meet glass three times as often. 0: the lecture alone.
     pub bounces: u8,
+    /// Maximum number of diffuse bounces along a path. With one or more, traced light takes the place of I_a.
+    pub indirect: u8,
     /// Coefficients that replace those of all materials.
     pub overrides: MaterialOverrides,
     /// True: eye rays pass through back faces of single-sided materials.
@@ -75,11 +84,14 @@ impl<'a> Frame<'a> {
             accel,
             camera,
             lights: lit.rig.lights.clone(),
+            area_lights: lit.rig.area_lights.clone(),
+            emitters: None,
             ambient: lit.rig.ambient,
             sky: lit.rig.sky,
             environment: lit.rig.environment.clone(),
             background: None,
             bounces: DEFAULT_BOUNCES,
+            indirect: 0,
             overrides: MaterialOverrides::default(),
             cull_back_faces: true,
             shadows: true,
@@ -100,6 +112,8 @@ impl<'a> Frame<'a> {
         self.camera = self.camera.transformed(&inverse);
         self.lights =
             self.lights.iter().map(|light| light.transformed(&inverse, self.posed.centre)).collect();
+        let centre = self.posed.centre;
+        self.area_lights = self.area_lights.iter().map(|light| light.transformed(&inverse, centre)).collect();
         let rotate = |environment: Environment| environment.rotated(inverse.matrix3);
         self.environment = self.environment.map(rotate);
         self.background = self.background.map(rotate);
@@ -150,15 +164,31 @@ impl<'a> Frame<'a> {
         self.background.is_some() || self.ground.is_some() || self.accel.may_intersect(&corners())
     }
 
-    /// I_a at a surface with shading normal `n`.
+    /// I_a at a surface with shading normal `n`; 0 where indirect light is traced.
     pub(crate) fn ambient_at(&self, n: DVec3) -> Rgb {
+        if self.indirect > 0 {
+            return Rgb::ZERO;
+        }
         self.sky.map_or(self.ambient, |sky| sky.ambient(self.scene_to_world.matrix3 * n))
     }
 
-    /// Returns true if objects hide the environment from surfaces: with ambient occlusion.
+    /// Returns true if objects hide the environment from surfaces: with ambient occlusion or indirect light.
     #[inline]
     pub(crate) fn occludes_environment(&self) -> bool {
-        self.ambient_occlusion.is_some() && self.environment.is_some()
+        (self.ambient_occlusion.is_some() || self.indirect > 0) && self.environment.is_some()
+    }
+
+    /// Returns the light that diffuse rays meet which pass the scene from direction `d`, averaged over `solid_angle`.
+    pub(crate) fn ambient_radiance(&self, d: Vec3, solid_angle: f32) -> Rgb {
+        match self.ambient_environment() {
+            Some(environment) => environment.radiance(d, solid_angle),
+            None => self.sky.map_or(self.ambient, |_| self.environment_mean()),
+        }
+    }
+
+    /// The radiance of a uniform environment.
+    fn environment_mean(&self) -> Rgb {
+        self.environment.as_ref().map_or(Rgb::ZERO, Environment::mean)
     }
 
     /// The environment that the ambient light comes from, unless it is a constant I_a.

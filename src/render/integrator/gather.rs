@@ -9,6 +9,7 @@ use std::ops::Range;
 use glam::DVec3;
 
 use crate::integrator::compositor::Compositor;
+use crate::integrator::emitters::Emitters;
 use crate::integrator::frame::Frame;
 use crate::integrator::material::coefficient_lanes::CoefficientLanes;
 use crate::integrator::material::coefficients::Coefficients;
@@ -16,12 +17,13 @@ use crate::integrator::material::evaluator::{EvalMaterial, EvalSettings};
 use crate::integrator::material::material_inputs::MaterialInputs;
 use crate::integrator::material::specular_antialiasing::SpecularAntialiasing;
 use crate::integrator::path_rays::PathRays;
+use crate::integrator::paths::PathStates;
 use crate::integrator::sample::Sample;
 use crate::integrator::shading_batch::{BatchBuffers, ShadingBatch, ShadingPoint, TrianglePoints};
 use crate::integrator::surface::point_block::PointBlock;
 use crate::integrator::surface::points_soa::PointsSoa;
 use crate::integrator::surface::shading_triangle::{MaterialTraits, ShadingTriangle, TriangleSurface};
-use crate::integrator::surface::soa::{HIT_LANES, LANES, set3};
+use crate::integrator::surface::soa::{HIT_LANES, LANES, dvec3, set3, vec3};
 use crate::integrator::surface::surface_hit::Ray8;
 use crate::integrator::surface::surface_point::SurfacePoint;
 use crate::integrator::surface::texture_eval::TextureEvalContext;
@@ -43,7 +45,7 @@ pub(crate) fn gather_points<'s>(
     // Composited in this order, the ground covers what is behind it. Its points are the first of their paths in the batch.
     frame.gather_ground(&mut batch, &compositor.rays, &mut compositor.ground_t, &base_radiance);
     compute_surface_points(frame, &mut batch, &compositor.rays, samples);
-    evaluate_materials(frame, &mut batch, reflections_enabled, base_radiance);
+    evaluate_materials(frame, &mut batch, compositor.rays.states, reflections_enabled, base_radiance);
     batch
 }
 
@@ -149,14 +151,17 @@ impl<'a> Footprints<'a> {
 fn evaluate_materials(
     frame: &Frame,
     batch: &mut ShadingBatch,
+    states: PathStates,
     reflections_enabled: bool,
     base_radiance: impl Fn(&Coefficients, DVec3) -> Rgb,
 ) {
-    let ShadingBatch { soa, triangles, has_transmission, .. } = batch;
+    let ShadingBatch { points, soa, triangles, has_transmission, .. } = batch;
     let settings =
         EvalSettings { overrides: &frame.overrides, under_sky: frame.sky.is_some(), reflections_enabled };
     let mut pass = MaterialPass {
         frame,
+        points,
+        states,
         settings,
         inputs: MaterialInputs::new(),
         coefficients: CoefficientLanes::ZERO,
@@ -208,6 +213,8 @@ impl<'a, 's> MaterialRun<'a, 's> {
 /// Evaluates the materials of points, run by run.
 struct MaterialPass<'a, F> {
     frame: &'a Frame<'a>,
+    points: &'a [ShadingPoint],
+    states: PathStates<'a>,
     settings: EvalSettings<'a>,
     inputs: MaterialInputs<'a>,
     /// The coefficients of the last run.
@@ -263,6 +270,9 @@ impl<F: Fn(&Coefficients, DVec3) -> Rgb> MaterialPass<'_, F> {
             has_normal_map: material.normal.is_some(),
             antialiasing: SpecularAntialiasing::new(material, &frame.overrides),
         });
+        if let Some(emitters) = &frame.emitters {
+            self.weight_emission(emitters, run, block);
+        }
         // Where the surface reflects, its specular layers set the radiance.
         for lane in lanes {
             if block.reflects(lane) {
@@ -270,6 +280,29 @@ impl<F: Fn(&Coefficients, DVec3) -> Rgb> MaterialPass<'_, F> {
             }
             let base_radiance = (self.base_radiance)(&block.k.get(lane), block.n(lane));
             block.set_base_radiance(lane, base_radiance);
+        }
+    }
+}
+
+impl<F> MaterialPass<'_, F> {
+    /// Scales k_e of the points of a run to the share that shadow rays to glowing surfaces do not find.
+    fn weight_emission(&self, emitters: &Emitters, run: &MaterialRun, block: &mut PointBlock) {
+        let posed = self.frame.posed;
+        let first = run.points.start / LANES * LANES;
+        for (triangle, lanes) in run.triangles() {
+            if emitters.probability(triangle.id).is_none() {
+                continue;
+            }
+            let is_double_sided = posed.materials[triangle.material as usize].double_sided;
+            for lane in lanes {
+                let Some(ray) = self.states.secondary(self.points[first + lane].path) else { continue };
+                let (p, n_g) = (vec3(&block.p, lane), dvec3(&block.n_g, lane));
+                let density = emitters.density(posed, triangle.id, ray.state.origin, p, n_g);
+                let emits = is_double_sided || triangle.is_front(n_g);
+                let weight = if emits { ray.area_lights.weight(density.unwrap_or(0.0)) } else { 0.0 };
+                let k_e: Rgb = vec3(&block.k.k_e, lane);
+                set3(&mut block.k.k_e, lane, (k_e * weight).to_array());
+            }
         }
     }
 }

@@ -61,6 +61,8 @@ impl AutovecKernel for SplitLight<'_> {
         // Opaque to the compiler, which would else compute its constant term before the match, from arbitrary bytes if there
         // is none: subnormal numbers, which are slow.
         match black_box(frame.sky.as_ref()) {
+            // Traced light takes the place of I_a.
+            _ if frame.indirect > 0 => {}
             None => {
                 for i in 0..LANES {
                     set3(&mut ambient, i, frame.ambient.to_array());

@@ -6,15 +6,31 @@ use crate::integrator::surface::point_block::PointBlock;
 use crate::integrator::surface::soa::{LANES, vec3};
 use blinn_core::geometry::Rgb;
 
+/// Factors of the highlights of a block's points.
+pub(crate) struct LobeWeights {
+    pub facets: [f32; LANES],
+    pub coats: [f32; LANES],
+}
+
+impl LobeWeights {
+    pub const ONE: LobeWeights = LobeWeights { facets: [1.0; LANES], coats: [1.0; LANES] };
+}
+
 /// Adds I/r² times the highlights of a block's points to their current light.
 #[inline(always)]
 pub(crate) fn add_highlights(block: &mut PointBlock, light: &IncidentLight) {
+    add_weighted_highlights(block, light, &LobeWeights::ONE);
+}
+
+/// [`add_highlights`], each lobe with a weight.
+#[inline(always)]
+pub(crate) fn add_weighted_highlights(block: &mut PointBlock, light: &IncidentLight, weights: &LobeWeights) {
     let mut reflected = [[0.0; LANES]; 3];
     let directions = Directions::new(block, light);
     let highlights = &block.highlights;
-    add_lobes(block, &highlights.facets, light, &directions, &mut reflected);
+    add_lobes(block, &highlights.facets, light, &directions, &weights.facets, &mut reflected);
     if highlights.any_coat {
-        add_lobes(block, &highlights.coats, light, &directions, &mut reflected);
+        add_lobes(block, &highlights.coats, light, &directions, &weights.coats, &mut reflected);
     }
     for c in 0..3 {
         for i in 0..LANES {
@@ -53,6 +69,7 @@ fn add_lobes(
     lobes: &HighlightLobes,
     light: &IncidentLight,
     directions: &Directions,
+    weights: &[f32; LANES],
     reflected: &mut [[f32; LANES]; 3],
 ) {
     let (mut lobe, mut weight) = ([0.0; LANES], [0.0; LANES]);
@@ -63,6 +80,7 @@ fn add_lobes(
         let reflected = lobe[i] * (reflectance.element_sum() * (1.0 / 3.0));
         let max = block.highlights.max_share[i] * light.n_dot_l[i];
         lobe[i] = if reflected > max { lobe[i] * (max / reflected) } else { lobe[i] };
+        lobe[i] *= weights[i];
     }
     for c in 0..3 {
         for i in 0..LANES {

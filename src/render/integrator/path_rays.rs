@@ -1,5 +1,6 @@
 //! The rays of a batch of paths, traced from surface to surface: eye rays, or a wave of secondary rays.
 
+use crate::integrator::area_lighting::AreaLightHit;
 use crate::integrator::frame::Frame;
 use crate::integrator::material::hit_filter::MaterialHitFilter;
 use crate::integrator::paths::{PathStates, Wave};
@@ -52,6 +53,20 @@ impl<'a> PathRays<'a> {
         wave.fill(rays);
         let states = PathStates::Secondary(&wave.rays);
         PathRays { rays, hits, ray_path: (0..wave.rays.len()).collect(), states, is_secondary: true }
+    }
+
+    /// The area lights along the rays of a wave, sorted by path.
+    pub fn area_light_hits(&self, frame: &Frame) -> Vec<AreaLightHit> {
+        let mut hits = Vec::new();
+        if let PathStates::Secondary(rays) = self.states
+            && !frame.area_lights.is_empty()
+        {
+            for (path, ray) in rays.iter().enumerate() {
+                let o = ray.state.origin;
+                frame.intersect_area_lights(path, o, ray.direction, ray.area_lights, &mut hits);
+            }
+        }
+        hits
     }
 
     pub fn is_empty(&self) -> bool {

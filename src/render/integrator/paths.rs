@@ -31,6 +31,10 @@ pub(crate) struct PathState {
     pub reflections_left: u8,
     /// Number of reflections and refractions that may still follow at glass.
     pub glass_events_left: u8,
+    /// Number of diffuse bounces that may still follow.
+    pub diffuse_left: u8,
+    /// True behind a diffuse bounce.
+    pub is_indirect: bool,
 }
 
 impl PathState {
@@ -69,6 +73,28 @@ pub(crate) enum Escape {
     Background,
 }
 
+/// How a secondary ray counts the area lights and glowing surfaces that it meets.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) enum AreaLightHits {
+    /// Not at all: shadow rays find their light.
+    Ignored,
+    /// In full: nothing else finds their light.
+    Counted,
+    /// Weighted against shadow rays by the density of the ray's direction, per steradian.
+    Weighted(f32),
+}
+
+impl AreaLightHits {
+    /// The share of an area light's radiance that counts. `of_shadow_ray` is the density with which shadow rays find it.
+    pub fn weight(self, of_shadow_ray: f32) -> f32 {
+        match self {
+            AreaLightHits::Ignored => 0.0,
+            AreaLightHits::Counted => 1.0,
+            AreaLightHits::Weighted(density) => density / (density + of_shadow_ray),
+        }
+    }
+}
+
 /// A ray that a surface spawns.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct SecondaryRay {
@@ -88,6 +114,8 @@ pub(crate) struct SecondaryRay {
     pub direction: Vec3,
     /// The triangle that the ray starts on.
     pub source: HitId,
+    /// How the ray meets area lights.
+    pub area_lights: AreaLightHits,
     pub state: PathState,
 }
 
@@ -130,8 +158,16 @@ impl Wave {
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct PathLight {
     pub radiance: Rgb,
+    /// The light of area lights that the path's ray meets.
+    pub emitted: Rgb,
     /// Share of the light from behind all surfaces that arrives.
     pub transmittance: Rgb,
+}
+
+impl PathLight {
+    /// Black.
+    pub const NONE: PathLight =
+        PathLight { radiance: Rgb::ZERO, emitted: Rgb::ZERO, transmittance: Rgb::ZERO };
 }
 
 /// Maximum radiance of surfaces along a secondary ray, as the mean of the channels. Few rays find the brighter highlights of small
@@ -159,7 +195,8 @@ impl Wave {
         let mut lights: Vec<PathLight> = Vec::with_capacity(found.len());
         let (mut estimates, mut estimated) = (Vec::new(), Vec::new());
         for (i, (ray, &found)) in self.rays.iter().zip(found).enumerate() {
-            let mut light = PathLight { radiance: ray.surface_light(found), transmittance: Rgb::ZERO };
+            let radiance = ray.surface_light(found) + found.emitted * ray.weight;
+            let mut light = PathLight { radiance, ..PathLight::NONE };
             match (ray.escape, ray.unoccluded) {
                 (Escape::Background, _) => light.transmittance = ray.escape_weight * found.transmittance,
                 (Escape::Radiance(radiance), None) => {
@@ -216,6 +253,15 @@ impl PathStates<'_> {
         }
     }
 
+    /// The ray of a path, if a surface has spawned it.
+    #[inline(always)]
+    pub fn secondary(&self, path: usize) -> Option<&SecondaryRay> {
+        match self {
+            PathStates::Secondary(rays) => Some(&rays[path]),
+            _ => None,
+        }
+    }
+
     /// True if a path may still be reflected at a surface other than glass.
     #[inline(always)]
     pub fn may_reflect(&self, path: usize) -> bool {
@@ -256,6 +302,8 @@ impl Frame<'_> {
             importance: 1.0,
             reflections_left: self.bounces,
             glass_events_left: self.bounces.saturating_mul(3),
+            diffuse_left: self.indirect,
+            is_indirect: false,
         }
     }
 }

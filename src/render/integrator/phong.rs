@@ -28,7 +28,9 @@ use glam::DVec3;
 
 use crate::integrator::Integrator;
 use crate::integrator::ambient_occlusion::occlude_ambient;
+use crate::integrator::area_lighting::{LightTerms, add_area_lights};
 use crate::integrator::compositor::Compositor;
+use crate::integrator::diffuse_rays::spawn_diffuse_rays;
 use crate::integrator::direct_light::IncidentLight;
 use crate::integrator::frame::Frame;
 use crate::integrator::gather::gather_points;
@@ -85,11 +87,14 @@ impl Integrator for Phong {
         let Scratch { rays, hits, points, shadow, waves } = scratch;
         let stream = SampleStream { samples, sampler, wave: 0 };
         let mut eye_rays = PathRays::new(frame, samples, rays, hits);
-        if self.reflections_enabled(frame) && frame.posed.has_reflecting_materials {
+        let reflects = self.reflections_enabled(frame) && frame.posed.has_reflecting_materials;
+        if reflects || self.traces_indirect(frame) {
             eye_rays.states = PathStates::Eye(frame, samples);
         }
         let light = self.trace(frame, eye_rays, stream, points, shadow, waves);
-        for ((out, sample), PathLight { radiance, transmittance }) in out.iter_mut().zip(samples).zip(light) {
+        for ((out, sample), PathLight { radiance, transmittance, .. }) in
+            out.iter_mut().zip(samples).zip(light)
+        {
             *out = match frame.background_radiance(sample) {
                 Some(background) => (radiance + transmittance * background).extend(1.0),
                 // Alpha is the mean opacity of the three colours.
@@ -107,6 +112,11 @@ impl Phong {
     /// True if surfaces reflect and refract their surroundings.
     fn reflections_enabled(&self, frame: &Frame) -> bool {
         self.stage == Stage::Phong && frame.reflections_enabled()
+    }
+
+    /// True if light that bounces between matte surfaces is traced.
+    fn traces_indirect(&self, frame: &Frame) -> bool {
+        self.stage == Stage::Phong && frame.indirect > 0
     }
 
     /// L along a wave of rays: eye rays at first, then the rays that surfaces have reflected or refracted.
@@ -127,6 +137,7 @@ impl Phong {
         next.wave.clear();
         for _ in 0..MAX_SURFACES_PER_RAY {
             compositor.rays.intersect(frame);
+            compositor.add_area_light_hits();
             let base_radiance = |k: &Coefficients, n: DVec3| self.base_radiance(frame, k, n);
             let reflections_enabled = self.reflections_enabled(frame);
             let mut batch = gather_points(
@@ -137,11 +148,14 @@ impl Phong {
                 reflections_enabled,
                 base_radiance,
             );
-            self.shade(frame, &mut batch, compositor.rays.states, stream, shadow);
+            self.shade(frame, &compositor, &mut batch, stream, shadow);
             if reflections_enabled {
                 add_transmitted_highlights(frame, &compositor, &mut batch, stream, shadow);
             }
             spawn_rays(frame, &compositor, &mut batch, stream, &mut next.wave);
+            if self.traces_indirect(frame) {
+                spawn_diffuse_rays(frame, &compositor, &batch, stream, &mut next.wave);
+            }
             let continues = compositor.composite(frame, &batch);
             batch.recycle(buffers);
             if !continues {
@@ -174,8 +188,8 @@ impl Phong {
     fn shade(
         &self,
         frame: &Frame,
+        compositor: &Compositor,
         batch: &mut ShadingBatch,
-        states: PathStates,
         stream: SampleStream,
         shadow: &mut ShadowBuffers,
     ) {
@@ -190,8 +204,8 @@ impl Phong {
             if stream.wave > 0 {
                 limit_highlights(frame, batch);
             }
-            if let Some(settings) = frame.ambient_occlusion {
-                occlude_ambient(frame, settings, batch, states, stream, shadow);
+            if let Some(settings) = frame.ambient_occlusion.filter(|_| frame.indirect == 0) {
+                occlude_ambient(frame, settings, batch, compositor.rays.states, stream, shadow);
             }
         }
         for (i, light) in frame.lights.iter().enumerate() {
@@ -208,6 +222,12 @@ impl Phong {
             }
             batch.soa.accumulate(frame.simd());
         }
+        let terms = LightTerms {
+            has_specular: is_full_model,
+            has_shadows,
+            has_shadow_catcher: frame.has_shadow_catcher(),
+        };
+        add_area_lights(frame, compositor, batch, stream, terms, shadow);
     }
 }
 
@@ -249,7 +269,7 @@ impl AutovecKernel for DirectLightKernel<'_> {
 ///
 /// Unlike the lecture's, the highlight counts only where n·l > 0: the irradiance is 0 elsewhere.
 #[inline(always)]
-fn blinn_phong(block: &mut PointBlock, light: &IncidentLight, has_specular: bool) {
+pub(crate) fn blinn_phong(block: &mut PointBlock, light: &IncidentLight, has_specular: bool) {
     let mut lobe = [0.0; LANES];
     if has_specular {
         for (i, lobe) in lobe.iter_mut().enumerate() {

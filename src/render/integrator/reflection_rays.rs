@@ -2,6 +2,7 @@
 
 use glam::DVec3;
 
+use crate::integrator::area_lighting::area_light_hits;
 use crate::integrator::block_lobes::{STRONG_IMPORTANCE, survival_probability};
 use crate::integrator::environment_occlusion::LOOKUP_SHARE;
 use crate::integrator::frame::Frame;
@@ -251,7 +252,9 @@ impl RayMaker<'_, '_> {
         let is_uniform = environment.is_some_and(|e| e.as_uniform().is_some());
         // Surfaces seen in a weak lobe count at most as much as the environment that they hide: a light would be a white dot.
         let max_light = match environment {
-            Some(_) if survival < 1.0 => (samples.filtered_light[lane] * arrives * weight).max_element(),
+            Some(_) if survival < 1.0 && self.frame.indirect == 0 => {
+                (samples.filtered_light[lane] * arrives * weight).max_element()
+            }
             _ => f32::INFINITY,
         };
         let (origin, source) = self.batch.offset_origin(point, direction);
@@ -281,6 +284,7 @@ impl RayMaker<'_, '_> {
             unoccluded: None,
             direction: direction.as_vec3(),
             source,
+            area_lights: area_light_hits(lobe.n, direction, lobe.v, lobe.alpha, survival),
             state,
         };
         spawned.wave.push(ray, self.stream.samples[path]);

@@ -35,6 +35,12 @@ pub(crate) enum SampleDimension {
     Coat,
     /// The choice of weak rays that are traced.
     Roulette,
+    /// The choice of a glowing triangle.
+    EmitterChoice,
+    /// The direction of a diffuse ray.
+    Diffuse,
+    /// The choice of diffuse rays that are traced.
+    DiffuseRoulette,
 }
 
 impl SampleDimension {
@@ -45,6 +51,9 @@ impl SampleDimension {
             SampleDimension::Reflection => FIRST_PATH_PAIR,
             SampleDimension::Coat => FIRST_PATH_PAIR + 1,
             SampleDimension::Roulette => FIRST_PATH_PAIR + 2,
+            SampleDimension::Diffuse => FIRST_PATH_PAIR + 3,
+            SampleDimension::DiffuseRoulette => FIRST_PATH_PAIR + 4,
+            SampleDimension::EmitterChoice => FIRST_PATH_PAIR + 5,
         }
     }
 }

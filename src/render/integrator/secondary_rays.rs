@@ -22,7 +22,7 @@ use crate::integrator::material::fresnel::fresnel_dielectric;
 use crate::integrator::material::ggx::SMOOTH_GLASS_ALPHA;
 use crate::integrator::material::ggx_lobe::Lobe;
 use crate::integrator::media::{Crossing, MediumStack};
-use crate::integrator::paths::{Escape, PathState, PathStates, SecondaryRay, Wave};
+use crate::integrator::paths::{AreaLightHits, Escape, PathState, PathStates, SecondaryRay, Wave};
 use crate::integrator::reflection_rays::{ReflectionRays, SpawnedRays};
 use crate::integrator::sample::{SampleDimension, SampleStream};
 use crate::integrator::shading_batch::ShadingBatch;
@@ -252,6 +252,8 @@ impl<'a, 's> PathVertex<'a, 's> {
             unoccluded: None,
             direction,
             source: self.batch.points[self.i].id,
+            // Shadow rays pass glass straight: they have found the lights behind it for diffuse light.
+            area_lights: if self.state.is_indirect { AreaLightHits::Ignored } else { AreaLightHits::Counted },
             state,
         };
         wave.push(ray, self.stream.samples[parent]);

@@ -30,6 +30,18 @@ pub(crate) fn highlight_lobe(n: Vec3, l: Vec3, v: Vec3, n_l: f32, a2: f32) -> [f
     if h2 > 0.0 { [lobe, m2 * m2 * m] } else { [0.0; 2] }
 }
 
+/// Density per steradian with which a ray of a GGX lobe is reflected to `l`, D G₁ / (4 n·v): that of visible normals. `a2` is α².
+#[inline(always)]
+pub(crate) fn reflection_pdf(n: Vec3, l: Vec3, v: Vec3, a2: f32) -> f32 {
+    let h = v + l;
+    let h2 = h.length_squared();
+    let sin2 = (n.cross(h).length_squared() / h2).min(1.0);
+    let d = sin2 + a2 * (1.0 - sin2);
+    let n_v = n.dot(v).clamp(MIN_COS, 1.0);
+    let stretched_v = (n_v * n_v + a2 * (1.0 - n_v * n_v)).sqrt();
+    a2 / (2.0 * std::f32::consts::PI * d * d * (n_v + stretched_v))
+}
+
 /// π D G₂ times the change of the half vector with the direction of light, for light from direction `l` behind a surface that
 /// microfacets refract to `v`, and the cosine v·h of incidence at them (Walter et al., “Microfacet Models for Refraction through
 /// Rough Surfaces”, EGSR 2007). The first times the transmittance 1 − F and the lecture's irradiance I/r² is the transmitted

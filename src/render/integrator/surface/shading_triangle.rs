@@ -25,9 +25,9 @@ pub(crate) struct TriangleSurface<'s> {
     pub id: HitId,
     pub triangle: MeshTriangle<'s>,
     /// Unit normal of the front face; `None` for a degenerate triangle.
-    front_normal: Option<DVec3>,
+    pub front_normal: Option<DVec3>,
     /// Error bound of points on it.
-    p_error: Vec3,
+    pub p_error: Vec3,
     /// The instance's own colour.
     tint: Option<Vec3>,
     /// Index of the material.

@@ -1,0 +1,348 @@
+//! Direct light of area lights: shadow rays to random points of each light.
+//!
+//! Where a specular lobe spawns a ray, both the ray and the shadow rays find the light of area lights in that lobe. The
+//! balance heuristic weights them (Veach and Guibas, “Optimally Combining Sampling Techniques for Monte Carlo Rendering”,
+//! SIGGRAPH 1995): each by the density with which it samples the direction. Diffuse light comes from shadow rays alone.
+
+use std::f32::consts::PI;
+
+use glam::{DVec3, Vec3};
+
+use crate::integrator::block_lobes::{MIN_IMPORTANCE, survival_probability};
+use crate::integrator::compositor::Compositor;
+use crate::integrator::direct_light::IncidentLight;
+use crate::integrator::emitters::{EmitterPoint, Emitters};
+use crate::integrator::frame::Frame;
+use crate::integrator::material::ggx::{MIRROR_ALPHA, NARROW_ALPHA};
+use crate::integrator::material::highlight_lobe::reflection_pdf;
+use crate::integrator::microfacet_highlights::{LobeWeights, add_weighted_highlights};
+use crate::integrator::paths::AreaLightHits;
+use crate::integrator::phong::blinn_phong;
+use crate::integrator::sample::{SampleDimension, SampleStream};
+use crate::integrator::shading_batch::ShadingBatch;
+use crate::integrator::shadow_rays::{ShadowBuffers, apply_visibility};
+use crate::integrator::surface::point_block::PointBlock;
+use crate::integrator::surface::soa::{LANES, set3, vec3};
+use blinn_accel::Coherence;
+use blinn_core::geometry::{Rgb, concentric_disc};
+use blinn_core::simd::AutovecKernel;
+use blinn_scene::{AreaLightShape, PosedAreaLight, PosedScene};
+
+/// Adds the light of all area lights and glowing surfaces to the points of a batch.
+pub(crate) fn add_area_lights(
+    frame: &Frame,
+    compositor: &Compositor,
+    batch: &mut ShadingBatch,
+    stream: SampleStream,
+    terms: LightTerms,
+    shadow: &mut ShadowBuffers,
+) {
+    let sources = frame.area_lights.len() + usize::from(frame.emitters.is_some());
+    if sources == 0 || batch.points.is_empty() {
+        return;
+    }
+    let probabilities: Vec<SpawnProbabilities> = (0..batch.points.len())
+        .step_by(LANES)
+        .map(|first| SpawnProbabilities::new(frame, compositor, batch, first, stream.wave))
+        .collect();
+    for source in 0..sources {
+        shadow.rays.clear();
+        shadow.traced_rays.clear();
+        shadow.traced_rays.coherence = Coherence::None;
+        let dimension = SampleDimension::Light(frame.lights.len() + source);
+        let mut incident = IncidentLight::ZERO;
+        let mut points = LightPoints::ZERO;
+        for (first, spawn) in (0..batch.points.len()).step_by(LANES).zip(&probabilities) {
+            let count = LANES.min(batch.points.len() - first);
+            let u = points_of_block(frame, batch, stream, dimension, first, count);
+            match (frame.area_lights.get(source), &frame.emitters) {
+                (Some(light), _) => frame.simd().run(SampleAreaLight { light, u: &u, points: &mut points }),
+                (None, Some(emitters)) => {
+                    let choice = SampleDimension::EmitterChoice;
+                    let choice = points_of_block(frame, batch, stream, choice, first, count)[0];
+                    let (block, _) = batch.soa.lane(first);
+                    points.sample_emitters(frame.posed, emitters, block, count, &choice, &u);
+                }
+                (None, None) => {}
+            }
+            let (block, _) = batch.soa.lane_mut(first);
+            frame.simd().run(AddLightPoints {
+                block,
+                points: &points,
+                spawn,
+                terms,
+                incident: &mut incident,
+            });
+            let from = shadow.rays.len();
+            incident.push_shadow_rays(first, incident.lit_mask(count), &mut shadow.rays);
+            for ray in &shadow.rays[from..] {
+                let source = batch.excluded_triangle(ray.point, ray.light_in_front);
+                shadow.traced_rays.push(ray.origin, vec3(&points.p, ray.point % LANES), source);
+            }
+        }
+        if terms.has_shadows {
+            shadow.trace(frame);
+            block_by_ground(frame, shadow);
+            apply_visibility(batch, shadow);
+        }
+        batch.soa.accumulate(frame.simd());
+    }
+}
+
+/// The terms of the shading model that count.
+#[derive(Clone, Copy)]
+pub(crate) struct LightTerms {
+    pub has_specular: bool,
+    pub has_shadows: bool,
+    /// True if the light without shadows is summed as well.
+    pub has_shadow_catcher: bool,
+}
+
+/// The points of the unit square that become the points of a light that the points of a block see.
+fn points_of_block(
+    frame: &Frame,
+    batch: &ShadingBatch,
+    stream: SampleStream,
+    dimension: SampleDimension,
+    first: usize,
+    count: usize,
+) -> [[f32; LANES]; 2] {
+    let path = |i: usize| batch.points[first + i].path;
+    let mut positions = [None; LANES];
+    for (i, position) in positions.iter_mut().enumerate().take(count) {
+        *position = stream.sequence_position(path(i), 1);
+    }
+    stream.points_of_lanes(frame.simd(), dimension, &positions, count, |i| stream.get_2d(path(i), dimension))
+}
+
+/// Hides lights behind an opaque ground.
+fn block_by_ground(frame: &Frame, shadow: &mut ShadowBuffers) {
+    if frame.opaque_ground_height().is_none() {
+        return;
+    }
+    let rays = &shadow.traced_rays;
+    for ((from, to), visibility) in rays.from.iter().zip(&rays.to).zip(&mut shadow.visibility) {
+        if frame.ground_blocks(*from, to.as_dvec3() - from.as_dvec3(), false) {
+            *visibility = Rgb::ZERO;
+        }
+    }
+}
+
+/// The probabilities with which the lobes of a block of points spawn rays; 0 for a lobe that is not there.
+struct SpawnProbabilities {
+    facets: [f32; LANES],
+    coats: [f32; LANES],
+}
+
+impl SpawnProbabilities {
+    fn new(
+        frame: &Frame,
+        compositor: &Compositor,
+        batch: &ShadingBatch,
+        first: usize,
+        wave: u32,
+    ) -> SpawnProbabilities {
+        let mut probabilities = SpawnProbabilities { facets: [0.0; LANES], coats: [0.0; LANES] };
+        let states = compositor.rays.states;
+        for i in first..batch.points.len().min(first + LANES) {
+            let (block, lane) = batch.soa.lane(i);
+            let path = batch.points[i].path;
+            if !block.reflects(lane) || !states.may_reflect(path) {
+                continue;
+            }
+            let throughput = compositor.throughput(batch, i) * states.importance(path);
+            if throughput.max_element() < MIN_IMPORTANCE
+                || frame.refracts(batch.points[i].id, &batch.coefficients(i))
+            {
+                continue;
+            }
+            let probability = |k_r: Rgb, alpha: f32| {
+                let importance = (throughput * k_r).max_element();
+                survival_probability(importance, alpha <= NARROW_ALPHA, wave, frame.occludes_environment())
+            };
+            let layers = block.k.layers.get(lane);
+            probabilities.facets[lane] = probability(vec3(&block.k_r, lane), layers.alpha);
+            probabilities.coats[lane] = probability(Rgb::splat(block.k_r_coat[lane]), layers.coat_alpha);
+        }
+        probabilities
+    }
+}
+
+/// A random point of a light source for each point of a block.
+struct LightPoints {
+    p: [[f32; LANES]; 3],
+    /// Unit normals of the side that emits.
+    normal: [[f32; LANES]; 3],
+    radiance: [[f32; LANES]; 3],
+    /// 1 over the density of the point per square metre.
+    area: [f32; LANES],
+}
+
+impl LightPoints {
+    const ZERO: LightPoints = LightPoints {
+        p: [[0.0; LANES]; 3],
+        normal: [[0.0; LANES]; 3],
+        radiance: [[0.0; LANES]; 3],
+        area: [0.0; LANES],
+    };
+
+    /// Samples the glowing surfaces for the first `count` points of a block.
+    fn sample_emitters(
+        &mut self,
+        posed: &PosedScene,
+        emitters: &Emitters,
+        block: &PointBlock,
+        count: usize,
+        choice: &[f32; LANES],
+        u: &[[f32; LANES]; 2],
+    ) {
+        for i in 0..LANES {
+            let sampled = (i < count)
+                .then(|| emitters.sample(posed, vec3(&block.p, i), choice[i], [u[0][i], u[1][i]]))
+                .flatten();
+            let Some(EmitterPoint { p, normal, radiance, area }) = sampled else {
+                set3(&mut self.radiance, i, [0.0; 3]);
+                continue;
+            };
+            set3(&mut self.p, i, p.to_array());
+            set3(&mut self.normal, i, normal.to_array());
+            set3(&mut self.radiance, i, radiance.to_array());
+            self.area[i] = area;
+        }
+    }
+}
+
+/// Samples the points of an area light uniformly.
+struct SampleAreaLight<'a> {
+    light: &'a PosedAreaLight,
+    u: &'a [[f32; LANES]; 2],
+    points: &'a mut LightPoints,
+}
+
+impl AutovecKernel for SampleAreaLight<'_> {
+    #[inline(always)]
+    fn run(self) {
+        let SampleAreaLight { light, u, points } = self;
+        let area = light.area();
+        for i in 0..LANES {
+            let at = point_of_shape(light.shape, [u[0][i], u[1][i]]);
+            let p = light.centre + light.half_x * at[0] + light.half_y * at[1];
+            set3(&mut points.p, i, p.to_array());
+            set3(&mut points.normal, i, light.normal.to_array());
+            set3(&mut points.radiance, i, light.radiance.to_array());
+            points.area[i] = area;
+        }
+    }
+}
+
+/// Computes the unshadowed light of the points of a light source at a block of points.
+struct AddLightPoints<'a> {
+    block: &'a mut PointBlock,
+    points: &'a LightPoints,
+    spawn: &'a SpawnProbabilities,
+    terms: LightTerms,
+    incident: &'a mut IncidentLight,
+}
+
+impl AutovecKernel for AddLightPoints<'_> {
+    #[inline(always)]
+    fn run(self) {
+        let AddLightPoints { block, points, spawn, terms, incident } = self;
+        let mut density = [0.0; LANES];
+        for i in 0..LANES {
+            let p: Vec3 = vec3(&block.p, i);
+            let to: Vec3 = vec3(&points.p, i);
+            let offset = to.as_dvec3() - p.as_dvec3();
+            let r2 = offset.length_squared();
+            let l = offset * (1.0 / r2.sqrt());
+            let normal: Vec3 = vec3(&points.normal, i);
+            let cos = (-l.dot(normal.as_dvec3())) as f32;
+            // E/π of the sampled point: L cos A / (π r²).
+            let solid_angle = points.area[i] * cos / r2 as f32;
+            let is_lit = cos > 0.0 && solid_angle < f32::INFINITY;
+            density[i] = 1.0 / solid_angle;
+            let irradiance: Rgb = vec3(&points.radiance, i) * (solid_angle * (1.0 / PI));
+            incident.set(block, i, l, if is_lit { irradiance } else { Rgb::ZERO });
+        }
+        let lit = incident.lit_mask(LANES) != 0;
+        blinn_phong(block, incident, terms.has_specular && block.has_specular && lit);
+        if terms.has_specular && lit && block.highlights.points != 0 {
+            let mut weights = LobeWeights::ONE;
+            for i in 0..LANES {
+                let (n, v, l) = (block.n(i).as_vec3(), block.v(i).as_vec3(), incident.l(i).as_vec3());
+                let weight =
+                    |probability: f32, alpha: f32| light_weight(density[i], probability, alpha, [n, v, l]);
+                weights.facets[i] = weight(spawn.facets[i], block.lobe_alpha[i]);
+                weights.coats[i] = weight(spawn.coats[i], block.coat_alpha[i]);
+            }
+            add_weighted_highlights(block, incident, &weights);
+        }
+        if terms.has_shadow_catcher {
+            block.accumulate_unshadowed();
+        }
+    }
+}
+
+/// The point of a light's shape, from −1 to 1 along both of its axes, for a point of the unit square.
+#[inline(always)]
+fn point_of_shape(shape: AreaLightShape, u: [f32; 2]) -> [f32; 2] {
+    match shape {
+        AreaLightShape::Rect => [2.0 * u[0] - 1.0, 2.0 * u[1] - 1.0],
+        AreaLightShape::Disk => concentric_disc(u).as_vec2().to_array(),
+    }
+}
+
+/// The weight of the light that a shadow ray finds in a lobe that spawns a ray with a probability. `density` is that of the
+/// shadow ray's direction, per steradian.
+#[inline(always)]
+fn light_weight(density: f32, probability: f32, alpha: f32, [n, v, l]: [Vec3; 3]) -> f32 {
+    let of_ray = probability * reflection_pdf(n, l, v, alpha * alpha);
+    let weight = density / (density + of_ray);
+    // The image in a mirror has no noise.
+    let weight = if alpha < MIRROR_ALPHA as f32 { 0.0 } else { weight };
+    // NaN where the lane holds no lobe.
+    if probability > 0.0 && weight >= 0.0 { weight } else { 1.0 }
+}
+
+/// An area light that a secondary ray meets.
+pub(crate) struct AreaLightHit {
+    /// Index of the path.
+    pub path: usize,
+    /// Distance along the ray.
+    pub t: f32,
+    /// The light that counts.
+    pub radiance: Rgb,
+}
+
+impl Frame<'_> {
+    /// Finds the area lights along a ray from `o` in the unit direction `d`, in any order.
+    pub(crate) fn intersect_area_lights(
+        &self,
+        path: usize,
+        o: Vec3,
+        d: Vec3,
+        counts: AreaLightHits,
+        hits: &mut Vec<AreaLightHit>,
+    ) {
+        if counts == AreaLightHits::Ignored {
+            return;
+        }
+        for light in &self.area_lights {
+            let Some(t) = light.intersect(o, d) else { continue };
+            let of_shadow_ray = t * t / (-d.dot(light.normal) * light.area());
+            let weight = counts.weight(of_shadow_ray);
+            if weight > 0.0 {
+                hits.push(AreaLightHit { path, t, radiance: light.radiance * weight });
+            }
+        }
+    }
+}
+
+/// How the ray in direction `l` of a lobe meets area lights. `probability` is that with which the lobe spawns the ray.
+pub(crate) fn area_light_hits(n: DVec3, l: DVec3, v: DVec3, alpha: f64, probability: f32) -> AreaLightHits {
+    if alpha < MIRROR_ALPHA {
+        return AreaLightHits::Counted;
+    }
+    let alpha2 = (alpha * alpha) as f32;
+    AreaLightHits::Weighted(probability * reflection_pdf(n.as_vec3(), l.as_vec3(), v.as_vec3(), alpha2))
+}

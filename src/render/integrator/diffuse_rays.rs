@@ -1,0 +1,80 @@
+//! The rays that matte surfaces spawn: bounced light, in place of the ambient term.
+//!
+//! Directions have the density of the cosine, so that a ray's weight is k_d. Paths end by Russian roulette, in proportion
+//! to their importance, and after [`Frame::indirect`] bounces.
+
+use crate::integrator::block_lobes::MIN_IMPORTANCE;
+use crate::integrator::compositor::Compositor;
+use crate::integrator::environment_occlusion::LOOKUP_SHARE;
+use crate::integrator::frame::Frame;
+use crate::integrator::lobe_samples::mirrored_to_side;
+use crate::integrator::paths::{AreaLightHits, Escape, PathState, SecondaryRay, Wave};
+use crate::integrator::sample::{SampleDimension, SampleStream};
+use crate::integrator::shading_batch::ShadingBatch;
+use crate::integrator::surface::soa::{dvec3, vec3};
+use blinn_core::geometry::cosine_hemisphere;
+
+/// Russian roulette: paths of less importance go on with a probability in proportion to it.
+const ROULETTE_IMPORTANCE: f32 = 0.5;
+
+/// Spawns one diffuse ray of each point of the batch whose path goes on, before the batch is composited.
+pub(crate) fn spawn_diffuse_rays(
+    frame: &Frame,
+    compositor: &Compositor,
+    batch: &ShadingBatch,
+    stream: SampleStream,
+    wave: &mut Wave,
+) {
+    let states = compositor.rays.states;
+    for (i, point) in batch.points.iter().enumerate() {
+        let Some(state) = states.get(point.path).filter(|state| state.diffuse_left > 0) else { continue };
+        let (block, lane) = batch.soa.lane(i);
+        let arrives = compositor.throughput(batch, i) * vec3(&block.k.k_d, lane);
+        let importance = state.importance * arrives.max_element();
+        if !(importance >= MIN_IMPORTANCE) || point.is_shadow_catcher {
+            continue;
+        }
+        let survival = if stream.wave == 0 { 1.0 } else { (importance / ROULETTE_IMPORTANCE).min(1.0) };
+        if survival < 1.0 && stream.get_2d(point.path, SampleDimension::DiffuseRoulette)[0] >= survival {
+            continue;
+        }
+        let n = block.n(lane);
+        let l = cosine_hemisphere(n, stream.get_2d(point.path, SampleDimension::Diffuse));
+        let direction = mirrored_to_side(l, dvec3(&block.n_g, lane));
+        let solid_angle = lookup_solid_angle(n.dot(l), stream.sampler.count);
+        let arrives = arrives / survival;
+        let unoccluded = frame
+            .ambient_environment()
+            .filter(|_| stream.wave == 0)
+            .map(|environment| arrives * environment.diffuse(n.as_vec3()));
+        let (origin, source) = batch.offset_origin(i, direction);
+        let state = PathState {
+            origin,
+            width: state.width_at(vec3(&block.p, lane)),
+            spread: solid_angle.sqrt(),
+            importance: importance / survival,
+            diffuse_left: state.diffuse_left - 1,
+            is_indirect: true,
+            ..state
+        };
+        let ray = SecondaryRay {
+            parent: point.path,
+            weight: arrives,
+            escape_weight: arrives,
+            max_light: f32::INFINITY,
+            escape: Escape::Radiance(frame.ambient_radiance(direction.as_vec3(), solid_angle)),
+            unoccluded,
+            direction: direction.as_vec3(),
+            source,
+            area_lights: AreaLightHits::Ignored,
+            state,
+        };
+        wave.push(ray, stream.samples[point.path]);
+    }
+}
+
+/// The solid angle over which a ray looks up the environment: a share of what it stands for, in steradians.
+fn lookup_solid_angle(cos: f64, count: u32) -> f32 {
+    let density = cos.max(1e-6) / std::f64::consts::PI;
+    (LOOKUP_SHARE / (f64::from(count.max(1)) * density)).min(2.0 * std::f64::consts::PI) as f32
+}
