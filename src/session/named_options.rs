@@ -144,7 +144,7 @@ impl NamedOptions {
     fn check_shadows(&self) -> Result<(), String> {
         let options = &self.options;
         let Some(cause) = options.no_shadows_cause() else { return Ok(()) };
-        if options.lighting.radius > 0.0 {
+        if options.lighting.radius.is_some_and(|radius| radius > 0.0) {
             return Err(format!(
                 "`light-radius` softens shadows, which {cause} disables; remove one of them"
             ));

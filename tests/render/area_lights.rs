@@ -6,8 +6,8 @@ use blinn::geometry::{Rgb, Rgba};
 use blinn::integrator::{Emitters, Frame, Phong};
 use blinn::render::{RenderSettings, render};
 use blinn::scene::{
-    AreaLightShape, ColorInput, Dielectric, Lighting, Material, Mesh, PosedAreaLight, Projection, Reflectance,
-    Reflection, ScalarInput, Scene, View,
+    AreaLightShape, ColorInput, Dielectric, Lighting, Material, Mesh, PosedAreaLight, Projection,
+    Reflectance, Reflection, ScalarInput, Scene, View,
 };
 use glam::{DAffine3, DVec3, Vec3};
 

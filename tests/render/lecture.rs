@@ -75,6 +75,8 @@ fn radiance_under_sky(
         accel: &accel,
         camera,
         lights: lights.to_vec(),
+        area_lights: Vec::new(),
+        emitters: None,
         ambient,
         sky,
         overrides: MaterialOverrides::default(),
@@ -85,6 +87,7 @@ fn radiance_under_sky(
         environment: None,
         background: None,
         bounces: 0,
+        indirect: 0,
         scene_to_world: glam::DAffine3::IDENTITY,
     };
     let settings = RenderSettings { width: 1, height: 1, samples: 1, ..Default::default() };

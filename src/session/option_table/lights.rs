@@ -16,7 +16,7 @@ const UNITS: Choices<LightUnits, 4> = [
 const GROUNDS: Choices<Option<GroundKind>, 2> =
     [("shadow", Some(GroundKind::ShadowCatcher)), ("plane", Some(GroundKind::Plane))];
 
-pub static LIGHTS: [OptionDef; 13] = [
+pub static LIGHTS: [OptionDef; 15] = [
     OptionDef {
         name: "lights",
         value_name: "LIST",
@@ -40,6 +40,16 @@ pub static LIGHTS: [OptionDef; 13] = [
         help: "Add a directional light that travels along DX,DY,DZ with irradiance E (repeatable)",
         is_repeatable: true,
         effect: Effect::Value(|options, text| add_light(options, values::sun(text)?)),
+        ..BASE
+    },
+    OptionDef {
+        name: "area-light",
+        value_name: "X,Y,Z,DX,DY,DZ,W,H,L[,COLOR]",
+        help: "Add an area light at X,Y,Z that faces DX,DY,DZ, W by H metres, with radiance L (repeatable)\n\n\
+               It emits on the side that it faces, and its lower edge is horizontal. Reflections show it, the camera does \
+               not.",
+        is_repeatable: true,
+        effect: Effect::Value(|options, text| add_light(options, values::area_light(text)?)),
         ..BASE
     },
     OptionDef {
@@ -72,11 +82,12 @@ pub static LIGHTS: [OptionDef; 13] = [
     OptionDef {
         name: "light-radius",
         value_name: "R",
-        help: "Soft shadows: radius of the lights in metres, 0 for hard shadows [default: 0]\n\n\
+        help: "Soft shadows: radius of the lights in metres, 0 for hard shadows [default: that of \
+               the file's lights, else 0]\n\n\
                Point and spot lights are discs that face the shaded point; suns are discs at a distance of 1 m, with \
                R = 0.0047 for the real sun.",
         effect: Effect::Value(|options, text| {
-            store(&mut options.lighting.radius, values::radius(text).map(|radius| radius as f32))
+            store(&mut options.lighting.radius, values::radius(text).map(|radius| Some(radius as f32)))
         }),
         ..BASE
     },
@@ -90,6 +101,16 @@ pub static LIGHTS: [OptionDef; 13] = [
             options.lighting.boost_ambient = true;
             store(&mut options.ao, values::ao(text).map(Some))
         }),
+        ..BASE
+    },
+    OptionDef {
+        name: "indirect",
+        value_name: "N",
+        default: Some("0"),
+        help: "Trace up to N diffuse bounces of light between surfaces, in place of the ambient light\n\n\
+               Glowing surfaces light others then.",
+        conflicts: &["ao"],
+        effect: Effect::Value(|options, text| store(&mut options.indirect, values::whole(text, 0..=64))),
         ..BASE
     },
     OptionDef {
@@ -139,9 +160,13 @@ pub static LIGHTS: [OptionDef; 13] = [
     },
 ];
 
-/// Adds a light. Suns come after point lights, so that the order of the options decides nothing else.
+/// Adds a light. Suns come after point lights, and area lights after both, so that the order of the options decides nothing else.
 fn add_light(options: &mut Options, light: UserLight) -> Result<(), String> {
     options.lighting.user_lights.push(light);
-    options.lighting.user_lights.sort_by_key(|light| matches!(light, UserLight::Sun { .. }));
+    options.lighting.user_lights.sort_by_key(|light| match light {
+        UserLight::Point { .. } => 0,
+        UserLight::Sun { .. } => 1,
+        UserLight::Area { .. } => 2,
+    });
     Ok(())
 }

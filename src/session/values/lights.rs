@@ -100,6 +100,35 @@ pub fn sun(text: &str) -> Result<UserLight, String> {
     Ok(UserLight::Sun { direction: light.vector, intensity: light.strength })
 }
 
+/// `X,Y,Z,DX,DY,DZ,W,H,L[,COLOR]`.
+pub fn area_light(text: &str) -> Result<UserLight, String> {
+    let form = "X,Y,Z,DX,DY,DZ,W,H,L[,COLOR]";
+    let parts: Vec<&str> = text.splitn(10, ',').collect();
+    let wrong = |e: String| format!("{e}; expected {form}");
+    if parts.len() < 9 {
+        return Err(wrong("too few numbers".into()));
+    }
+    let numbers = exactly::<9>(&parts[..9].join(","), form).map_err(wrong)?;
+    let [x, y, z, dx, dy, dz, width, height, radiance] = numbers;
+    let direction = DVec3::new(dx, dy, dz);
+    if direction.try_normalize().is_none() {
+        return Err("the direction of an area light must not be zero".into());
+    }
+    if !(1e-6..=1e6).contains(&width) || !(1e-6..=1e6).contains(&height) {
+        return Err("the sides of an area light must be from 0.000001 to 1000000 metres".into());
+    }
+    if radiance < 0.0 {
+        return Err("the radiance of a light must not be negative".into());
+    }
+    let tint = parts.get(9).map_or(Ok(Rgb::ONE), |c| color(c))?;
+    Ok(UserLight::Area {
+        position: DVec3::new(x, y, z),
+        direction,
+        size: [width as f32, height as f32],
+        radiance: tint * radiance as f32,
+    })
+}
+
 #[cfg(test)]
 mod tests {
     use glam::Vec3;
@@ -121,6 +150,23 @@ mod tests {
         assert_eq!((radius("0").unwrap(), radius(".25").unwrap()), (0.0, 0.25));
         assert!(strength("-0.1").is_err() && strength("0") == Ok(0.0));
         assert!(radius("-1").is_err() && radius("1e7").is_err() && radius("inf").is_err());
+    }
+
+    #[test]
+    fn area_lights_have_a_direction_a_size_and_an_optional_colour() {
+        let light = area_light("1,2,3,0,-1,0,2,0.5,4,1,0.5,0").unwrap();
+        let expected = UserLight::Area {
+            position: DVec3::new(1.0, 2.0, 3.0),
+            direction: DVec3::NEG_Y,
+            size: [2.0, 0.5],
+            radiance: Vec3::new(4.0, 2.0, 0.0),
+        };
+        assert_eq!(light, expected);
+        for wrong in
+            ["1,2,3,0,-1,0,2,0.5", "1,2,3,0,0,0,1,1,1", "1,2,3,0,-1,0,0,1,1", "1,2,3,0,-1,0,1,1,-1", ""]
+        {
+            assert!(area_light(wrong).is_err(), "{wrong}");
+        }
     }
 
     #[test]

@@ -7,7 +7,7 @@ mod numbers;
 
 pub use camera::{axis, clip, elevation, field_of_view, intrinsics, orbit, shift, view_rect};
 pub use image::{aovs, background, color, crop, exposure, image_background, size};
-pub use lights::{ao, lights, point_light, radius, strength, sun};
+pub use lights::{ao, area_light, lights, point_light, radius, strength, sun};
 pub use numbers::{
     angle, bytes, depth_unit, direction, exactly, fraction, glob, number, numbers, positive, smooth, vector,
     whole,
