@@ -45,7 +45,7 @@ impl Params {
     pub fn new(kind: PartKind) -> Params {
         let exact = Params {
             radius: 6,
-            patch: 2,
+            patch: 3,
             tolerance: 0.7,
             ridge: 1e-4,
             position_ridge: 1e-2,
