@@ -7,6 +7,7 @@
 
 mod adaptive;
 mod aov_layers;
+mod denoise;
 pub mod display;
 mod film;
 mod filter;
@@ -28,6 +29,7 @@ use crate::integrator::{Frame, Integrator};
 pub use crate::integrator::{LowDiscrepancySampler, Sampler};
 pub use aov_layers::{render_aovs, render_moving_aovs};
 pub use blinn_core::cancellation::Cancelled;
+pub use denoise::{Features, MARGIN as DENOISE_MARGIN, NoisyPart, PartKind, denoise};
 pub use film::{AovLayer, Film, PixelRect, Pixels, TileBuffer};
 pub use filter::{FilterSampler, PixelFilter};
 pub use mattes::{MATTE_RANKS, Matte, render_mattes};

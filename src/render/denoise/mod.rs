@@ -1,0 +1,109 @@
+//! Reconstruction of noisy light by regression on noise-free features (Bitterli et al., “Nonlinearly Weighted
+//! First-order Regression for Denoising Monte Carlo Renderings”, 2016; NFOR).
+//!
+//! Light comes in parts, each divided by its surface colour, so that textures stay out of the filter. Around each pixel
+//! (or block of pixels) a part is fitted by a linear function of surface position, normal and, for specular parts,
+//! colour. Neighbours count by non-local means: how alike the patches around two pixels are, given their variance.
+//!
+//! A tile of the picture is filtered with a margin of its own, so that memory does not grow with the picture, and a
+//! pixel depends on those within [`MARGIN`] only.
+
+mod blocks;
+mod coarse;
+mod features;
+mod linear_fit;
+mod params;
+mod part;
+mod pixels;
+mod similarity;
+mod spikes;
+#[cfg(test)]
+mod tests;
+mod window;
+
+use blinn_core::geometry::Rgb;
+use blinn_core::simd::SimdLevel;
+use rayon::prelude::*;
+
+pub use features::Features;
+pub use params::PartKind;
+pub use part::NoisyPart;
+
+use params::Params;
+use window::Rect;
+
+/// Pixels around a crop that its reconstruction depends on.
+pub const MARGIN: usize = 36;
+
+/// Reconstructs a part of the light of a picture from its noisy means.
+///
+/// `samples` is the number of samples per pixel. With fewer than two there is no estimate of variance, and the noisy
+/// means are returned. So are those of pixels around which the halves of all samples agree within rounding.
+///
+/// The result has the same bits for any number of threads and at any SIMD level. That of a crop equals the crop of the
+/// result, where the picture goes on for at least [`MARGIN`] pixels.
+///
+/// # Panics
+/// Panics if the planes of `features` and `part` do not have width × height pixels.
+pub fn denoise(
+    features: &Features,
+    part: &NoisyPart,
+    kind: PartKind,
+    samples: u32,
+    simd: SimdLevel,
+) -> Vec<Rgb> {
+    denoise_with(features, part, &Params::new(kind), samples, simd)
+}
+
+fn denoise_with(
+    features: &Features,
+    part: &NoisyPart,
+    params: &Params,
+    samples: u32,
+    simd: SimdLevel,
+) -> Vec<Rgb> {
+    let (width, height) = (features.width, features.height);
+    features.check_len();
+    part.check_len(width * height);
+    let mut out = part.mean(samples);
+    if samples < 2 {
+        return out;
+    }
+    let tiles: Vec<Rect> = Rect::tiles(width, height, params.tile).collect();
+    let results: Vec<Vec<Rgb>> =
+        tiles.par_iter().map(|tile| filter_tile(features, part, params, samples, simd, *tile)).collect();
+    for (tile, result) in tiles.iter().zip(results) {
+        for (y, row) in result.chunks_exact(tile.width).enumerate() {
+            let start = (tile.y as usize + y) * width + tile.x as usize;
+            out[start..start + tile.width].copy_from_slice(row);
+        }
+    }
+    out
+}
+
+fn filter_tile(
+    features: &Features,
+    part: &NoisyPart,
+    params: &Params,
+    samples: u32,
+    simd: SimdLevel,
+    tile: Rect,
+) -> Vec<Rgb> {
+    let window = window::Window::new(features, part, params, samples, tile);
+    let mut out = window.means(tile);
+    let noisy = window.noisy_pixels(tile, params.reach());
+    if !noisy.contains(&true) {
+        return out;
+    }
+    let fitted = if params.blocks() {
+        blocks::fit(&window, params, simd, tile)
+    } else {
+        pixels::fit(&window, params, simd, tile)
+    };
+    for ((out, fitted), noisy) in out.iter_mut().zip(fitted).zip(noisy) {
+        if noisy {
+            *out = if fitted.is_finite() { fitted } else { Rgb::ZERO };
+        }
+    }
+    out
+}
