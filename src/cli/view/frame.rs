@@ -132,6 +132,7 @@ fn with_quality(plan: &RenderPlan, quality: Quality) -> RenderPlan {
     if let Quality::Coarse { width, height } = quality {
         options.size = Some((width, height));
         options.bounces = options.bounces.min(DRAFT_BOUNCES);
+        options.indirect = options.indirect.min(DRAFT_BOUNCES);
         options.ao =
             options.ao.map(|ao| OcclusionSampling { samples: ao.samples.min(DRAFT_OCCLUSION), ..ao });
     }
