@@ -33,7 +33,7 @@ fn a_light_radius_softens_shadows_and_zero_does_not() {
     let picture = |out: &str, more: &[&str]| {
         let output = blinn_args(dir.path(), &[&fixed[..], &[out], more].concat());
         assert_eq!(output.status.code(), Some(0), "{}", String::from_utf8_lossy(&output.stderr));
-        fs::read(dir.path().join(out)).unwrap()
+        image::open(dir.path().join(out)).unwrap().into_rgba8().into_raw()
     };
     for lights in [&["--point-light", "4,6,1,40"][..], &["--lights", "three-point"], &["--sun", "0,-1,0,1"]] {
         let with = |r: &str, out: &str| picture(out, &[lights, &["--light-radius", r]].concat());
@@ -250,7 +250,7 @@ fn radii_of_the_file_soften_shadows() {
         file.node(json!({"translation": [1, 1, 3], "extensions": {"KHR_lights_punctual": {"light": 0}}}));
         fs::write(at.join("a.glb"), file.glb()).unwrap();
         runs(&at, &format!("render a.glb -o a.png --size 48x48 {flags}"));
-        fs::read(at.join("a.png")).unwrap()
+        image::open(at.join("a.png")).unwrap().into_rgba8().into_raw()
     };
     let (none, soft) = (json!({}), json!({"shadow_soft_size": 0.5}));
     let sharp = picture(none.clone(), "");

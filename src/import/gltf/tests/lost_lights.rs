@@ -50,7 +50,8 @@ fn nodes_with_another_purpose_are_not() {
     fixture.push("cameras", json!({"type": "perspective", "perspective": {"yfov": 1, "znear": 0.1}}));
     fixture.json["extensions"] = json!({"KHR_lights_punctual": {"lights": [{"type": "point"}]},
         "EXT_lights_area": {"lights": [{"type": "rect"}]}});
-    assert_eq!(fixture.load().0.lost_lights, [8]);
+    // The child of node 1 is number 2 of the scene.
+    assert_eq!(fixture.load().0.lost_lights, [9]);
     let mut jointed = fixture.clone();
     jointed.push("skins", json!({"joints": [8]}));
     assert!(jointed.load().0.lost_lights.is_empty());
