@@ -405,6 +405,7 @@ fn turn_light<'f>(mut frame: Frame<'f>, rotation: &LightRotation) -> Frame<'f> {
         let turn = AxisRotation { axis: DVec3::Y, pivot, angle: sources }.to_affine();
         let centre = frame.posed.centre;
         frame.lights = frame.lights.iter().map(|light| light.transformed(&turn, centre)).collect();
+        frame.area_lights = frame.area_lights.iter().map(|light| light.transformed(&turn, centre)).collect();
         if !has_map {
             // The studio is the reflection of the lights.
             frame.environment = frame.environment.map(|map| map.rotated_about_y(sources));
