@@ -6,8 +6,8 @@ use blinn::geometry::{Rgb, Rgba};
 use blinn::integrator::{Emitters, Frame, Phong};
 use blinn::render::{RenderSettings, render};
 use blinn::scene::{
-    AreaLightShape, ColorInput, Dielectric, Lighting, Material, Mesh, PosedAreaLight, Projection,
-    Reflectance, Reflection, ScalarInput, Scene, View,
+    AreaLightShape, ColorInput, Dielectric, Lighting, Material, Mesh, MtlReflectance, PosedAreaLight,
+    Projection, Reflectance, Reflection, ScalarInput, Scene, View,
 };
 use glam::{DAffine3, DVec3, Vec3};
 
@@ -17,6 +17,7 @@ fn matte(albedo: f32, emission: f32) -> Material {
     Material {
         base_color: ColorInput::new(Rgb::splat(albedo)),
         emission: ColorInput::new(Rgb::splat(emission)),
+        reflectance: Reflectance::Mtl(MtlReflectance::default()),
         double_sided: true,
         ..Material::default()
     }

@@ -1,8 +1,8 @@
 //! Direct light of area lights: shadow rays to random points of each light.
 //!
-//! Where a specular lobe spawns a ray, both the ray and the shadow rays find the light of area lights in that lobe. The
+//! Where a specular lobe or a matte surface spawns a ray, both the ray and the shadow rays find the light of area lights. The
 //! balance heuristic weights them (Veach and Guibas, “Optimally Combining Sampling Techniques for Monte Carlo Rendering”,
-//! SIGGRAPH 1995): each by the density with which it samples the direction. Diffuse light comes from shadow rays alone.
+//! SIGGRAPH 1995): each by the density with which it samples the direction.
 
 use std::f32::consts::PI;
 
@@ -10,6 +10,7 @@ use glam::{DVec3, Vec3};
 
 use crate::integrator::block_lobes::{MIN_IMPORTANCE, survival_probability};
 use crate::integrator::compositor::Compositor;
+use crate::integrator::diffuse_rays::DiffuseBounce;
 use crate::integrator::direct_light::IncidentLight;
 use crate::integrator::emitters::{EmitterPoint, Emitters};
 use crate::integrator::frame::Frame;
@@ -130,6 +131,7 @@ fn block_by_ground(frame: &Frame, shadow: &mut ShadowBuffers) {
 
 /// The probabilities with which the lobes of a block of points spawn rays; 0 for a lobe that is not there.
 struct SpawnProbabilities {
+    diffuse: [f32; LANES],
     facets: [f32; LANES],
     coats: [f32; LANES],
 }
@@ -142,11 +144,15 @@ impl SpawnProbabilities {
         first: usize,
         wave: u32,
     ) -> SpawnProbabilities {
-        let mut probabilities = SpawnProbabilities { facets: [0.0; LANES], coats: [0.0; LANES] };
+        let mut probabilities =
+            SpawnProbabilities { diffuse: [0.0; LANES], facets: [0.0; LANES], coats: [0.0; LANES] };
         let states = compositor.rays.states;
         for i in first..batch.points.len().min(first + LANES) {
             let (block, lane) = batch.soa.lane(i);
             let path = batch.points[i].path;
+            if let Some(bounce) = DiffuseBounce::new(compositor, batch, i, wave) {
+                probabilities.diffuse[lane] = bounce.survival;
+            }
             if !block.reflects(lane) || !states.may_reflect(path) {
                 continue;
             }
@@ -265,7 +271,14 @@ impl AutovecKernel for AddLightPoints<'_> {
             incident.set(block, i, l, if is_lit { irradiance } else { Rgb::ZERO });
         }
         let lit = incident.lit_mask(LANES) != 0;
-        blinn_phong(block, incident, terms.has_specular && block.has_specular && lit);
+        let mut diffuse_weight = [1.0; LANES];
+        for i in 0..LANES {
+            let of_ray = DiffuseBounce::density(spawn.diffuse[i], incident.n_dot_l[i]);
+            let weight = density[i] / (density[i] + of_ray);
+            // NaN where the light faces away.
+            diffuse_weight[i] = if weight >= 0.0 { weight } else { 1.0 };
+        }
+        blinn_phong(block, incident, terms.has_specular && block.has_specular && lit, &diffuse_weight);
         if terms.has_specular && lit && block.highlights.points != 0 {
             let mut weights = LobeWeights::ONE;
             for i in 0..LANES {

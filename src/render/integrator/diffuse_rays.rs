@@ -12,10 +12,42 @@ use crate::integrator::paths::{AreaLightHits, Escape, PathState, SecondaryRay, W
 use crate::integrator::sample::{SampleDimension, SampleStream};
 use crate::integrator::shading_batch::ShadingBatch;
 use crate::integrator::surface::soa::{dvec3, vec3};
-use blinn_core::geometry::cosine_hemisphere;
+use blinn_core::geometry::{Rgb, cosine_hemisphere};
 
 /// Russian roulette: paths of less importance go on with a probability in proportion to it.
 const ROULETTE_IMPORTANCE: f32 = 0.5;
+
+/// The light that a diffuse ray carries, and the probability with which it is spawned.
+#[derive(Clone, Copy)]
+pub(crate) struct DiffuseBounce {
+    /// Share of the light along the ray that arrives at the origin of the path's ray.
+    arrives: Rgb,
+    /// The brightest channel of `arrives`, times the importance of the path.
+    importance: f32,
+    pub survival: f32,
+}
+
+impl DiffuseBounce {
+    /// The diffuse ray of point `i` of a batch; `None` where the path ends.
+    pub fn new(compositor: &Compositor, batch: &ShadingBatch, i: usize, wave: u32) -> Option<DiffuseBounce> {
+        let point = &batch.points[i];
+        let states = compositor.rays.states;
+        if !states.may_bounce(point.path) || point.is_shadow_catcher {
+            return None;
+        }
+        let (block, lane) = batch.soa.lane(i);
+        let arrives = compositor.throughput(batch, i) * vec3(&block.k.k_d, lane);
+        let importance = states.importance(point.path) * arrives.max_element();
+        let survival = if wave == 0 { 1.0 } else { (importance / ROULETTE_IMPORTANCE).min(1.0) };
+        (importance >= MIN_IMPORTANCE).then_some(DiffuseBounce { arrives, importance, survival })
+    }
+
+    /// Density per steradian with which the ray goes in a direction at cosine `cos` to the shading normal.
+    #[inline(always)]
+    pub fn density(survival: f32, cos: f32) -> f32 {
+        survival * cos.max(0.0) * std::f32::consts::FRAC_1_PI
+    }
+}
 
 /// Spawns one diffuse ray of each point of the batch whose path goes on, before the batch is composited.
 pub(crate) fn spawn_diffuse_rays(
@@ -27,14 +59,10 @@ pub(crate) fn spawn_diffuse_rays(
 ) {
     let states = compositor.rays.states;
     for (i, point) in batch.points.iter().enumerate() {
-        let Some(state) = states.get(point.path).filter(|state| state.diffuse_left > 0) else { continue };
+        let Some(bounce) = DiffuseBounce::new(compositor, batch, i, stream.wave) else { continue };
+        let Some(state) = states.get(point.path) else { continue };
+        let DiffuseBounce { arrives, importance, survival } = bounce;
         let (block, lane) = batch.soa.lane(i);
-        let arrives = compositor.throughput(batch, i) * vec3(&block.k.k_d, lane);
-        let importance = state.importance * arrives.max_element();
-        if !(importance >= MIN_IMPORTANCE) || point.is_shadow_catcher {
-            continue;
-        }
-        let survival = if stream.wave == 0 { 1.0 } else { (importance / ROULETTE_IMPORTANCE).min(1.0) };
         if survival < 1.0 && stream.get_2d(point.path, SampleDimension::DiffuseRoulette)[0] >= survival {
             continue;
         }
@@ -66,7 +94,7 @@ pub(crate) fn spawn_diffuse_rays(
             unoccluded,
             direction: direction.as_vec3(),
             source,
-            area_lights: AreaLightHits::Ignored,
+            area_lights: AreaLightHits::Weighted(DiffuseBounce::density(survival, n.dot(l) as f32)),
             state,
         };
         wave.push(ray, stream.samples[point.path]);

@@ -272,6 +272,16 @@ impl PathStates<'_> {
         }
     }
 
+    /// True if a path may still bounce off a matte surface.
+    #[inline(always)]
+    pub fn may_bounce(&self, path: usize) -> bool {
+        match self {
+            PathStates::Unused => false,
+            PathStates::Eye(frame, _) => frame.indirect > 0,
+            PathStates::Secondary(rays) => rays[path].state.diffuse_left > 0,
+        }
+    }
+
     /// [`PathState::medium_transmittance_to`].
     #[inline(always)]
     pub fn medium_transmittance_to(&self, path: usize, p: Vec3) -> Rgb {

@@ -253,7 +253,8 @@ impl AutovecKernel for DirectLightKernel<'_> {
             // l and I/r².
             incident.evaluate(&light, intensity, block);
             let lit_mask = incident.lit_mask(count);
-            blinn_phong(block, &incident, has_specular && block.has_specular && lit_mask != 0);
+            let has_specular_points = has_specular && block.has_specular && lit_mask != 0;
+            blinn_phong(block, &incident, has_specular_points, &[1.0; LANES]);
             if has_specular && block.highlights.points != 0 && lit_mask != 0 {
                 add_highlights(block, &incident);
             }
@@ -267,9 +268,15 @@ impl AutovecKernel for DirectLightKernel<'_> {
 
 /// The reflected light I/r² · [ k_d max(0, n·l) + k_s max(0, n·h)^p ] of a block's points.
 ///
-/// Unlike the lecture's, the highlight counts only where n·l > 0: the irradiance is 0 elsewhere.
+/// Unlike the lecture's, the highlight counts only where n·l > 0: the irradiance is 0 elsewhere. `diffuse_weight` is a factor of
+/// the diffuse term.
 #[inline(always)]
-pub(crate) fn blinn_phong(block: &mut PointBlock, light: &IncidentLight, has_specular: bool) {
+pub(crate) fn blinn_phong(
+    block: &mut PointBlock,
+    light: &IncidentLight,
+    has_specular: bool,
+    diffuse_weight: &[f32; LANES],
+) {
     let mut lobe = [0.0; LANES];
     if has_specular {
         for (i, lobe) in lobe.iter_mut().enumerate() {
@@ -278,7 +285,7 @@ pub(crate) fn blinn_phong(block: &mut PointBlock, light: &IncidentLight, has_spe
     }
     for c in 0..3 {
         for (i, lobe) in lobe.iter().enumerate() {
-            let diffuse = block.k.k_d[c][i] * light.n_dot_l[i];
+            let diffuse = block.k.k_d[c][i] * light.n_dot_l[i] * diffuse_weight[i];
             let specular = block.k.k_s[c][i] * lobe;
             let reflected = light.irradiance[c][i] * (diffuse + specular);
             // The irradiance is 0 where n·l ≤ 0. There the other factors may be NaN.

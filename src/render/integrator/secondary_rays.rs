@@ -44,6 +44,8 @@ struct PathVertex<'a, 's> {
     i: usize,
     k: Coefficients,
     state: PathState,
+    /// How the path's ray meets area lights.
+    incoming_hits: AreaLightHits,
     /// Share of the point's light that arrives at the origin of the path's ray.
     throughput: Rgb,
     p: Vec3,
@@ -85,7 +87,10 @@ pub(crate) fn spawn_rays(
                 continue;
             }
             let Some(state) = states.get(batch.points[i].path) else { continue };
-            let vertex = PathVertex::new(frame, batch, stream, i, state, throughput);
+            let incoming = states.secondary(batch.points[i].path);
+            let incoming_hits = incoming.map_or(AreaLightHits::Counted, |ray| ray.area_lights);
+            let vertex =
+                PathVertex { incoming_hits, ..PathVertex::new(frame, batch, stream, i, state, throughput) };
             let environment_light = vertex.spawn_at_dielectric(spawned.wave);
             add_radiance(batch, i, environment_light);
         }
@@ -136,6 +141,7 @@ impl<'a, 's> PathVertex<'a, 's> {
             i,
             k: batch.coefficients(i),
             state,
+            incoming_hits: AreaLightHits::Counted,
             throughput,
             p: vec3(&block.p, lane),
             n: block.n(lane),
@@ -252,12 +258,21 @@ impl<'a, 's> PathVertex<'a, 's> {
             unoccluded: None,
             direction,
             source: self.batch.points[self.i].id,
-            // Shadow rays pass glass straight: they have found the lights behind it for diffuse light.
-            area_lights: if self.state.is_indirect { AreaLightHits::Ignored } else { AreaLightHits::Counted },
+            area_lights: self.area_light_hits(is_refracted),
             state,
         };
         wave.push(ray, self.stream.samples[parent]);
         Rgb::ZERO
+    }
+
+    /// How a ray that leaves the surface meets area lights. Shadow rays of matte surfaces pass glass straight: behind a diffuse
+    /// bounce, they have found their share of the light behind it, and rays are weighted as if they had passed straight.
+    fn area_light_hits(&self, is_refracted: bool) -> AreaLightHits {
+        match (self.state.is_indirect, is_refracted) {
+            (false, _) => AreaLightHits::Counted,
+            (true, true) => self.incoming_hits,
+            (true, false) => AreaLightHits::Ignored,
+        }
     }
 
     /// Russian roulette with a random number `u`: `None` ends the ray.
