@@ -23,9 +23,26 @@ fn parsed(argv: &[OsString]) -> Option<Vec<(String, Vec<OsString>)>> {
 }
 
 /// Values of which at least one is valid for any option; those that are easily misread come first.
-const VALUES: [&str; 18] = [
-    "007", "-1,2,3", "1,2", "0,.5,1", "1,2,3,4", "1-3", "1/2", "32x18", "0.50", "16", "depth,uv", "file",
-    "none", "off", "steps", "coco", "object", "sphere",
+const VALUES: [&str; 19] = [
+    "007",
+    "-1,2,3",
+    "1,2",
+    "0,.5,1",
+    "1,2,3,4",
+    "1,2,3,0,-1,0,1,2,4",
+    "1-3",
+    "1/2",
+    "32x18",
+    "0.50",
+    "16",
+    "depth,uv",
+    "file",
+    "none",
+    "off",
+    "steps",
+    "coco",
+    "object",
+    "sphere",
 ];
 
 /// A valid command line that sets an option.
