@@ -18,7 +18,7 @@ pub struct LoadedScene {
     pub scene: Scene,
     pub warnings: Vec<String>,
     instances: Vec<Instance>,
-    /// What selections change beside the instances; `None` if there are no lights.
+    /// Lights and animations, which selections change beside the instances; `None` if there are no lights.
     lights: Option<Lights>,
 }
 

@@ -3,7 +3,7 @@
 use blinn_core::geometry::Rgb;
 use glam::Vec3;
 
-/// What the first hits of a picture say about its light: means over the samples of each pixel, row by row from the top.
+/// Features of the first hits of a picture: means over the samples of each pixel, row by row from the top.
 #[derive(Clone, Debug, Default)]
 pub struct Features {
     /// Width in pixels.

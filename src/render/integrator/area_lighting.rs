@@ -6,8 +6,9 @@
 
 use std::f32::consts::PI;
 
-use glam::{DVec3, Vec3};
+use glam::Vec3;
 
+use crate::integrator::blinn_phong::blinn_phong;
 use crate::integrator::block_lobes::{MIN_IMPORTANCE, survival_probability};
 use crate::integrator::compositor::Compositor;
 use crate::integrator::diffuse_rays::DiffuseBounce;
@@ -17,8 +18,7 @@ use crate::integrator::frame::Frame;
 use crate::integrator::material::ggx::{MIRROR_ALPHA, NARROW_ALPHA};
 use crate::integrator::material::highlight_lobe::reflection_pdf;
 use crate::integrator::microfacet_highlights::{LobeWeights, add_weighted_highlights};
-use crate::integrator::paths::AreaLightHits;
-use crate::integrator::phong::blinn_phong;
+use crate::integrator::paths::balance_heuristic;
 use crate::integrator::sample::{SampleDimension, SampleStream};
 use crate::integrator::shading_batch::ShadingBatch;
 use crate::integrator::shadow_rays::{ShadowBuffers, apply_visibility};
@@ -274,7 +274,7 @@ impl AutovecKernel for AddLightPoints<'_> {
         let mut diffuse_weight = [1.0; LANES];
         for i in 0..LANES {
             let of_ray = DiffuseBounce::density(spawn.diffuse[i], incident.n_dot_l[i]);
-            let weight = density[i] / (density[i] + of_ray);
+            let weight = balance_heuristic(density[i], of_ray);
             // NaN where the light faces away.
             diffuse_weight[i] = if weight >= 0.0 { weight } else { 1.0 };
         }
@@ -310,52 +310,9 @@ fn point_of_shape(shape: AreaLightShape, u: [f32; 2]) -> [f32; 2] {
 #[inline(always)]
 fn light_weight(density: f32, probability: f32, alpha: f32, [n, v, l]: [Vec3; 3]) -> f32 {
     let of_ray = probability * reflection_pdf(n, l, v, alpha * alpha);
-    let weight = density / (density + of_ray);
+    let weight = balance_heuristic(density, of_ray);
     // The image in a mirror has no noise.
     let weight = if alpha < MIRROR_ALPHA as f32 { 0.0 } else { weight };
     // NaN where the lane holds no lobe.
     if probability > 0.0 && weight >= 0.0 { weight } else { 1.0 }
-}
-
-/// An area light that a secondary ray meets.
-pub(crate) struct AreaLightHit {
-    /// Index of the path.
-    pub path: usize,
-    /// Distance along the ray.
-    pub t: f32,
-    /// The light that counts.
-    pub radiance: Rgb,
-}
-
-impl Frame<'_> {
-    /// Finds the area lights along a ray from `o` in the unit direction `d`, in any order.
-    pub(crate) fn intersect_area_lights(
-        &self,
-        path: usize,
-        o: Vec3,
-        d: Vec3,
-        counts: AreaLightHits,
-        hits: &mut Vec<AreaLightHit>,
-    ) {
-        if counts == AreaLightHits::Ignored {
-            return;
-        }
-        for light in &self.area_lights {
-            let Some(t) = light.intersect(o, d) else { continue };
-            let of_shadow_ray = t * t / (-d.dot(light.normal) * light.area());
-            let weight = counts.weight(of_shadow_ray);
-            if weight > 0.0 {
-                hits.push(AreaLightHit { path, t, radiance: light.radiance * weight });
-            }
-        }
-    }
-}
-
-/// How the ray in direction `l` of a lobe meets area lights. `probability` is that with which the lobe spawns the ray.
-pub(crate) fn area_light_hits(n: DVec3, l: DVec3, v: DVec3, alpha: f64, probability: f32) -> AreaLightHits {
-    if alpha < MIRROR_ALPHA {
-        return AreaLightHits::Counted;
-    }
-    let alpha2 = (alpha * alpha) as f32;
-    AreaLightHits::Weighted(probability * reflection_pdf(n.as_vec3(), l.as_vec3(), v.as_vec3(), alpha2))
 }

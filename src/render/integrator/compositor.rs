@@ -1,6 +1,6 @@
 //! Transparency: rays pass through surfaces, whose light is composited front to back.
 
-use crate::integrator::area_lighting::AreaLightHit;
+use crate::integrator::area_light_hits::AreaLightHit;
 use crate::integrator::frame::Frame;
 use crate::integrator::path_rays::PathRays;
 use crate::integrator::paths::{PathLight, Wave};

@@ -52,11 +52,11 @@ impl Emitters {
         let mut triangles = Vec::new();
         let mut power = Vec::new();
         let mut first_of_instance = HashMap::new();
-        for (index, instance) in posed.instances.iter().enumerate().filter(|(_, of)| of.visible) {
+        for (index, _) in posed.instances.iter().enumerate().filter(|(_, instance)| instance.visible) {
             let index = index as u32;
             let mesh = posed.mesh(index);
             let material = &posed.materials[mesh.material as usize];
-            if !instance.visible || !glows(material) {
+            if !glows(material) {
                 continue;
             }
             first_of_instance.insert(index, triangles.len() as u32);

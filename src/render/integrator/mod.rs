@@ -6,8 +6,10 @@
 mod ambient_occlusion;
 mod ambient_rays;
 mod aov;
+mod area_light_hits;
 mod area_light_rays;
 mod area_lighting;
+mod blinn_phong;
 mod block_lobes;
 mod compositor;
 mod cryptomatte;
@@ -45,6 +47,7 @@ mod visibility;
 use blinn_core::geometry::Rgba;
 
 pub use aov::Aov;
+pub use blinn_phong::specular_lobe;
 pub use cryptomatte::{MatteCoverage, MatteKind, trace_mattes};
 pub use emitters::Emitters;
 pub use first_hit::{FirstHit, first_hits};
@@ -54,7 +57,7 @@ pub use material::coefficients::{Coefficients, MaterialOverrides};
 pub use material::hit_filter::MaterialHitFilter;
 pub use material::specular_layers::SpecularLayers;
 pub use object_hits::{ObjectHit, trace_objects};
-pub use phong::{Phong, Stage, specular_lobe};
+pub use phong::{Phong, Stage};
 pub use sample::Sample;
 pub use sampler::{LowDiscrepancySampler, Sampler};
 pub use scratch::Scratch;

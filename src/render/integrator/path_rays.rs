@@ -1,6 +1,6 @@
 //! The rays of a batch of paths, traced from surface to surface: eye rays, or a wave of secondary rays.
 
-use crate::integrator::area_lighting::AreaLightHit;
+use crate::integrator::area_light_hits::AreaLightHit;
 use crate::integrator::frame::Frame;
 use crate::integrator::material::hit_filter::MaterialHitFilter;
 use crate::integrator::paths::{PathStates, Wave};

@@ -84,13 +84,20 @@ pub(crate) enum AreaLightHits {
     Weighted(f32),
 }
 
+/// The weight of light that is found by directions of a density, and by others of density `other` as well (Veach and Guibas,
+/// “Optimally Combining Sampling Techniques for Monte Carlo Rendering”, SIGGRAPH 1995).
+#[inline(always)]
+pub(crate) fn balance_heuristic(density: f32, other: f32) -> f32 {
+    density / (density + other)
+}
+
 impl AreaLightHits {
     /// The share of an area light's radiance that counts. `of_shadow_ray` is the density with which shadow rays find it.
     pub fn weight(self, of_shadow_ray: f32) -> f32 {
         match self {
             AreaLightHits::Ignored => 0.0,
             AreaLightHits::Counted => 1.0,
-            AreaLightHits::Weighted(density) => density / (density + of_shadow_ray),
+            AreaLightHits::Weighted(density) => balance_heuristic(density, of_shadow_ray),
         }
     }
 }

@@ -15,7 +15,7 @@
 //! 2. [`PathRays`] makes an eye ray of each, with `Camera::eye_ray`, and finds the closest hits, with `Accel::intersect`.
 //! 3. [`gather_points`] computes surface and material of each hit (`surface/`, `material/`), and fills blocks of points
 //!    with n, k_d, k_s, p and the radiance k_e + k_a I_a.
-//! 4. [`Phong::shade`] computes v and k_r, and adds the light of each source: [`DirectLightKernel`] evaluates the formula,
+//! 4. [`Phong::shade`] computes v and k_r, and adds the light of each source: [`DirectLightKernel`] evaluates the formula with [`blinn_phong`],
 //!    [`trace_visibility`] traces the shadow rays, with `Accel::occluded`.
 //! 5. [`spawn_rays`] lists the rays that reflecting and refracting points spawn, and adds the environment's light where no
 //!    ray is needed.
@@ -29,6 +29,7 @@ use glam::DVec3;
 use crate::integrator::Integrator;
 use crate::integrator::ambient_occlusion::occlude_ambient;
 use crate::integrator::area_lighting::{LightTerms, add_area_lights};
+use crate::integrator::blinn_phong::blinn_phong;
 use crate::integrator::compositor::Compositor;
 use crate::integrator::diffuse_rays::spawn_diffuse_rays;
 use crate::integrator::direct_light::IncidentLight;
@@ -46,11 +47,10 @@ use crate::integrator::scratch::{Scratch, WaveBuffers};
 use crate::integrator::secondary_rays::spawn_rays;
 use crate::integrator::shading_batch::{BatchBuffers, ShadingBatch};
 use crate::integrator::shadow_rays::{ShadowBuffers, ShadowRay, apply_visibility, trace_visibility};
-use crate::integrator::surface::point_block::PointBlock;
 use crate::integrator::surface::points_soa::PointsSoa;
 use crate::integrator::surface::soa::LANES;
 use crate::integrator::transmitted_highlights::add_transmitted_highlights;
-use blinn_core::geometry::{Rgb, Rgba, pow_one_minus};
+use blinn_core::geometry::{Rgb, Rgba};
 use blinn_core::simd::AutovecKernel;
 use blinn_scene::PosedLight;
 
@@ -264,49 +264,6 @@ impl AutovecKernel for DirectLightKernel<'_> {
             incident.push_shadow_rays(index * LANES, lit_mask, shadow_rays);
         }
     }
-}
-
-/// The reflected light I/r² · [ k_d max(0, n·l) + k_s max(0, n·h)^p ] of a block's points.
-///
-/// Unlike the lecture's, the highlight counts only where n·l > 0: the irradiance is 0 elsewhere. `diffuse_weight` is a factor of
-/// the diffuse term.
-#[inline(always)]
-pub(crate) fn blinn_phong(
-    block: &mut PointBlock,
-    light: &IncidentLight,
-    has_specular: bool,
-    diffuse_weight: &[f32; LANES],
-) {
-    let mut lobe = [0.0; LANES];
-    if has_specular {
-        for (i, lobe) in lobe.iter_mut().enumerate() {
-            *lobe = specular_lobe(block.n(i), light.l(i), block.v(i), block.k.shininess[i]) as f32;
-        }
-    }
-    for c in 0..3 {
-        for (i, lobe) in lobe.iter().enumerate() {
-            let diffuse = block.k.k_d[c][i] * light.n_dot_l[i] * diffuse_weight[i];
-            let specular = block.k.k_s[c][i] * lobe;
-            let reflected = light.irradiance[c][i] * (diffuse + specular);
-            // The irradiance is 0 where n·l ≤ 0. There the other factors may be NaN.
-            block.current_light[c][i] = if light.irradiance[c][i] == 0.0 { 0.0 } else { reflected };
-        }
-    }
-}
-
-/// The lecture's specular lobe max(0, n·h)^p of unit vectors n, l and v, with the half vector h = (v + l)/‖v + l‖.
-///
-/// Near n·h = 1, where a narrow lobe needs precision, a dot product has lost its digits. The sine has them: for an h of any
-/// length, (n·h)² = 1 − |n × h|²/|h|². This also saves the square root of the normalisation.
-#[inline(always)]
-pub fn specular_lobe(n: DVec3, l: DVec3, v: DVec3, p: f32) -> f64 {
-    let h = v + l;
-    let h2 = h.length_squared();
-    let sin2 = n.cross(h).length_squared() / h2;
-    // max(0, n·h): behind the surface the cosine is 0.
-    let one_minus_cos2 = if n.dot(h) > 0.0 { sin2.min(1.0) } else { 1.0 };
-    let lobe = pow_one_minus(one_minus_cos2, 0.5 * f64::from(p));
-    if h2 > 0.0 { lobe } else { 0.0 }
 }
 
 #[cfg(test)]

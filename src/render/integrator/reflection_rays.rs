@@ -2,7 +2,7 @@
 
 use glam::DVec3;
 
-use crate::integrator::area_lighting::area_light_hits;
+use crate::integrator::area_light_hits::area_light_hits;
 use crate::integrator::block_lobes::{STRONG_IMPORTANCE, survival_probability};
 use crate::integrator::environment_occlusion::LOOKUP_SHARE;
 use crate::integrator::frame::Frame;
