@@ -95,9 +95,13 @@ impl Film {
     /// Cuts the film into tiles of `side` by `side` pixels, at most 4096, and smaller ones at its right and lower edge. They
     /// are sorted along the Morton curve: tiles rendered at the same time are close together and share cached data.
     pub fn tiles(&self, side: u32) -> Vec<PixelRect> {
+        Film::cut(self.window, side)
+    }
+
+    /// Cuts a window into the tiles of [`Film::tiles`].
+    pub(super) fn cut(w: PixelRect, side: u32) -> Vec<PixelRect> {
         // The Morton codes of `PixelRect::pixels` have 32 bits.
         let side = side.clamp(1, 1 << 12);
-        let w = self.window;
         let starts = |from: u32, len: u32| (0..len.div_ceil(side)).map(move |i| from + i * side);
         let mut tiles = Vec::new();
         for y in starts(w.y, w.height) {

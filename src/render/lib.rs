@@ -19,6 +19,7 @@ mod meter;
 mod object_masks;
 mod pixel_mask;
 mod progress;
+mod reconstruction;
 mod sample_generator;
 mod settings;
 mod surface_tracks;
@@ -29,7 +30,6 @@ use crate::integrator::{Frame, Integrator};
 pub use crate::integrator::{LowDiscrepancySampler, Sampler};
 pub use aov_layers::{render_aovs, render_moving_aovs};
 pub use blinn_core::cancellation::Cancelled;
-pub use denoise::{Features, MARGIN as DENOISE_MARGIN, NoisyPart, PartKind, denoise};
 pub use film::{AovLayer, Film, PixelRect, Pixels, TileBuffer};
 pub use filter::{FilterSampler, PixelFilter};
 pub use mattes::{MATTE_RANKS, Matte, render_mattes};
@@ -38,7 +38,7 @@ pub use meter::{METER_WIDTH, MID_GREY, Metering, meter};
 pub use object_masks::{ObjectMask, render_object_masks};
 pub use pixel_mask::{MaskRect, PixelMask};
 pub use progress::ProgressMonitor;
-pub use settings::{AdaptiveSampling, RenderSettings};
+pub use settings::{AdaptiveSampling, Denoise, RenderSettings};
 pub use surface_tracks::{SurfaceTrack, trace_surface_tracks};
 
 /// Renders a picture: linear RGB premultiplied by alpha, without background, row 0 on top.
@@ -66,6 +66,9 @@ pub fn render_with_memory(
     monitor: &dyn ProgressMonitor,
 ) -> Result<Pixels, Cancelled> {
     match settings.adaptive {
+        None if settings.samples > 1 && settings.denoise.applies_to(frame) => {
+            reconstruction::render_reconstructed(memory, frame, integrator, settings, monitor)
+        }
         Some(adaptive) if settings.samples > adaptive::FIRST_SAMPLES => {
             adaptive::render_adaptive(memory, frame, integrator, settings, adaptive, monitor)
         }

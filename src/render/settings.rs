@@ -4,7 +4,30 @@ use glam::UVec2;
 
 use crate::film::PixelRect;
 use crate::filter::PixelFilter;
-use crate::integrator::Sample;
+use crate::integrator::{Frame, Sample};
+
+/// The noisy light of a picture that is reconstructed from its samples (`--denoise`).
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum Denoise {
+    /// That of pictures with area lights or indirect light.
+    #[default]
+    Auto,
+    /// All that random estimators find: also soft shadows and ambient occlusion.
+    On,
+    /// None.
+    Off,
+}
+
+impl Denoise {
+    /// True if light of a frame is reconstructed.
+    pub(crate) fn applies_to(self, frame: &Frame) -> bool {
+        match self {
+            Denoise::Auto => frame.has_area_sources(),
+            Denoise::On => frame.has_random_light(),
+            Denoise::Off => false,
+        }
+    }
+}
 
 /// How a picture is sampled.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -21,6 +44,8 @@ pub struct RenderSettings {
     pub seed: u32,
     /// Only some pixels get more than four samples; `None`: all do.
     pub adaptive: Option<AdaptiveSampling>,
+    /// The noisy light that is reconstructed. Not with `adaptive`.
+    pub denoise: Denoise,
     /// The part that is rendered; `None` for all.
     pub crop: Option<PixelRect>,
     /// Side of a tile in pixels. The picture does not depend on it.
@@ -45,6 +70,7 @@ impl Default for RenderSettings {
             filter: PixelFilter::BlackmanHarris,
             seed: 0,
             adaptive: None,
+            denoise: Denoise::Off,
             crop: None,
             tile: 32,
         }

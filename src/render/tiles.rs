@@ -4,9 +4,10 @@ use glam::UVec2;
 use rayon::prelude::*;
 
 use crate::film::{Film, PixelRect, Pixels, TileBuffer};
-use crate::integrator::{Frame, Integrator};
+use crate::integrator::{Frame, Integrator, SampleParts};
 use crate::memory::{RenderMemory, TileScratch};
 use crate::progress::ProgressMonitor;
+use crate::reconstruction::PixelParts;
 use crate::sample_generator::SampleGenerator;
 use crate::settings::RenderSettings;
 use blinn_core::cancellation::Cancelled;
@@ -43,17 +44,62 @@ pub(super) fn render_tiles(
     colors: impl Fn(PixelRect, &mut TileScratch) -> Vec<Rgba> + Sync,
 ) -> Result<Pixels, Cancelled> {
     let film = Film::with_memory(settings.window(), memory.take_film());
-    film.tiles(settings.tile).into_iter().par_bridge().for_each_init(
+    for_each_tile(memory, settings, monitor, |tile, scratch| {
+        film.store(&TileBuffer { tile, colors: colors(tile, scratch) });
+    })?;
+    Ok(film.into_pixels())
+}
+
+/// Calls `render` with each tile of a picture, in parallel.
+pub(super) fn for_each_tile(
+    memory: &RenderMemory,
+    settings: &RenderSettings,
+    monitor: &dyn ProgressMonitor,
+    render: impl Fn(PixelRect, &mut TileScratch) + Sync,
+) -> Result<(), Cancelled> {
+    Film::cut(settings.window(), settings.tile).into_iter().par_bridge().for_each_init(
         || memory.scratch(),
         |guard, tile| {
             if monitor.is_cancelled() {
                 return;
             }
-            film.store(&TileBuffer { tile, colors: colors(tile, &mut guard.scratch) });
+            render(tile, &mut guard.scratch);
             monitor.pixels_done(u64::from(tile.width) * u64::from(tile.height));
         },
     );
-    if monitor.is_cancelled() { Err(Cancelled) } else { Ok(film.into_pixels()) }
+    if monitor.is_cancelled() { Err(Cancelled) } else { Ok(()) }
+}
+
+/// Renders pixels in parts. After a cancellation, the rest is black.
+pub(super) fn parts_of_pixels(
+    generator: &SampleGenerator,
+    frame: &Frame,
+    integrator: &dyn Integrator,
+    pixels: &[UVec2],
+    scratch: &mut TileScratch,
+    monitor: &dyn ProgressMonitor,
+) -> Vec<PixelParts> {
+    let TileScratch { samples, integrator: integrator_scratch, .. } = scratch;
+    let n = generator.samples_per_pixel();
+    let mut means = Vec::with_capacity(pixels.len());
+    let mut parts = Vec::new();
+    for batch in pixels.chunks((BATCH_SAMPLES / n).max(1)) {
+        if monitor.is_cancelled() {
+            means.resize(pixels.len(), PixelParts::default());
+            break;
+        }
+        let [low, high] = generator.film_bounds(batch);
+        if !integrator.may_hit(frame, low, high) {
+            means.resize(means.len() + batch.len(), PixelParts::default());
+            continue;
+        }
+        generator.generate(frame.simd(), batch, samples);
+        parts.clear();
+        parts.resize(samples.len(), SampleParts::default());
+        integrator.render_parts(frame, samples, &generator.sampler, integrator_scratch, &mut parts);
+        means.extend(parts.chunks_exact(n).map(PixelParts::of_samples));
+    }
+    means
 }
 
 /// Renders pixels: the mean of the samples of each. After a cancellation, the rest is black.

@@ -7,6 +7,7 @@ use crate::error::SessionError;
 use crate::option_table::{Effect, OptionDef};
 use crate::options::Options;
 use blinn_core::geometry::Rgb;
+use blinn_render::Denoise;
 use blinn_render::integrator::Stage;
 use blinn_scene::{GroundKind, LightSet, Projection};
 
@@ -105,6 +106,9 @@ impl NamedOptions {
         }
         if options.adaptive.is_some() && options.samples <= 4 {
             return Err("`adaptive` needs more than 4 samples; set `samples 16`".into());
+        }
+        if options.adaptive.is_some() && options.denoise == Denoise::On {
+            return Err("`denoise on` needs the same samples in all pixels; remove `adaptive`".into());
         }
         if options.environment_blur().is_some() && options.stage != Stage::Phong {
             return Err("`background hdri` shows the environment, which only `integrator phong` has; remove one of them"

@@ -11,7 +11,7 @@ use blinn_core::geometry::Rgb;
 use blinn_import::LoadOptions;
 use blinn_render::display::{Background, ViewTransform};
 use blinn_render::integrator::{Aov, DEFAULT_BOUNCES, MaterialOverrides, MatteKind, Stage};
-use blinn_render::{AdaptiveSampling, PixelFilter, PixelRect, RenderSettings};
+use blinn_render::{AdaptiveSampling, Denoise, PixelFilter, PixelRect, RenderSettings};
 use blinn_scene::{
     AnimationChoice, Camera, GroundKind, Lighting, Normalization, PosedScene, Scene, Selection, UnitShape,
     View, ViewError,
@@ -75,6 +75,10 @@ pub struct Options {
     pub bounces: u8,
     /// Maximum diffuse bounces along a path, in place of the ambient light.
     pub indirect: u8,
+    /// True if indirect light includes what specular surfaces send to matte ones.
+    pub caustics: bool,
+    /// The noisy light that is reconstructed.
+    pub denoise: Denoise,
     /// The back faces that eye rays pass through.
     pub cull: BackFaceCulling,
     /// The shape that what is written of a dataset is scaled to.
@@ -117,6 +121,8 @@ impl Default for Options {
             overrides: MaterialOverrides::default(),
             bounces: DEFAULT_BOUNCES,
             indirect: 0,
+            caustics: false,
+            denoise: Denoise::Auto,
             cull: BackFaceCulling::SingleSided,
             normalize: None,
             rotation: None,
@@ -311,6 +317,7 @@ impl Options {
             filter: self.filter,
             seed: self.seed,
             adaptive: self.adaptive.map(|threshold| AdaptiveSampling { threshold, ev }),
+            denoise: self.denoise,
             crop: self.crop,
             tile: if self.samples > 16 { 16 } else { 32 },
         }

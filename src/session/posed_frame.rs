@@ -134,6 +134,7 @@ impl SceneSetup<'_> {
             overrides: self.plan.options.overrides,
             bounces: self.plan.options.bounces,
             indirect: self.plan.options.indirect,
+            caustics: self.plan.options.caustics,
             emitters: self.emitters(&frame.posed),
             cull_back_faces: self.plan.options.cull != BackFaceCulling::Off,
             shadows: self.plan.options.shadows,

@@ -88,6 +88,7 @@ fn radiance_under_sky(
         background: None,
         bounces: 0,
         indirect: 0,
+        caustics: false,
         scene_to_world: glam::DAffine3::IDENTITY,
     };
     let settings = RenderSettings { width: 1, height: 1, samples: 1, ..Default::default() };

@@ -28,6 +28,7 @@ mod common;
 mod antialiasing;
 mod area_lights;
 mod bvh;
+mod denoise;
 mod determinism;
 mod empty_tile_culling;
 mod environment;

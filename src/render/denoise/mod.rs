@@ -21,19 +21,21 @@ mod spikes;
 mod tests;
 mod window;
 
+use std::ops::Range;
+
 use blinn_core::geometry::Rgb;
 use blinn_core::simd::SimdLevel;
 use rayon::prelude::*;
 
-pub use features::Features;
-pub use params::PartKind;
-pub use part::NoisyPart;
+pub(crate) use features::Features;
+pub(crate) use params::PartKind;
+pub(crate) use part::NoisyPart;
 
 use params::Params;
 use window::Rect;
 
 /// Pixels around a crop that its reconstruction depends on.
-pub const MARGIN: usize = 36;
+pub(crate) const MARGIN: usize = 36;
 
 /// Reconstructs a part of the light of a picture from its noisy means.
 ///
@@ -43,16 +45,19 @@ pub const MARGIN: usize = 36;
 /// The result has the same bits for any number of threads and at any SIMD level. That of a crop equals the crop of the
 /// result, where the picture goes on for at least [`MARGIN`] pixels.
 ///
+/// Only `rows` are reconstructed, and returned from the first of them on.
+///
 /// # Panics
-/// Panics if the planes of `features` and `part` do not have width × height pixels.
-pub fn denoise(
+/// Panics if the planes of `features` and `part` do not have width × height pixels, or if `rows` are not in the picture.
+pub(crate) fn denoise(
     features: &Features,
     part: &NoisyPart,
     kind: PartKind,
     samples: u32,
     simd: SimdLevel,
+    rows: Range<usize>,
 ) -> Vec<Rgb> {
-    denoise_with(features, part, &Params::new(kind), samples, simd)
+    denoise_with(features, part, &Params::new(kind), samples, simd, rows)
 }
 
 fn denoise_with(
@@ -61,20 +66,23 @@ fn denoise_with(
     params: &Params,
     samples: u32,
     simd: SimdLevel,
+    rows: Range<usize>,
 ) -> Vec<Rgb> {
     let (width, height) = (features.width, features.height);
     features.check_len();
     part.check_len(width * height);
-    let mut out = part.mean(samples);
+    let mut out = part.mean(samples)[rows.start * width..rows.end * width].to_vec();
     if samples < 2 {
         return out;
     }
-    let tiles: Vec<Rect> = Rect::tiles(width, height, params.tile).collect();
+    let first = rows.start as isize;
+    let moved = |tile: Rect| Rect { y: tile.y + first, ..tile };
+    let tiles: Vec<Rect> = Rect::tiles(width, rows.len(), params.tile).map(moved).collect();
     let results: Vec<Vec<Rgb>> =
         tiles.par_iter().map(|tile| filter_tile(features, part, params, samples, simd, *tile)).collect();
     for (tile, result) in tiles.iter().zip(results) {
         for (y, row) in result.chunks_exact(tile.width).enumerate() {
-            let start = (tile.y as usize + y) * width + tile.x as usize;
+            let start = ((tile.y - first) as usize + y) * width + tile.x as usize;
             out[start..start + tile.width].copy_from_slice(row);
         }
     }

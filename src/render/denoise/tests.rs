@@ -48,7 +48,7 @@ fn noisy(light: &[Rgb], sigma: f32) -> NoisyPart {
 }
 
 fn filter(features: &Features, part: &NoisyPart, kind: PartKind) -> Vec<Rgb> {
-    denoise(features, part, kind, SAMPLES, SimdLevel::detect())
+    denoise(features, part, kind, SAMPLES, SimdLevel::detect(), 0..features.height)
 }
 
 fn bits(picture: &[Rgb]) -> Vec<[u32; 3]> {
@@ -117,7 +117,7 @@ fn light_without_noise_keeps_its_bits() {
         assert_eq!(bits(&filter(&features, &part, kind)), bits(&light), "{kind:?}");
     }
     let noisy = noisy(&light, 0.1);
-    let first = denoise(&features, &noisy, PartKind::Specular, 1, SimdLevel::detect());
+    let first = denoise(&features, &noisy, PartKind::Specular, 1, SimdLevel::detect(), 0..features.height);
     assert_eq!(bits(&first), bits(&noisy.halves[0]), "one sample has no variance");
 }
 
@@ -202,7 +202,7 @@ fn threads_and_simd_levels_have_the_same_bits() {
         }
         for simd in SimdLevel::ALL.into_iter().filter(|level| level.is_supported()) {
             assert_eq!(
-                bits(&denoise(&features, &part, kind, SAMPLES, simd)),
+                bits(&denoise(&features, &part, kind, SAMPLES, simd, 0..features.height)),
                 expected,
                 "{kind:?}: {}",
                 simd.name()

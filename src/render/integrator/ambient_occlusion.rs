@@ -7,7 +7,7 @@ use crate::integrator::paths::PathStates;
 use crate::integrator::sample::{SampleDimension, SampleStream};
 use crate::integrator::shading_batch::ShadingBatch;
 use crate::integrator::shadow_rays::ShadowBuffers;
-use crate::integrator::surface::soa::{LANES, set3};
+use crate::integrator::surface::soa::{LANES, set3, vec3};
 use blinn_accel::{Coherence, ShadowRayBatch};
 use blinn_core::geometry::Rgb;
 use blinn_scene::Environment;
@@ -53,6 +53,8 @@ pub(crate) fn occlude_ambient(
         let radiance = k_e + k_a * ambient;
         let (block, lane) = batch.soa.lane_mut(i);
         set3(&mut block.radiance, lane, radiance.to_array());
+        let noisy: Rgb = vec3(&block.noisy_diffuse, lane);
+        set3(&mut block.noisy_diffuse, lane, (noisy + k_a * ambient).to_array());
     }
 }
 

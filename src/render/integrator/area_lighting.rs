@@ -21,9 +21,9 @@ use crate::integrator::microfacet_highlights::{LobeWeights, add_weighted_highlig
 use crate::integrator::paths::balance_heuristic;
 use crate::integrator::sample::{SampleDimension, SampleStream};
 use crate::integrator::shading_batch::ShadingBatch;
-use crate::integrator::shadow_rays::{ShadowBuffers, apply_visibility};
+use crate::integrator::shadow_rays::{ShadowBuffers, apply_specular_visibility, apply_visibility};
 use crate::integrator::surface::point_block::PointBlock;
-use crate::integrator::surface::soa::{LANES, set3, vec3};
+use crate::integrator::surface::soa::{LANES, ZERO3_F32, set3, vec3};
 use blinn_accel::Coherence;
 use blinn_core::geometry::{Rgb, concentric_disc};
 use blinn_core::simd::AutovecKernel;
@@ -85,6 +85,12 @@ pub(crate) fn add_area_lights(
             shadow.trace(frame);
             block_by_ground(frame, shadow);
             apply_visibility(batch, shadow);
+            if terms.is_split {
+                apply_specular_visibility(batch, shadow);
+            }
+        }
+        if terms.is_split {
+            batch.soa.accumulate_noisy(true);
         }
         batch.soa.accumulate(frame.simd());
     }
@@ -97,6 +103,8 @@ pub(crate) struct LightTerms {
     pub has_shadows: bool,
     /// True if the light without shadows is summed as well.
     pub has_shadow_catcher: bool,
+    /// True if noisy light is split from the rest.
+    pub is_split: bool,
 }
 
 /// The points of the unit square that become the points of a light that the points of a block see.
@@ -274,21 +282,31 @@ impl AutovecKernel for AddLightPoints<'_> {
         let mut diffuse_weight = [1.0; LANES];
         for i in 0..LANES {
             let of_ray = DiffuseBounce::density(spawn.diffuse[i], incident.n_dot_l[i]);
+            let of_ray = if incident.n_g_dot_l[i] > 0.0 { of_ray } else { 0.0 };
             let weight = balance_heuristic(density[i], of_ray);
             // NaN where the light faces away.
             diffuse_weight[i] = if weight >= 0.0 { weight } else { 1.0 };
         }
         blinn_phong(block, incident, terms.has_specular && block.has_specular && lit, &diffuse_weight);
+        let diffuse = if terms.is_split { block.current_light } else { ZERO3_F32 };
         if terms.has_specular && lit && block.highlights.points != 0 {
-            let mut weights = LobeWeights::ONE;
+            let mut weights = LobeWeights { has_exact_fresnel: true, ..LobeWeights::ONE };
             for i in 0..LANES {
-                let (n, v, l) = (block.n(i).as_vec3(), block.v(i).as_vec3(), incident.l(i).as_vec3());
+                let (n, v, l) =
+                    (block.n_specular(i).as_vec3(), block.v(i).as_vec3(), incident.l(i).as_vec3());
                 let weight =
                     |probability: f32, alpha: f32| light_weight(density[i], probability, alpha, [n, v, l]);
                 weights.facets[i] = weight(spawn.facets[i], block.lobe_alpha[i]);
                 weights.coats[i] = weight(spawn.coats[i], block.coat_alpha[i]);
             }
             add_weighted_highlights(block, incident, &weights);
+        }
+        if terms.is_split {
+            for c in 0..3 {
+                for i in 0..LANES {
+                    block.current_specular[c][i] = block.current_light[c][i] - diffuse[c][i];
+                }
+            }
         }
         if terms.has_shadow_catcher {
             block.accumulate_unshadowed();

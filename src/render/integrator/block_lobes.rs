@@ -7,7 +7,7 @@ use crate::integrator::material::ggx_lobe::LOBE_LANES;
 use crate::integrator::material::lobe_lookups::LobeBlock;
 use crate::integrator::shading_batch::ShadingBatch;
 use crate::integrator::surface::point_block::PointBlock;
-use crate::integrator::surface::soa::{LANES, dvec3, mask, set3, vec3};
+use crate::integrator::surface::soa::{LANES, mask, set3, vec3};
 use blinn_core::geometry::Rgb;
 use blinn_core::simd::{AutovecKernel, SimdLevel};
 use blinn_scene::Environment;
@@ -211,7 +211,7 @@ impl AutovecKernel for AddLookedUpLight<'_> {
                 // The remainder lets the compiler drop the bounds checks.
                 let lane = (first + i) % LANES;
                 let alpha = if is_coat { block.coat_alpha[lane] } else { block.lobe_alpha[lane] };
-                let n = dvec3(&block.n, lane).as_vec3();
+                let n = block.n_specular(lane).as_vec3();
                 // Other lanes may hold any value.
                 let used = points >> i & 1 != 0;
                 lobes.set(i, n, block.v(lane).as_vec3(), if used { alpha } else { 1.0 });
@@ -288,7 +288,7 @@ mod tests {
             let [n, v] = [0.0, 0.9].map(|turn| {
                 DVec3::new((i as f64 * 0.37).sin(), (i as f64 * 0.7 + turn).cos(), turn + 0.2).normalize()
             });
-            set3(&mut block.n, i, n.to_array());
+            set3(&mut block.n_specular, i, n.to_array());
             set3(&mut block.v, i, v.to_array());
             set3(&mut block.k_r, i, [0.05, 0.04, 0.03]);
             set3(&mut block.radiance, i, [0.25; 3]);

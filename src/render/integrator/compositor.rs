@@ -2,11 +2,13 @@
 
 use crate::integrator::area_light_hits::AreaLightHit;
 use crate::integrator::frame::Frame;
+use crate::integrator::light_parts::{SampleParts, SeenFeatures};
 use crate::integrator::path_rays::PathRays;
-use crate::integrator::paths::{PathLight, Wave};
+use crate::integrator::paths::{Escape, MAX_PATH_RADIANCE, MAX_RADIANCE, PathLight, SecondaryRay, Wave};
 use crate::integrator::shading_batch::{ShadingBatch, ShadingPoint};
 use crate::integrator::surface::soa::vec3;
 use blinn_core::geometry::Rgb;
+use glam::Vec3;
 
 /// Less transmittance than this counts as none: white behind it would change black by less than half a byte.
 const OPAQUE_TRANSMITTANCE: f32 = 1.0 / (1 << 13) as f32;
@@ -18,6 +20,12 @@ pub(crate) struct Compositor<'a> {
     pub ground_t: Vec<Option<f64>>,
     /// For each path the light so far, and the share of light from behind that still arrives.
     light: Vec<PathLight>,
+    /// The noisy light and the surfaces of each path; empty where light is not split.
+    parts: Vec<SampleParts>,
+    /// What each path sees in mirrors and behind glass; empty where that is not wanted.
+    seen: Vec<SeenFeatures>,
+    /// Maximum radiance of surfaces along secondary rays.
+    max_radiance: f32,
     /// The area lights that the rays have not passed yet, sorted by path.
     area_light_hits: Vec<AreaLightHit>,
 }
@@ -29,10 +37,29 @@ impl<'a> Compositor<'a> {
         let area_light_hits = rays.area_light_hits(frame);
         Compositor {
             area_light_hits,
+            parts: Vec::new(),
+            seen: Vec::new(),
+            max_radiance: if frame.traces_full_paths() { MAX_PATH_RADIANCE } else { MAX_RADIANCE },
             ground_t: frame.intersect_ground(rays.batch(), rays.is_secondary),
             rays,
             light: vec![PathLight { transmittance: Rgb::ONE, ..PathLight::NONE }; paths],
         }
+    }
+
+    /// Splits the light of all paths into parts.
+    pub fn split(&mut self) {
+        self.parts = vec![SampleParts::default(); self.light.len()];
+        self.collect_seen();
+    }
+
+    /// Collects what the paths see.
+    pub fn collect_seen(&mut self) {
+        self.seen = vec![SeenFeatures::default(); self.light.len()];
+    }
+
+    /// True if light is split into parts.
+    pub fn splits(&self) -> bool {
+        !self.parts.is_empty()
     }
 
     /// Adds the area lights in front of the current hits to the light of the paths.
@@ -69,10 +96,17 @@ impl<'a> Compositor<'a> {
         self.light[path].transmittance * medium * batch.coefficients(i).opacity
     }
 
-    /// Composites the shaded points of the current surfaces, and moves the rays of paths that are not opaque yet behind
-    /// their hits. False if there are none.
-    pub fn composite(&mut self, frame: &Frame, batch: &ShadingBatch) -> bool {
+    /// Composites the shaded points of the current surfaces, which have spawned `rays`, and moves the rays of paths that are
+    /// not opaque yet behind their hits. False if there are none.
+    pub fn composite(&mut self, frame: &Frame, batch: &ShadingBatch, rays: &[SecondaryRay]) -> bool {
         let mut any_transparent = false;
+        // What rays see takes the place of the surfaces that spawn them.
+        let mut seen_elsewhere = vec![0.0; self.seen.len()];
+        for ray in rays {
+            if let Some(share) = seen_elsewhere.get_mut(ray.parent) {
+                *share += ray.seen_share;
+            }
+        }
         for (i, point) in batch.points.iter().enumerate() {
             let mut surface = CompositedPoint::new(frame, batch, i, point);
             if self.rays.is_secondary {
@@ -81,8 +115,21 @@ impl<'a> Compositor<'a> {
                 surface.radiance *= self.rays.states.medium_transmittance_to(point.path, p);
             }
             let PathLight { radiance, transmittance, .. } = &mut self.light[point.path];
-            *radiance += *transmittance * surface.radiance;
+            let before = *transmittance;
+            *radiance += before * surface.radiance;
             *transmittance *= surface.transmittance;
+            let stopped = (before - *transmittance).element_sum() * (1.0 / 3.0);
+            if let Some(parts) = self.parts.get_mut(point.path) {
+                add_parts(parts, frame, batch, i, before, stopped);
+            }
+            if let Some(seen) = self.seen.get_mut(point.path) {
+                let k = batch.coefficients(i);
+                let surface = SeenFeatures { albedo: k.color, normal: batch.n(i).as_vec3(), coverage: 0.0 };
+                let share = (stopped - seen_elsewhere[point.path]).max(0.0);
+                seen.add(&surface, share);
+                seen.add_light(k.k_e, share);
+                seen.coverage += stopped;
+            }
             if transmittance.max_element() < OPAQUE_TRANSMITTANCE {
                 *transmittance = Rgb::ZERO;
             } else {
@@ -98,18 +145,78 @@ impl<'a> Compositor<'a> {
     }
 
     /// Adds the light that secondary rays found to the paths that spawned them.
-    pub fn add_secondary(&mut self, wave: &Wave, found: &[PathLight]) {
-        for (ray, added) in wave.rays.iter().zip(wave.contributions(found)) {
+    pub fn add_secondary(&mut self, wave: &Wave, secondary: Compositor) {
+        let Compositor { light: found, seen, .. } = secondary;
+        for ((ray, found), mut seen) in wave.rays.iter().zip(&found).zip(seen) {
+            let Some(to) = self.seen.get_mut(ray.parent).filter(|_| ray.seen_share > 0.0) else { continue };
+            if let Escape::Radiance(radiance) = ray.escape {
+                seen.add_light(radiance, 1.0 - seen.coverage);
+            }
+            seen.add_light(found.emitted, 1.0);
+            seen.coverage = 0.0;
+            to.add(&seen, ray.seen_share);
+        }
+        for (ray, added) in wave.rays.iter().zip(wave.contributions(&found, self.max_radiance)) {
             let light = &mut self.light[ray.parent];
             light.radiance += added.radiance;
+            if let Some(SampleParts { noisy, .. }) = self.parts.get_mut(ray.parent) {
+                *(if ray.is_diffuse { &mut noisy.indirect } else { &mut noisy.specular }) += added.radiance;
+            }
             light.transmittance += added.transmittance;
         }
+    }
+
+    /// True if what the paths see is collected.
+    pub fn collects_seen(&self) -> bool {
+        !self.seen.is_empty()
     }
 
     /// The light of all paths.
     pub fn into_light(self) -> Vec<PathLight> {
         self.light
     }
+
+    /// The light of all paths, and its noisy parts with the surfaces.
+    pub fn into_parts(mut self) -> (Vec<PathLight>, Vec<SampleParts>) {
+        for (parts, seen) in self.parts.iter_mut().zip(self.seen) {
+            parts.surface.seen = seen;
+        }
+        (self.light, self.parts)
+    }
+}
+
+/// Adds the noisy light and the features of point `i` to those of its path, whose transmittance before the point and whose share
+/// that stops there are given.
+fn add_parts(
+    parts: &mut SampleParts,
+    frame: &Frame,
+    batch: &ShadingBatch,
+    i: usize,
+    before: Rgb,
+    stopped: f32,
+) {
+    let point = &batch.points[i];
+    if point.is_shadow_catcher {
+        return;
+    }
+    let k = batch.coefficients(i);
+    let (block, lane) = batch.soa.lane(i);
+    let arrives = before * k.opacity;
+    parts.noisy.direct += arrives * vec3(&block.noisy_diffuse, lane);
+    parts.noisy.specular += arrives * vec3(&block.noisy_specular, lane);
+    let surface = &mut parts.surface;
+    surface.diffuse_color += arrives * k.k_d;
+    if frame.refracts(point.id, &k) {
+        surface.specular_color += arrives;
+    } else if block.reflects(lane) {
+        let k_r: Rgb = vec3(&block.k_r, lane);
+        surface.specular_color += arrives * (k_r + Rgb::splat(block.k_r_coat[lane]));
+    }
+    let p: Vec3 = vec3(&block.p, lane);
+    surface.albedo += k.color * stopped;
+    surface.normal += block.n(lane).as_vec3() * stopped;
+    surface.position += p * stopped;
+    surface.coverage += stopped;
 }
 
 /// A surface point as it is composited.

@@ -68,7 +68,14 @@ pub(crate) fn spawn_diffuse_rays(
         }
         let n = block.n(lane);
         let l = cosine_hemisphere(n, stream.get_2d(point.path, SampleDimension::Diffuse));
-        let direction = mirrored_to_side(l, dvec3(&block.n_g, lane));
+        let n_g = dvec3(&block.n_g, lane);
+        let area_lights = if l.dot(n_g) < 0.0 {
+            // Shadow rays find all light behind the triangle, and mirrored rays are none of theirs.
+            AreaLightHits::Ignored
+        } else {
+            AreaLightHits::Weighted(DiffuseBounce::density(survival, n.dot(l) as f32))
+        };
+        let direction = mirrored_to_side(l, n_g);
         let solid_angle = lookup_solid_angle(n.dot(l), stream.sampler.count);
         let arrives = arrives / survival;
         let unoccluded = frame
@@ -94,7 +101,9 @@ pub(crate) fn spawn_diffuse_rays(
             unoccluded,
             direction: direction.as_vec3(),
             source,
-            area_lights: AreaLightHits::Weighted(DiffuseBounce::density(survival, n.dot(l) as f32)),
+            is_diffuse: true,
+            seen_share: 0.0,
+            area_lights,
             state,
         };
         wave.push(ray, stream.samples[point.path]);

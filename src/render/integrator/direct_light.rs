@@ -19,7 +19,7 @@ pub(crate) struct IncidentLight {
     /// n·l, not clamped: where it is not positive, `irradiance` is 0.
     pub n_dot_l: [f32; LANES],
     /// n_g·l.
-    n_g_dot_l: [f64; LANES],
+    pub n_g_dot_l: [f64; LANES],
     shadow_ray_origin: [[f32; LANES]; 3],
 }
 

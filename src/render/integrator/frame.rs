@@ -6,7 +6,7 @@ use glam::{DAffine3, DVec3, Vec3};
 
 use crate::integrator::emitters::Emitters;
 use crate::integrator::material::coefficients::{Coefficients, MaterialOverrides};
-use crate::integrator::media::Medium;
+use crate::integrator::media::{Crossing, Medium, MediumStack};
 use crate::integrator::sample::Sample;
 use blinn_accel::{Accel, Coherence, RayBatch};
 use blinn_core::geometry::{HitId, RayDifferential, Rgb};
@@ -48,6 +48,8 @@ pub struct Frame<'a> {
     pub bounces: u8,
     /// Maximum number of diffuse bounces along a path. With one or more, traced light takes the place of I_a.
     pub indirect: u8,
+    /// True if indirect light includes what specular surfaces send to matte ones.
+    pub caustics: bool,
     /// Coefficients that replace those of all materials.
     pub overrides: MaterialOverrides,
     /// True: eye rays pass through back faces of single-sided materials.
@@ -92,6 +94,7 @@ impl<'a> Frame<'a> {
             background: None,
             bounces: DEFAULT_BOUNCES,
             indirect: 0,
+            caustics: false,
             overrides: MaterialOverrides::default(),
             cull_back_faces: true,
             shadows: true,
@@ -164,6 +167,23 @@ impl<'a> Frame<'a> {
         self.background.is_some() || self.ground.is_some() || self.accel.may_intersect(&corners())
     }
 
+    /// True if whole paths of light are traced, as in Cycles: with indirect light.
+    pub(crate) fn traces_full_paths(&self) -> bool {
+        self.indirect > 0
+    }
+
+    /// True if random estimators find the light of sources with an area, or indirect light.
+    pub(crate) fn has_area_sources(&self) -> bool {
+        self.indirect > 0 || self.emitters.is_some() || !self.area_lights.is_empty()
+    }
+
+    /// True if random estimators find part of the light.
+    pub(crate) fn has_random_light(&self) -> bool {
+        self.has_area_sources()
+            || self.ambient_occlusion.is_some()
+            || self.lights.iter().any(|light| light.radius > 0.0)
+    }
+
     /// I_a at a surface with shading normal `n`; 0 where indirect light is traced.
     pub(crate) fn ambient_at(&self, n: DVec3) -> Rgb {
         if self.indirect > 0 {
@@ -225,11 +245,23 @@ impl<'a> Frame<'a> {
     }
 
     /// The inside of the body that a triangle belongs to.
-    pub(crate) fn medium(&self, id: HitId) -> Medium {
+    fn medium(&self, id: HitId) -> Medium {
         let instance = &self.posed.scene.instances[id.instance as usize];
         let material = self.material(id);
         let absorption = material.volume.map_or(Rgb::ZERO, |volume| volume.absorption());
         Medium { body: instance.object, ior: material.ior(), absorption }
+    }
+
+    /// Crosses the surface of the body that a triangle belongs to, from the outside if a path is `entering`. Surfaces of
+    /// Blender's files refract as if there were no other bodies: Blender renders them so.
+    pub(crate) fn cross(&self, media: &MediumStack, id: HitId, entering: bool) -> Crossing {
+        let medium = self.medium(id);
+        let crossing = media.cross(medium, entering);
+        if !self.posed.scene.source.is_blender() {
+            return crossing;
+        }
+        let ior = f64::from(medium.ior);
+        Crossing { eta: if entering { ior } else { 1.0 / ior }, ..crossing }
     }
 
     /// The ray differential of an eye ray over a footprint on the film; `None` for a point.

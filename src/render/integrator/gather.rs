@@ -42,6 +42,7 @@ pub(crate) fn gather_points<'s>(
     base_radiance: impl Fn(&Coefficients, DVec3) -> Rgb,
 ) -> ShadingBatch<'s> {
     let mut batch = ShadingBatch::new(buffers);
+    batch.spawns_at_triangles = frame.traces_full_paths();
     // Composited in this order, the ground covers what is behind it. Its points are the first of their paths in the batch.
     frame.gather_ground(&mut batch, &compositor.rays, &mut compositor.ground_t, &base_radiance);
     compute_surface_points(frame, &mut batch, &compositor.rays, samples);
@@ -78,6 +79,10 @@ fn compute_surface_points<'s>(
                 next = hits_by_triangle.next(hit);
             }
             triangle.append_hits(frame.simd(), &ray8, count, differential, soa);
+            if frame.traces_full_paths() {
+                let (block, lane) = soa.lane_mut(points.len() - count);
+                triangle.set_envelope_offsets(block, lane..lane + count);
+            }
         }
         triangles.push(TrianglePoints { triangle: triangle.surface, range: start..points.len() });
     }

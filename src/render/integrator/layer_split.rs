@@ -39,7 +39,7 @@ impl AutovecKernel for SplitLight<'_> {
         let [mut cos, mut alpha, mut coat_alpha] = [[0.0; LANES]; 3];
         for i in 0..LANES {
             reflects[i] = reflecting >> i & 1 != 0;
-            cos[i] = block.n(i).dot(block.v(i)) as f32;
+            cos[i] = block.n_specular(i).dot(block.v(i)) as f32;
             increase[i] = block.alpha2_increase[i];
             alpha[i] = widened(layers.alpha[i], increase[i]);
             coat_alpha[i] = widened(layers.coat_alpha[i], increase[i]);

@@ -75,6 +75,8 @@ pub(crate) struct SampleLobes<'a> {
     /// Samples of a lobe in all.
     pub count: u32,
     pub environment: Option<&'a Environment>,
+    /// True if directions below the triangle count nothing; else they are mirrored.
+    pub ends_at_triangle: bool,
     /// True if [`LobeSamples::filtered_light`] is wanted.
     pub has_filtered_light: bool,
     pub samples: &'a mut LobeSamples,
@@ -83,7 +85,8 @@ pub(crate) struct SampleLobes<'a> {
 impl AutovecKernel for SampleLobes<'_> {
     #[inline(always)]
     fn run(self) {
-        let SampleLobes { lobes, u, count, environment, has_filtered_light, samples } = self;
+        let SampleLobes { lobes, u, count, environment, ends_at_triangle, has_filtered_light, samples } =
+            self;
         // Copies cannot alias what the loops write.
         let (lobes, u, count) = (*lobes, *u, count.max(1) as f32);
         let mut around = [[0.0; LOBE_LANES]; 2];
@@ -110,8 +113,10 @@ impl AutovecKernel for SampleLobes<'_> {
             let mirrored = basis.to_world(basis.mirrored());
             let is_mirror = lobe.is_mirror();
             let l = if is_mirror { mirrored } else { vec3(&reflected, i).as_dvec3() };
-            set3(&mut directions, i, mirrored_to_side(l, dvec3(&lobes.n_g, i)).to_array());
-            weight[i] = if is_mirror { 1.0 } else { weight[i] / expected[i] };
+            let n_g = dvec3(&lobes.n_g, i);
+            set3(&mut directions, i, mirrored_to_side(l, n_g).to_array());
+            let sampled = if is_mirror { 1.0 } else { weight[i] / expected[i] };
+            weight[i] = if ends_at_triangle & (l.dot(n_g) <= 0.0) { 0.0 } else { sampled };
             solid_angle[i] = if is_mirror { lobe.mirror_solid_angle() as f32 } else { solid_angle[i] };
         }
         let mut l = [[0.0; LOBE_LANES]; 3];
@@ -165,6 +170,7 @@ mod tests {
             u: &[[u[0]; LOBE_LANES], [u[1]; LOBE_LANES]],
             count: 4,
             environment: Some(environment),
+            ends_at_triangle: false,
             has_filtered_light: true,
             samples: &mut samples,
         });

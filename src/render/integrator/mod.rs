@@ -11,6 +11,7 @@ mod area_light_rays;
 mod area_lighting;
 mod blinn_phong;
 mod block_lobes;
+mod caustics;
 mod compositor;
 mod cryptomatte;
 mod diffuse_rays;
@@ -24,6 +25,7 @@ mod gather;
 mod ground_plane;
 mod highlight_limits;
 mod layer_split;
+mod light_parts;
 mod lobe_light;
 mod lobe_samples;
 mod material;
@@ -53,6 +55,7 @@ pub use emitters::Emitters;
 pub use first_hit::{FirstHit, first_hits};
 pub use flow::{NeighbourFrames, add_flow};
 pub use frame::{AmbientOcclusion, DEFAULT_BOUNCES, Frame};
+pub use light_parts::{NoisyLight, SampleParts, SeenFeatures, SurfaceFeatures};
 pub use material::coefficients::{Coefficients, MaterialOverrides};
 pub use material::hit_filter::MaterialHitFilter;
 pub use material::specular_layers::SpecularLayers;
@@ -76,6 +79,22 @@ pub trait Integrator: Sync {
         scratch: &mut Scratch,
         out: &mut [Rgba],
     );
+
+    /// Writes the light of each sample to `out`, by part. The default is light without noise.
+    fn render_parts(
+        &self,
+        frame: &Frame,
+        samples: &[Sample],
+        sampler: &LowDiscrepancySampler,
+        scratch: &mut Scratch,
+        out: &mut [SampleParts],
+    ) {
+        let mut colors = vec![Rgba::ZERO; out.len()];
+        self.render(frame, samples, sampler, scratch, &mut colors);
+        for (out, color) in out.iter_mut().zip(colors) {
+            *out = SampleParts::exact(color);
+        }
+    }
 
     /// False if all samples between the film positions `low` and `high` are certainly 0, so that they need not be
     /// rendered.

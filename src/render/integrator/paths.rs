@@ -121,6 +121,10 @@ pub(crate) struct SecondaryRay {
     pub direction: Vec3,
     /// The triangle that the ray starts on.
     pub source: HitId,
+    /// True for a ray that a matte surface spawns.
+    pub is_diffuse: bool,
+    /// Share of the features of what the parent sees: of narrow lobes and glass. 0 for wide lobes, which blur what they show.
+    pub seen_share: f32,
     /// How the ray meets area lights.
     pub area_lights: AreaLightHits,
     pub state: PathState,
@@ -180,16 +184,18 @@ impl PathLight {
 /// Maximum radiance of surfaces along a secondary ray, as the mean of the channels. Few rays find the brighter highlights of small
 /// lights: they would be fireflies.
 pub(crate) const MAX_RADIANCE: f32 = 10.0;
+/// The same where whole paths are traced, whose light must add up. Reconstruction bounds the spikes that are left.
+pub(crate) const MAX_PATH_RADIANCE: f32 = 1000.0;
 
 /// Maximum of a channel, so that the sum of three is finite.
 const MAX_CHANNEL: f32 = 1e38;
 
 impl SecondaryRay {
     /// The light of the surfaces along the ray, as the parent receives it. Clamps fireflies.
-    fn surface_light(&self, found: PathLight) -> Rgb {
+    fn surface_light(&self, found: PathLight, max_radiance: f32) -> Rgb {
         let radiance = found.radiance.min(Rgb::splat(MAX_CHANNEL));
         let mean = radiance.element_sum() / 3.0;
-        let radiance = if mean > MAX_RADIANCE { radiance * (MAX_RADIANCE / mean) } else { radiance };
+        let radiance = if mean > max_radiance { radiance * (max_radiance / mean) } else { radiance };
         let light = radiance * self.weight;
         let brightest = light.max_element();
         if brightest > self.max_light { light * (self.max_light / brightest) } else { light }
@@ -197,12 +203,13 @@ impl SecondaryRay {
 }
 
 impl Wave {
-    /// The light that each ray adds to its parent. `found` is the light along the rays.
-    pub fn contributions(&self, found: &[PathLight]) -> Vec<PathLight> {
+    /// The light that each ray adds to its parent. `found` is the light along the rays, of which that of surfaces counts up to
+    /// `max_radiance`, the mean of the channels.
+    pub fn contributions(&self, found: &[PathLight], max_radiance: f32) -> Vec<PathLight> {
         let mut lights: Vec<PathLight> = Vec::with_capacity(found.len());
         let (mut estimates, mut estimated) = (Vec::new(), Vec::new());
         for (i, (ray, &found)) in self.rays.iter().zip(found).enumerate() {
-            let radiance = ray.surface_light(found) + found.emitted * ray.weight;
+            let radiance = ray.surface_light(found, max_radiance) + found.emitted * ray.weight;
             let mut light = PathLight { radiance, ..PathLight::NONE };
             match (ray.escape, ray.unoccluded) {
                 (Escape::Background, _) => light.transmittance = ray.escape_weight * found.transmittance,

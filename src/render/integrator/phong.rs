@@ -30,6 +30,7 @@ use crate::integrator::Integrator;
 use crate::integrator::ambient_occlusion::occlude_ambient;
 use crate::integrator::area_lighting::{LightTerms, add_area_lights};
 use crate::integrator::blinn_phong::blinn_phong;
+use crate::integrator::caustics::remove_specular_lobes;
 use crate::integrator::compositor::Compositor;
 use crate::integrator::diffuse_rays::spawn_diffuse_rays;
 use crate::integrator::direct_light::IncidentLight;
@@ -37,6 +38,7 @@ use crate::integrator::frame::Frame;
 use crate::integrator::gather::gather_points;
 use crate::integrator::highlight_limits::limit_highlights;
 use crate::integrator::layer_split::apply_specular_layers;
+use crate::integrator::light_parts::SampleParts;
 use crate::integrator::material::coefficients::Coefficients;
 use crate::integrator::microfacet_highlights::add_highlights;
 use crate::integrator::path_rays::{MAX_SURFACES_PER_RAY, PathRays};
@@ -84,22 +86,24 @@ impl Integrator for Phong {
         scratch: &mut Scratch,
         out: &mut [Rgba],
     ) {
-        let Scratch { rays, hits, points, shadow, waves } = scratch;
-        let stream = SampleStream { samples, sampler, wave: 0 };
-        let mut eye_rays = PathRays::new(frame, samples, rays, hits);
-        let reflects = self.reflections_enabled(frame) && frame.posed.has_reflecting_materials;
-        if reflects || self.traces_indirect(frame) {
-            eye_rays.states = PathStates::Eye(frame, samples);
+        let light = self.trace_samples(frame, samples, sampler, scratch, false).into_light();
+        for ((out, sample), light) in out.iter_mut().zip(samples).zip(light) {
+            *out = color(frame, sample, light);
         }
-        let light = self.trace(frame, eye_rays, stream, points, shadow, waves);
-        for ((out, sample), PathLight { radiance, transmittance, .. }) in
-            out.iter_mut().zip(samples).zip(light)
-        {
-            *out = match frame.background_radiance(sample) {
-                Some(background) => (radiance + transmittance * background).extend(1.0),
-                // Alpha is the mean opacity of the three colours.
-                None => radiance.extend(1.0 - transmittance.element_sum() / 3.0),
-            };
+    }
+
+    fn render_parts(
+        &self,
+        frame: &Frame,
+        samples: &[Sample],
+        sampler: &LowDiscrepancySampler,
+        scratch: &mut Scratch,
+        out: &mut [SampleParts],
+    ) {
+        let (light, parts) = self.trace_samples(frame, samples, sampler, scratch, true).into_parts();
+        for (((out, sample), light), parts) in out.iter_mut().zip(samples).zip(light).zip(parts) {
+            let exact = color(frame, sample, light) - parts.noisy.sum().extend(0.0);
+            *out = SampleParts { exact, ..parts };
         }
     }
 
@@ -108,7 +112,41 @@ impl Integrator for Phong {
     }
 }
 
+/// The colour of a sample, with the background behind its path.
+fn color(frame: &Frame, sample: &Sample, light: PathLight) -> Rgba {
+    let PathLight { radiance, transmittance, .. } = light;
+    match frame.background_radiance(sample) {
+        Some(background) => (radiance + transmittance * background).extend(1.0),
+        // Alpha is the mean opacity of the three colours.
+        None => radiance.extend(1.0 - transmittance.element_sum() / 3.0),
+    }
+}
+
 impl Phong {
+    /// The light of the eye rays of `samples`, split into parts if `splits`.
+    fn trace_samples<'s>(
+        &self,
+        frame: &'s Frame,
+        samples: &'s [Sample],
+        sampler: &LowDiscrepancySampler,
+        scratch: &'s mut Scratch,
+        splits: bool,
+    ) -> Compositor<'s> {
+        let Scratch { rays, hits, points, shadow, waves } = scratch;
+        let stream = SampleStream { samples, sampler, wave: 0 };
+        let mut eye_rays = PathRays::new(frame, samples, rays, hits);
+        let reflects = self.reflections_enabled(frame) && frame.posed.has_reflecting_materials;
+        if reflects || self.traces_indirect(frame) {
+            eye_rays.states = PathStates::Eye(frame, samples);
+        }
+        let mut compositor = Compositor::new(frame, eye_rays);
+        if splits {
+            compositor.split();
+        }
+        self.trace(frame, &mut compositor, stream, points, shadow, waves);
+        compositor
+    }
+
     /// True if surfaces reflect and refract their surroundings.
     fn reflections_enabled(&self, frame: &Frame) -> bool {
         self.stage == Stage::Phong && frame.reflections_enabled()
@@ -126,13 +164,12 @@ impl Phong {
     fn trace(
         &self,
         frame: &Frame,
-        rays: PathRays,
+        compositor: &mut Compositor,
         stream: SampleStream,
         buffers: &mut BatchBuffers,
         shadow: &mut ShadowBuffers,
         waves: &mut Vec<WaveBuffers>,
-    ) -> Vec<PathLight> {
-        let mut compositor = Compositor::new(frame, rays);
+    ) {
         let mut next = waves.pop().unwrap_or_default();
         next.wave.clear();
         for _ in 0..MAX_SURFACES_PER_RAY {
@@ -140,23 +177,18 @@ impl Phong {
             compositor.add_area_light_hits();
             let base_radiance = |k: &Coefficients, n: DVec3| self.base_radiance(frame, k, n);
             let reflections_enabled = self.reflections_enabled(frame);
-            let mut batch = gather_points(
-                frame,
-                &mut compositor,
-                stream.samples,
-                buffers,
-                reflections_enabled,
-                base_radiance,
-            );
-            self.shade(frame, &compositor, &mut batch, stream, shadow);
+            let mut batch =
+                gather_points(frame, compositor, stream.samples, buffers, reflections_enabled, base_radiance);
+            self.shade(frame, compositor, &mut batch, stream, shadow);
             if reflections_enabled {
-                add_transmitted_highlights(frame, &compositor, &mut batch, stream, shadow);
+                add_transmitted_highlights(frame, compositor, &mut batch, stream, shadow);
             }
-            spawn_rays(frame, &compositor, &mut batch, stream, &mut next.wave);
+            let spawned = next.wave.rays.len();
+            spawn_rays(frame, compositor, &mut batch, stream, &mut next.wave);
             if self.traces_indirect(frame) {
-                spawn_diffuse_rays(frame, &compositor, &batch, stream, &mut next.wave);
+                spawn_diffuse_rays(frame, compositor, &batch, stream, &mut next.wave);
             }
-            let continues = compositor.composite(frame, &batch);
+            let continues = compositor.composite(frame, &batch, &next.wave.rays[spawned..]);
             batch.recycle(buffers);
             if !continues {
                 break;
@@ -167,11 +199,14 @@ impl Phong {
             let stream = SampleStream { samples: &wave.samples, wave: stream.wave + 1, ..stream };
             let secondary = PathRays::secondary(wave, rays, hits);
             // L_r and the light behind glass.
-            let found = self.trace(frame, secondary, stream, buffers, shadow, waves);
-            compositor.add_secondary(wave, &found);
+            let mut secondary = Compositor::new(frame, secondary);
+            if compositor.collects_seen() && wave.rays.iter().any(|ray| ray.seen_share > 0.0) {
+                secondary.collect_seen();
+            }
+            self.trace(frame, &mut secondary, stream, buffers, shadow, waves);
+            compositor.add_secondary(wave, secondary);
         }
         waves.push(next);
-        compositor.into_light()
     }
 
     /// k_e + k_a I_a at a surface with shading normal `n`.
@@ -199,9 +234,12 @@ impl Phong {
         let is_full_model = self.stage == Stage::Phong;
         let has_shadows = frame.shadows && self.stage != Stage::Diffuse;
         if is_full_model {
-            batch.soa.compute_view_dirs(frame.simd());
+            batch.soa.compute_view_dirs(frame.simd(), frame.traces_full_paths());
+            if frame.leaves_out_caustics() {
+                remove_specular_lobes(frame, batch, compositor.rays.states);
+            }
             apply_specular_layers(frame, batch);
-            if stream.wave > 0 {
+            if stream.wave > 0 && !frame.traces_full_paths() {
                 limit_highlights(frame, batch);
             }
             if let Some(settings) = frame.ambient_occlusion.filter(|_| frame.indirect == 0) {
@@ -220,12 +258,16 @@ impl Phong {
                 trace_visibility(frame, i, batch, stream, shadow);
                 apply_visibility(batch, shadow);
             }
+            if light.radius > 0.0 && compositor.splits() {
+                batch.soa.accumulate_noisy(false);
+            }
             batch.soa.accumulate(frame.simd());
         }
         let terms = LightTerms {
             has_specular: is_full_model,
             has_shadows,
             has_shadow_catcher: frame.has_shadow_catcher(),
+            is_split: compositor.splits(),
         };
         add_area_lights(frame, compositor, batch, stream, terms, shadow);
     }

@@ -20,6 +20,9 @@ use blinn_core::geometry::Rgb;
 /// Pixels of fewer samples look up the environment over a lobe once for each sample.
 const MIN_SAMPLES_OF_LOBES: u32 = 4;
 
+/// Lobes of a smaller α show what they reflect sharply enough to tell where light changes.
+pub(crate) const SEEN_ALPHA: f32 = 0.02;
+
 /// Rays and requests for light that the points of a batch spawn.
 pub(crate) struct SpawnedRays<'w> {
     pub wave: &'w mut Wave,
@@ -54,10 +57,13 @@ struct PendingRay {
     importance: f32,
     /// Probability with which the lobe spawns a ray.
     survival: f32,
+    /// Share of what the path sees that the lobe shows; 0 for a wide one.
+    seen_share: f32,
 }
 
 impl PendingRay {
-    const NONE: PendingRay = PendingRay { point: 0, arrives: Rgb::ZERO, importance: 0.0, survival: 1.0 };
+    const NONE: PendingRay =
+        PendingRay { point: 0, arrives: Rgb::ZERO, importance: 0.0, survival: 1.0, seen_share: 0.0 };
 }
 
 impl PendingLobes {
@@ -72,6 +78,8 @@ struct ReflectingLayer {
     k_r: Rgb,
     /// Share of the environment that reaches the lobe where no ray is traced.
     occlusion: f32,
+    /// Share of the light that all layers reflect.
+    share: f32,
     /// GGX α of the material.
     alpha: f32,
     lobe: Lobe,
@@ -94,19 +102,24 @@ impl<'a> ReflectionRays<'a> {
         let (block, lane) = batch.soa.lane(i);
         let layers = block.k.layers.get(lane);
         let lobe = |alpha: f32, f0: f32| Lobe {
-            n: block.n(lane),
+            n: block.n_specular(lane),
             v: block.v(lane),
             alpha: f64::from(alpha),
             f0: f64::from(f0),
         };
+        let k_r: Rgb = vec3(&block.k_r, lane);
+        let [of_facets, of_coat] = [k_r.element_sum() * (1.0 / 3.0), block.k_r_coat[lane]];
+        let share = |of_layer: f32| if of_layer > 0.0 { of_layer / (of_facets + of_coat) } else { 0.0 };
         let microfacets = ReflectingLayer {
-            k_r: vec3(&block.k_r, lane),
+            k_r,
+            share: share(of_facets),
             occlusion: layers.occlusion,
             alpha: layers.alpha,
             lobe: lobe(block.lobe_alpha[lane], layers.mean_f0()),
         };
         let coat = ReflectingLayer {
             k_r: Rgb::splat(block.k_r_coat[lane]),
+            share: share(of_coat),
             occlusion: 1.0,
             alpha: layers.coat_alpha,
             lobe: lobe(block.coat_alpha[lane], COAT_F0),
@@ -166,7 +179,9 @@ impl<'a> ReflectionRays<'a> {
                 return None;
             }
         }
-        Some(PendingRay { point, arrives, importance, survival })
+        let seen_share =
+            if alpha < SEEN_ALPHA { throughput.element_sum() * (1.0 / 3.0) * layer.share } else { 0.0 };
+        Some(PendingRay { point, arrives, importance, survival, seen_share })
     }
 }
 
@@ -225,6 +240,7 @@ impl RayMaker<'_, '_> {
             u: &u,
             count: self.stream.sampler.count,
             environment: self.frame.environment.as_ref(),
+            ends_at_triangle: self.frame.traces_full_paths(),
             has_filtered_light: rays.iter().any(|ray| ray.survival < 1.0),
             samples: &mut samples,
         });
@@ -240,7 +256,10 @@ impl RayMaker<'_, '_> {
         lane: usize,
         spawned: &mut SpawnedRays,
     ) {
-        let &PendingRay { point, importance, survival, .. } = ray;
+        if self.frame.traces_full_paths() && samples.weight[lane] == 0.0 {
+            return;
+        }
+        let &PendingRay { point, importance, survival, seen_share, .. } = ray;
         // The ray stands for those that do not survive.
         let arrives = ray.arrives / survival;
         let path = self.path(ray);
@@ -284,6 +303,8 @@ impl RayMaker<'_, '_> {
             unoccluded: None,
             direction: direction.as_vec3(),
             source,
+            is_diffuse: false,
+            seen_share: seen_share / survival,
             area_lights: area_light_hits(lobe.n, direction, lobe.v, lobe.alpha, survival),
             state,
         };

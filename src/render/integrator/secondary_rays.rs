@@ -23,7 +23,7 @@ use crate::integrator::material::ggx::SMOOTH_GLASS_ALPHA;
 use crate::integrator::material::ggx_lobe::Lobe;
 use crate::integrator::media::{Crossing, MediumStack};
 use crate::integrator::paths::{AreaLightHits, Escape, PathState, PathStates, SecondaryRay, Wave};
-use crate::integrator::reflection_rays::{ReflectionRays, SpawnedRays};
+use crate::integrator::reflection_rays::{ReflectionRays, SEEN_ALPHA, SpawnedRays};
 use crate::integrator::sample::{SampleDimension, SampleStream};
 use crate::integrator::shading_batch::ShadingBatch;
 use crate::integrator::surface::soa::{LANES, dvec3, set3, vec3};
@@ -117,6 +117,8 @@ struct DielectricRay {
     direction: DVec3,
     /// Factor from this ray's radiance to that of the point.
     weight: Rgb,
+    /// Fresnel's share of the ray.
+    share: f32,
     /// True for a ray that passes through the surface.
     is_refracted: bool,
     media: MediumStack,
@@ -144,7 +146,7 @@ impl<'a, 's> PathVertex<'a, 's> {
             incoming_hits: AreaLightHits::Counted,
             throughput,
             p: vec3(&block.p, lane),
-            n: block.n(lane),
+            n: block.n_specular(lane),
             n_g: dvec3(&block.n_g, lane),
             v: block.v(lane),
             normal_change: block.normal_change(lane),
@@ -161,7 +163,7 @@ impl<'a, 's> PathVertex<'a, 's> {
         let id = self.batch.points[self.i].id;
         // Only the ground has no front, and it is no body.
         let entering = self.batch.is_front(self.i).unwrap_or(true);
-        self.state.media.cross(self.frame.medium(id), entering)
+        self.frame.cross(&self.state.media, id, entering)
     }
 
     /// Spawns a reflected and a refracted ray. Returns the environment's light in place of rays that are not traced.
@@ -182,6 +184,7 @@ impl<'a, 's> PathVertex<'a, 's> {
         let reflected = DielectricRay {
             direction: m * (2.0 * self.v.dot(m)) - self.v,
             weight: Rgb::splat(reflectance),
+            share: reflectance,
             is_refracted: false,
             media: self.state.media,
             spread: self.state.spread + 2.0 * normal_change,
@@ -191,6 +194,7 @@ impl<'a, 's> PathVertex<'a, 's> {
             let refracted = DielectricRay {
                 direction: refract(self.v, m, cos, eta),
                 weight: self.k.surface_tint() * (self.k.transmission_weight * (1.0 - reflectance)),
+                share: 1.0 - reflectance,
                 is_refracted: true,
                 media: crossing.behind,
                 spread: self.state.spread + (eta as f32 - 1.0).abs() * normal_change,
@@ -212,21 +216,33 @@ impl<'a, 's> PathVertex<'a, 's> {
 
     /// Spawns a ray, or returns the environment's light in its direction instead.
     fn spawn_dielectric_ray(&self, ray: &DielectricRay, u: f32, wave: &mut Wave) -> Rgb {
-        let &DielectricRay { weight, is_refracted, media, spread, .. } = ray;
+        let &DielectricRay { weight, share, is_refracted, media, spread, .. } = ray;
         let arrives = self.throughput * weight;
         let importance = self.state.importance * arrives.max_element();
         if !(importance > 0.0) {
             return Rgb::ZERO;
         }
         let side = if is_refracted { -self.n_g } else { self.n_g };
+        if self.frame.traces_full_paths() && ray.direction.dot(side) <= 0.0 {
+            return Rgb::ZERO;
+        }
         // Tilted normals may point rays to the wrong side of the triangle.
         let direction = mirrored_to_side(ray.direction, side).as_vec3();
         let environment = self.frame.environment.as_ref();
         let environment_radiance = || environment.map(|e| e.radiance(direction, spread * spread));
         if self.state.glass_events_left == 0 {
-            return weight * environment_radiance().unwrap_or(Rgb::ZERO);
+            let seen = environment_radiance().filter(|_| !self.frame.traces_full_paths());
+            return weight * seen.unwrap_or(Rgb::ZERO);
         }
-        let Some(Survivor { weight, importance }) = self.play_roulette(arrives, importance, u) else {
+        let mut reflections_left = self.state.reflections_left;
+        if self.frame.traces_full_paths() && !is_refracted {
+            if reflections_left == 0 {
+                return Rgb::ZERO;
+            }
+            reflections_left -= 1;
+        }
+        let Some(Survivor { weight, importance, survival }) = self.play_roulette(arrives, importance, u)
+        else {
             return Rgb::ZERO;
         };
         let escape = match environment_radiance() {
@@ -246,6 +262,7 @@ impl<'a, 's> PathVertex<'a, 's> {
             media,
             importance,
             glass_events_left: self.state.glass_events_left - 1,
+            reflections_left,
             ..self.state
         };
         let parent = self.path();
@@ -258,6 +275,11 @@ impl<'a, 's> PathVertex<'a, 's> {
             unoccluded: None,
             direction,
             source: self.batch.points[self.i].id,
+            is_diffuse: false,
+            seen_share: match self.k.layers.alpha < SEEN_ALPHA {
+                true => self.throughput.element_sum() * (1.0 / 3.0) * share / survival,
+                false => 0.0,
+            },
             area_lights: self.area_light_hits(is_refracted),
             state,
         };
@@ -279,10 +301,10 @@ impl<'a, 's> PathVertex<'a, 's> {
     fn play_roulette(&self, weight: Rgb, importance: f32, u: f32) -> Option<Survivor> {
         let threshold = if self.stream.wave == 0 { FIRST_ROULETTE_IMPORTANCE } else { ROULETTE_IMPORTANCE };
         if !(importance < threshold) {
-            return Some(Survivor { weight, importance });
+            return Some(Survivor { weight, importance, survival: 1.0 });
         }
         let survival = importance / threshold;
-        (u < survival).then(|| Survivor { weight: weight / survival, importance: threshold })
+        (u < survival).then(|| Survivor { weight: weight / survival, importance: threshold, survival })
     }
 }
 
@@ -290,6 +312,8 @@ impl<'a, 's> PathVertex<'a, 's> {
 struct Survivor {
     weight: Rgb,
     importance: f32,
+    /// The probability of its survival.
+    survival: f32,
 }
 
 /// The direction of the ray from direction `v` that is refracted at a surface of normal `m`, by Snell's law. `cos` is v·m,

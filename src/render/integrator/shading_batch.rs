@@ -46,6 +46,8 @@ pub(crate) struct ShadingBatch<'s> {
     pub hits_by_triangle: HitsByTriangle,
     /// True if a material of `triangles` transmits light.
     pub has_transmission: bool,
+    /// True if the rays that points spawn start at their triangles, and false if they start at the smooth surface.
+    pub spawns_at_triangles: bool,
 }
 
 impl ShadingBatch<'_> {
@@ -54,7 +56,14 @@ impl ShadingBatch<'_> {
         let BatchBuffers { mut soa, mut points, hits_by_triangle } = std::mem::take(buffers);
         soa.clear();
         points.clear();
-        ShadingBatch { points, soa, triangles: Vec::new(), hits_by_triangle, has_transmission: false }
+        ShadingBatch {
+            points,
+            soa,
+            triangles: Vec::new(),
+            hits_by_triangle,
+            has_transmission: false,
+            spawns_at_triangles: false,
+        }
     }
 
     /// Gives the memory back.
@@ -123,6 +132,9 @@ impl ShadingBatch<'_> {
         let (block, lane) = self.soa.lane(i);
         let cos = dvec3(&block.n_g, lane).dot(direction);
         let origin = vec3(&block.ray_origin, lane);
+        if self.spawns_at_triangles {
+            return (origin, self.excluded_triangle(i, cos > 0.0));
+        }
         let offset = vec3(&block.terminator_offset, lane);
         (offset_to_smooth_surface(origin, offset, cos), self.excluded_triangle(i, cos > 0.0))
     }

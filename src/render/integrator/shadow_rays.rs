@@ -3,6 +3,7 @@
 use glam::{DVec3, Vec3};
 
 use crate::integrator::area_light_rays::{AreaLightRays, ComputeAreaLightRays};
+use crate::integrator::caustics::OpaqueBodies;
 use crate::integrator::frame::Frame;
 use crate::integrator::material::hit_filter::MaterialHitFilter;
 use crate::integrator::sample::{SampleDimension, SampleStream};
@@ -58,6 +59,15 @@ pub(crate) fn apply_visibility(batch: &mut ShadingBatch, buffers: &ShadowBuffers
     for (ray, &visibility) in buffers.rays.iter().zip(&buffers.visibility).filter(blocked) {
         let (block, lane) = batch.soa.lane_mut(ray.point);
         block.apply_visibility(lane, visibility);
+    }
+}
+
+/// Multiplies the specular part of the current light at the points by the visibility of their shadow rays.
+pub(crate) fn apply_specular_visibility(batch: &mut ShadingBatch, buffers: &ShadowBuffers) {
+    let blocked = |(_, visibility): &(_, &Rgb)| **visibility != Rgb::ONE;
+    for (ray, &visibility) in buffers.rays.iter().zip(&buffers.visibility).filter(blocked) {
+        let (block, lane) = batch.soa.lane_mut(ray.point);
+        block.apply_specular_visibility(lane, visibility);
     }
 }
 
@@ -179,7 +189,11 @@ fn trace_shadow_rays(
     visibility.clear();
     let filter = MaterialHitFilter(frame.posed);
     if frame.accel.has_translucent() {
-        frame.accel.transmittance(rays, &filter, visibility);
+        if frame.leaves_out_caustics() {
+            frame.accel.transmittance(rays, &OpaqueBodies(filter), visibility);
+        } else {
+            frame.accel.transmittance(rays, &filter, visibility);
+        }
     } else {
         frame.accel.occluded(rays, &filter, occluded);
         visibility.extend(occluded.iter().map(|&occluded| if occluded { Rgb::ZERO } else { Rgb::ONE }));

@@ -49,7 +49,7 @@ pub(crate) fn add_transmitted_highlights(
     }
     let mut points: Vec<RoughGlass> =
         (0..batch.points.len()).filter_map(|i| RoughGlass::new(frame, compositor, batch, i)).collect();
-    if stream.wave > 0 {
+    if stream.wave > 0 && !frame.traces_full_paths() {
         points.iter_mut().for_each(|point| point.limit(frame, batch));
     }
     if points.is_empty() {
@@ -96,14 +96,14 @@ impl RoughGlass {
         if alpha == 0.0 {
             return None;
         }
-        let crossing = state.media.cross(frame.medium(point.id), batch.is_front(i)?);
+        let crossing = frame.cross(&state.media, point.id, batch.is_front(i)?);
         let (block, lane) = batch.soa.lane(i);
         // Lights have no size, and so no image behind smooth glass: narrower lobes fade out.
         let scale = (alpha / MIN_HIGHLIGHT_ALPHA).min(1.0);
         let alpha = alpha.clamp(MIN_HIGHLIGHT_ALPHA, 1.0);
         Some(RoughGlass {
             point: i,
-            n: block.n(lane),
+            n: block.n_specular(lane),
             n_g: dvec3(&block.n_g, lane),
             v: block.v(lane),
             alpha2: f64::from(alpha * alpha),

@@ -3,8 +3,8 @@
 use super::{Choices, Effect, Heading, OptionDef, choose, names, store};
 use crate::options::ImageBackground;
 use crate::values::{self, whole};
-use blinn_render::PixelFilter;
 use blinn_render::display::{Background, ViewTransform};
+use blinn_render::{Denoise, PixelFilter};
 
 const BASE: OptionDef = OptionDef { heading: Heading::Image, ..OptionDef::BASE };
 
@@ -14,6 +14,7 @@ const FILTERS: Choices<PixelFilter, 4> = [
     ("gaussian", PixelFilter::Gaussian),
     ("blackman-harris", PixelFilter::BlackmanHarris),
 ];
+const DENOISING: Choices<Denoise, 3> = [("auto", Denoise::Auto), ("on", Denoise::On), ("off", Denoise::Off)];
 const VIEW_TRANSFORMS: Choices<Option<ViewTransform>, 5> = [
     ("auto", None),
     ("standard", Some(ViewTransform::Standard)),
@@ -22,7 +23,7 @@ const VIEW_TRANSFORMS: Choices<Option<ViewTransform>, 5> = [
     ("raw", Some(ViewTransform::Raw)),
 ];
 
-pub static IMAGE: [OptionDef; 14] = [
+pub static IMAGE: [OptionDef; 15] = [
     OptionDef {
         name: "size",
         alias: Some("resolution"),
@@ -56,6 +57,17 @@ pub static IMAGE: [OptionDef; 14] = [
         help: "Adaptive sampling: use all `samples` only where neighbouring pixels differ by more than THRESHOLD (0–1), \
                4 elsewhere\n\nWith 16 or more samples, 0.08 takes about half the time for the same error.",
         effect: Effect::Value(|options, text| store(&mut options.adaptive, values::fraction(text).map(Some))),
+        ..BASE
+    },
+    OptionDef {
+        name: "denoise",
+        value_name: "DENOISE",
+        choices: &names(&DENOISING),
+        default: Some("auto"),
+        help: "Remove the noise of light that few samples find: of area lights and indirect light (auto), also of soft \
+               shadows and ambient occlusion (on), or of none (off)\n\n\
+               Textures and edges stay sharp. Images with `adaptive` keep their noise.",
+        effect: Effect::Value(|options, text| choose(&mut options.denoise, text, &DENOISING)),
         ..BASE
     },
     OptionDef {

@@ -16,7 +16,7 @@ const UNITS: Choices<LightUnits, 4> = [
 const GROUNDS: Choices<Option<GroundKind>, 2> =
     [("shadow", Some(GroundKind::ShadowCatcher)), ("plane", Some(GroundKind::Plane))];
 
-pub static LIGHTS: [OptionDef; 15] = [
+pub static LIGHTS: [OptionDef; 16] = [
     OptionDef {
         name: "lights",
         value_name: "LIST",
@@ -111,6 +111,15 @@ pub static LIGHTS: [OptionDef; 15] = [
                Glowing surfaces light others then.",
         conflicts: &["ao"],
         effect: Effect::Value(|options, text| store(&mut options.indirect, values::whole(text, 0..=64))),
+        ..BASE
+    },
+    OptionDef {
+        name: "caustics",
+        help: "With `indirect`, add the light that mirrors and glass send to matte surfaces\n\n\
+               It needs hundreds of samples. Without it, solid glass casts shadows, as in Blender without caustics; thin \
+               glass lets light through.",
+        requires: Some("indirect"),
+        effect: Effect::Flag(|options| options.caustics = true),
         ..BASE
     },
     OptionDef {

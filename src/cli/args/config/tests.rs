@@ -61,6 +61,7 @@ fn line_with(arg: &Arg, command: &str) -> Option<String> {
             "--frames=1-3",
             "--views=3",
             "--size=640x480",
+            "--indirect=4",
             "--check=golden",
             "--cameras=cameras.json",
             "--dataset=coco --views=3",

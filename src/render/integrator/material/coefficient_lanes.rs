@@ -48,6 +48,11 @@ impl CoefficientLanes {
         self.layers.set(i, &k.layers);
     }
 
+    /// Lets no light through point `i`.
+    pub fn remove_transmission(&mut self, i: usize) {
+        set3(&mut self.k_t, i, [0.0; 3]);
+    }
+
     /// The coefficients of point `i`. The compiler drops what the caller does not use.
     #[inline(always)]
     pub fn get(&self, i: usize) -> Coefficients {

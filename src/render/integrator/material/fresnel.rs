@@ -16,6 +16,22 @@ pub(crate) fn fresnel_dielectric(cos: f64, eta: f64) -> f64 {
     0.5 * perpendicular * perpendicular * (1.0 + parallel * parallel)
 }
 
+/// Returns the exact reflectance of a dielectric of index `ior` ≥ 1, scaled to go from 0 at normal incidence to 1 at grazing
+/// incidence: in place of Schlick's weight in F = F0 + (F90 − F0) · weight. In f32, for loops over many points.
+#[inline(always)]
+pub(crate) fn dielectric_weight(cos: f32, ior: f32) -> f32 {
+    let cos = cos.clamp(0.0, 1.0);
+    let g = (ior * ior - 1.0 + cos * cos).max(0.0).sqrt();
+    let perpendicular = (g - cos) / (g + cos);
+    let parallel = (cos * (g + cos) - 1.0) / (cos * (g - cos) + 1.0);
+    let reflectance = 0.5 * perpendicular * perpendicular * (1.0 + parallel * parallel);
+    let r = (ior - 1.0) / (ior + 1.0);
+    let f0 = r * r;
+    let weight = (reflectance - f0) / (1.0 - f0);
+    // An index of 1 has NaN at grazing incidence, and reflects nothing.
+    if weight > 0.0 { weight.min(1.0) } else { 0.0 }
+}
+
 /// Returns (1 − cos θ)⁵, the weight of Schlick's approximation F = F0 + (F90 − F0)(1 − cos θ)⁵.
 #[inline(always)]
 pub(crate) fn schlick_weight(cos: f64) -> f64 {
@@ -94,6 +110,10 @@ mod tests {
             let f0 = f0_from_ior(1.7);
             let f = f0 + (1.0 - f0) * dielectric_curve(cos, 1.7);
             assert!((f - fresnel_dielectric(cos, 1.7)).abs() < 1e-12);
+        }
+        for cos in [0.0f32, 0.1, 0.5, 0.9, 1.0] {
+            let exact = dielectric_curve(f64::from(cos), f64::from(1.7f32)) as f32;
+            assert!((dielectric_weight(cos, 1.7) - exact).abs() < 1e-6, "{cos}");
         }
         assert!((ior_from_f0(f0_from_ior(1.7)) - 1.7).abs() < 1e-9);
         assert!(ior_from_f0(1.0).is_finite());

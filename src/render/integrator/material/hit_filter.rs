@@ -13,6 +13,20 @@ use blinn_scene::PosedScene;
 /// Filters hits by the materials of a scene.
 pub struct MaterialHitFilter<'a>(pub &'a PosedScene<'a>);
 
+impl MaterialHitFilter<'_> {
+    /// True if a triangle belongs to the surface of a solid (a body).
+    pub(crate) fn is_body(&self, id: HitId) -> bool {
+        self.0.mesh(id.instance).is_body
+    }
+
+    /// The share of light that passes a triangle because it is not there: 1 − its opacity.
+    pub(crate) fn uncovered(&self, id: HitId, o: Vec3, d: Vec3) -> f32 {
+        let ctx = TextureEvalContext::at(self.0, id, Ray { o, d });
+        let material = ctx.triangle.mesh.material;
+        1.0 - opacity(self.0, &self.0.materials[material as usize], &ctx)
+    }
+}
+
 impl HitFilter for MaterialHitFilter<'_> {
     fn accepts(&self, id: HitId, o: Vec3, d: Vec3) -> bool {
         let ctx = TextureEvalContext::at(self.0, id, Ray { o, d });

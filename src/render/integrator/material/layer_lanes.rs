@@ -10,7 +10,7 @@ pub(crate) struct LayerLanes {
     covers_base: [bool; LANES],
     has_highlights: [bool; LANES],
     pub alpha: [f32; LANES],
-    metallic: [f32; LANES],
+    pub metallic: [f32; LANES],
     metal_f0: [[f32; LANES]; 3],
     metal_f90: [[f32; LANES]; 3],
     dielectric_f0: [[f32; LANES]; 3],

@@ -2,11 +2,13 @@ use glam::{DAffine3, UVec2};
 
 use super::*;
 use crate::integrator::gather::gather_points;
+use crate::integrator::media::Medium;
 use crate::integrator::path_rays::PathRays;
 use crate::integrator::sample::Sample;
 use crate::integrator::sampler::LowDiscrepancySampler;
 use crate::integrator::scratch::Scratch;
 use blinn_accel::{Accel, AccelSettings};
+use blinn_core::geometry::HitId;
 use blinn_scene::{
     ColorInput, Dielectric, Instance, Lighting, LocalTransform, Material, Mesh, Node, PoseSettings,
     Projection, Reflectance, Reflection, ScalarInput, Scene, View, pose,
@@ -88,7 +90,7 @@ fn rays_by_wave(waves: u32) -> Vec<usize> {
         let stream = SampleStream { samples: &wave.samples, sampler: &sampler, wave: depth };
         let mut batch =
             gather_points(&frame, &mut compositor, &wave.samples, &mut points, true, |_, _| Rgb::ZERO);
-        batch.soa.compute_view_dirs(frame.simd());
+        batch.soa.compute_view_dirs(frame.simd(), false);
         spawn_rays(&frame, &compositor, &mut batch, stream, &mut next);
         batch.recycle(&mut points);
         counts.push(next.rays.len());
@@ -104,4 +106,24 @@ fn rays_inside_glass_become_fewer() {
     let counts = rays_by_wave(8);
     assert!(counts[0] > 256, "eye rays are reflected and refracted: {counts:?}");
     assert!(counts[4] < counts[0] / 8 && counts[7] < counts[0] / 32, "{counts:?}");
+}
+
+/// A liquid in its glass: elsewhere it refracts between the two, and in Blender's files as if it stood alone.
+#[test]
+fn bodies_of_blenders_files_refract_alone() {
+    let crossing = |generator: &str| {
+        let mut scene = slab();
+        scene.source.generator = generator.into();
+        let posed = pose(&scene, &PoseSettings::default()).unwrap();
+        let accel = Accel::build(&posed, &AccelSettings::default()).0;
+        let (camera, _) = View::default().resolve(&posed, 16, 16).unwrap();
+        let lit = Lighting { sets: Some(Vec::new()), ..Lighting::default() }.resolve(&posed, &camera);
+        let frame = Frame::new(&posed, &accel, camera, &lit);
+        let around = Medium { body: 9, ior: 2.0, absorption: Rgb::ZERO };
+        let inside = MediumStack::EMPTY.cross(around, true).behind;
+        let id = HitId { instance: 0, triangle: 0 };
+        [true, false].map(|entering| frame.cross(&inside, id, entering).eta)
+    };
+    assert_eq!(crossing(""), [0.75, 2.0 / 1.5]);
+    assert_eq!(crossing("Khronos glTF Blender I/O v5.0.21"), [1.5, 1.0 / 1.5]);
 }

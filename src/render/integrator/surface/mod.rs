@@ -21,6 +21,7 @@ pub(crate) mod ray_differentials;
 pub(crate) mod shading_triangle;
 pub(crate) mod shadow_terminator;
 pub(crate) mod soa;
+pub(crate) mod specular_normal;
 pub(crate) mod surface_hit;
 pub(crate) mod surface_point;
 pub(crate) mod texel_batch;

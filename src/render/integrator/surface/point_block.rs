@@ -14,6 +14,7 @@ use crate::integrator::surface::ray_differentials::{
 use crate::integrator::surface::soa::{
     HIT_LANES, LANES, LaneArray, LaneArray3, ZERO3_F32, ZERO3_F64, dvec3, mask, set3, vec3,
 };
+use crate::integrator::surface::specular_normal::specular_normal;
 use crate::integrator::surface::surface_hit::{Ray8, SurfaceHit, SurfaceHit8};
 use blinn_core::geometry::Rgb;
 
@@ -37,6 +38,10 @@ pub(crate) struct PointBlock {
     pub n_v: LaneArray3<f64>,
     /// Shading normals; [`NO_NORMAL`] where the surface is fully transparent.
     pub n: LaneArray3<f64>,
+    /// Normals of specular lobes: n, or [`specular_normal`]. Set together with `v`.
+    pub n_specular: LaneArray3<f64>,
+    /// True if they may differ from n. Lobes then end at the triangle.
+    pub has_turned_normals: bool,
     /// Unit directions towards the path rays' origins. [`PointBlock::compute_view_dirs`] sets them, in blocks with
     /// highlights or reflections.
     pub v: LaneArray3<f64>,
@@ -66,6 +71,12 @@ pub(crate) struct PointBlock {
     pub unshadowed: LaneArray3<f32>,
     /// Light from the current light source.
     pub current_light: LaneArray3<f32>,
+    /// The part of it that specular lobes reflect, where light is split.
+    pub current_specular: LaneArray3<f32>,
+    /// Noisy light that matte surfaces reflect, as far as it is in `radiance`, where light is split.
+    pub noisy_diffuse: LaneArray3<f32>,
+    /// Noisy light that specular lobes reflect, likewise.
+    pub noisy_specular: LaneArray3<f32>,
 }
 
 /// The shading normal of points that no light reaches: n·l > 0 for no l.
@@ -82,6 +93,8 @@ impl PointBlock {
         n_g: ZERO3_F64,
         n_v: ZERO3_F64,
         n: ZERO3_F64,
+        n_specular: ZERO3_F64,
+        has_turned_normals: false,
         v: ZERO3_F64,
         has_specular: false,
         k: CoefficientLanes::ZERO,
@@ -96,12 +109,21 @@ impl PointBlock {
         radiance: ZERO3_F32,
         unshadowed: ZERO3_F32,
         current_light: ZERO3_F32,
+        current_specular: ZERO3_F32,
+        noisy_diffuse: ZERO3_F32,
+        noisy_specular: ZERO3_F32,
     };
 
     /// Shading normal of point `i`.
     #[inline(always)]
     pub fn n(&self, i: usize) -> DVec3 {
         dvec3(&self.n, i)
+    }
+
+    /// Normal of the specular lobes of point `i`.
+    #[inline(always)]
+    pub fn n_specular(&self, i: usize) -> DVec3 {
+        dvec3(&self.n_specular, i)
     }
 
     /// Unit direction from point `i` towards the path ray's origin.
@@ -233,6 +255,13 @@ impl PointBlock {
         self.reflecting >> i & 1 != 0
     }
 
+    /// Makes point `i` matte: it reflects no surroundings, and all light reaches its base.
+    pub fn remove_specular_layers(&mut self, i: usize) {
+        self.reflecting &= !(1 << i);
+        self.k.layers.reflects[i] = false;
+        self.set_base_radiance(i, vec3(&self.k.k_e, i));
+    }
+
     /// The points among the first `count`, at least 1, that reflect their surroundings, as a bit mask.
     #[inline(always)]
     pub fn reflecting_lanes(&self, count: usize) -> u32 {
@@ -266,13 +295,22 @@ impl PointBlock {
         set3(&mut self.unshadowed, i, base_radiance.to_array());
     }
 
-    /// Computes v, the unit directions towards the path rays' origins.
+    /// Computes v, the unit directions towards the path rays' origins, and the normals of specular lobes: n, or
+    /// [`specular_normal`] if `turns_normals`.
     #[inline(always)]
-    pub fn compute_view_dirs(&mut self) {
+    pub fn compute_view_dirs(&mut self, turns_normals: bool) {
         for i in 0..LANES {
             let d = vec3(&self.d, i).as_dvec3();
             let v = -(d * d.length_recip());
             set3(&mut self.v, i, v.to_array());
+        }
+        self.n_specular = self.n;
+        self.has_turned_normals = turns_normals;
+        if turns_normals {
+            for i in 0..LANES {
+                let n = specular_normal(self.n(i), dvec3(&self.n_g, i), self.v(i));
+                set3(&mut self.n_specular, i, n.to_array());
+            }
         }
     }
 
@@ -281,6 +319,24 @@ impl PointBlock {
     pub fn apply_visibility(&mut self, i: usize, visibility: Rgb) {
         let unshadowed = vec3(&self.current_light, i);
         set3(&mut self.current_light, i, (visibility * unshadowed).to_array());
+    }
+
+    /// Multiplies the specular part of the current light at point `i` by its visibility.
+    #[inline(always)]
+    pub fn apply_specular_visibility(&mut self, i: usize, visibility: Rgb) {
+        let unshadowed: Rgb = vec3(&self.current_specular, i);
+        set3(&mut self.current_specular, i, (visibility * unshadowed).to_array());
+    }
+
+    /// Adds the current light to the noisy light.
+    pub fn accumulate_noisy(&mut self) {
+        for axis in 0..3 {
+            for i in 0..LANES {
+                let specular = self.current_specular[axis][i];
+                self.noisy_specular[axis][i] += specular;
+                self.noisy_diffuse[axis][i] += self.current_light[axis][i] - specular;
+            }
+        }
     }
 
     /// Adds the current light to the radiance.

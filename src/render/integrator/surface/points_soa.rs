@@ -1,7 +1,7 @@
 //! All shading points of a batch, in blocks of [`LANES`].
 
 use crate::integrator::surface::point_block::PointBlock;
-use crate::integrator::surface::soa::LANES;
+use crate::integrator::surface::soa::{LANES, ZERO3_F32};
 use blinn_core::simd::{AutovecKernel, SimdLevel};
 
 /// Shading points in blocks, which are full but for the last one. Clearing it keeps the memory.
@@ -54,13 +54,27 @@ impl PointsSoa {
             block.has_specular = false;
             block.reflecting = 0;
             block.highlights.clear();
+            block.noisy_diffuse = ZERO3_F32;
+            block.noisy_specular = ZERO3_F32;
         }
         (block, lane)
     }
 
-    /// Computes v, the unit directions towards the path rays' origins, in blocks with highlights or reflections.
-    pub fn compute_view_dirs(&mut self, simd: SimdLevel) {
-        simd.run(ViewDirs(self));
+    /// Computes v and the normals of specular lobes in blocks with highlights or reflections:
+    /// [`PointBlock::compute_view_dirs`].
+    pub fn compute_view_dirs(&mut self, simd: SimdLevel, turns_normals: bool) {
+        simd.run(ViewDirs { points: self, turns_normals });
+    }
+
+    /// Adds the current light of all points to their noisy light. `has_specular` is true if its specular part is known; else
+    /// all counts as diffuse.
+    pub fn accumulate_noisy(&mut self, has_specular: bool) {
+        for (block, _) in self.blocks_mut() {
+            if !has_specular {
+                block.current_specular = ZERO3_F32;
+            }
+            block.accumulate_noisy();
+        }
     }
 
     /// Adds the current light to the radiance of all points.
@@ -70,14 +84,17 @@ impl PointsSoa {
 }
 
 /// [`PointsSoa::compute_view_dirs`].
-struct ViewDirs<'a>(&'a mut PointsSoa);
+struct ViewDirs<'a> {
+    points: &'a mut PointsSoa,
+    turns_normals: bool,
+}
 
 impl AutovecKernel for ViewDirs<'_> {
     #[inline(always)]
     fn run(self) {
-        for (block, _) in self.0.blocks_mut() {
+        for (block, _) in self.points.blocks_mut() {
             if block.has_specular || block.reflecting != 0 {
-                block.compute_view_dirs();
+                block.compute_view_dirs(self.turns_normals);
             }
         }
     }

@@ -1,5 +1,7 @@
 //! A triangle prepared for shading: the data that all points on it share, and its intersection with path rays.
 
+use std::ops::Range;
+
 use glam::{DVec3, Vec3};
 
 use crate::integrator::material::specular_antialiasing::widens_highlights;
@@ -9,8 +11,10 @@ use crate::integrator::surface::points_soa::PointsSoa;
 use crate::integrator::surface::ray_differentials::{
     BarycentricDifferentials, InterpolatedNormal, TriangleCoords,
 };
-use crate::integrator::surface::shadow_terminator::{TerminatorOffset, offset_to_smooth_surface};
-use crate::integrator::surface::soa::HIT_LANES;
+use crate::integrator::surface::shadow_terminator::{
+    TerminatorOffset, envelope_height, offset_to_smooth_surface,
+};
+use crate::integrator::surface::soa::{HIT_LANES, dvec3, set3};
 use crate::integrator::surface::surface_hit::{Ray8, SurfaceHit, SurfaceHit8};
 use crate::integrator::surface::surface_point::SurfacePoint;
 use crate::integrator::surface::texture_eval::TextureEvalContext;
@@ -135,6 +139,21 @@ impl<'s> ShadingTriangle<'s> {
                     block.store_hit(lane + i, ray.d, &hit);
                 }
             }
+        }
+    }
+
+    /// Offsets the shadow rays of points in `lanes` to the envelope of the smooth surface: see [`envelope_height`].
+    pub fn set_envelope_offsets(&self, block: &mut PointBlock, lanes: Range<usize>) {
+        let n = self.vertex_normals.map(DVec3::normalize_or_zero);
+        if n.contains(&DVec3::ZERO) {
+            return;
+        }
+        for i in lanes {
+            let n_v: DVec3 = dvec3(&block.n_v, i);
+            let b = block.coords(i).b.map(f64::from);
+            let side = if (n[0] * b[0] + n[1] * b[1] + n[2] * b[2]).dot(n_v) < 0.0 { -1.0 } else { 1.0 };
+            let height = envelope_height(&self.plane.vertices, &n.map(|n| n * side), b);
+            set3(&mut block.terminator_offset, i, (n_v * height).as_vec3().to_array());
         }
     }
 

@@ -37,6 +37,26 @@ impl TerminatorOffset {
     }
 }
 
+/// Returns the height of the smooth surface above the triangle with corners `v` and unit vertex normals `n`, on the side of the
+/// normals, at barycentrics `b`: the distance along the normal by which shadow rays start above the triangle.
+///
+/// It is the lowest of three planes, each tangent at a corner, or raised above the other corners where the surface is concave,
+/// and at least half of the parabolic patch that has these normals: the surface of Cycles, where a coarse smooth mesh casts no
+/// shadows on itself.
+#[inline(always)]
+pub(crate) fn envelope_height(v: &[DVec3; 3], n: &[DVec3; 3], b: [f64; 3]) -> f64 {
+    let p = v[0] * b[0] + v[1] * b[1] + v[2] * b[2];
+    let mut lowest = f64::INFINITY;
+    let mut patch = 0.0;
+    for (i, j, k) in [(0, 1, 2), (1, 2, 0), (2, 0, 1)] {
+        let raised = (v[j] - v[i]).dot(n[i]).max((v[k] - v[i]).dot(n[i])).max(0.0);
+        lowest = lowest.min(((v[i] - p).dot(n[i]) + raised).max(0.0));
+        // The normals of an edge's ends lean by their difference along the edge.
+        patch += (n[j] - n[i]).dot(v[j] - v[i]) * b[i] * b[j];
+    }
+    lowest.max(0.5 * patch)
+}
+
 /// Returns `x`, or 0 where it is far less than any ray origin's distance from its surface. Normals of flat triangles that
 /// are off by rounding have such offsets, which as f32 would be subnormal, and slow to compute with.
 #[inline(always)]
@@ -64,6 +84,31 @@ pub(crate) fn offset_to_smooth_surface(origin: Vec3, offset: Vec3, cos: f64) -> 
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    /// A triangle of a sphere: no point is higher above it than the sphere's tangent planes, and corners stay.
+    #[test]
+    fn the_envelope_of_a_sphere_lies_outside_it() {
+        let n = [DVec3::new(0.3, 0.1, 1.0), DVec3::new(-0.2, 0.3, 1.0), DVec3::new(0.0, -0.4, 1.0)];
+        let n = n.map(DVec3::normalize);
+        for b in [[1.0, 0.0, 0.0], [0.0, 0.5, 0.5], [0.2, 0.3, 0.5]] {
+            let p = n[0] * b[0] + n[1] * b[1] + n[2] * b[2];
+            let height = envelope_height(&n, &n, b);
+            let outside = (p + p.normalize() * height).length();
+            assert!(b.contains(&1.0) == (height < 1e-12), "{height}");
+            let depth = 1.0 - p.length();
+            assert!((1.0 - 1e-12..1.0 + 2.0 * depth + 1e-12).contains(&outside), "{b:?}: {outside}");
+        }
+    }
+
+    /// The wall of a vase that widens to its rim: the foot is as far below the rim's tangent plane as that leans.
+    #[test]
+    fn concave_walls_rise_to_the_tangent_plane_of_the_rim() {
+        let v = [DVec3::new(0.0, 0.42, 0.04), DVec3::new(-0.02, 0.0, 0.0), DVec3::new(0.02, 0.0, 0.0)];
+        let lean = |y: f64| DVec3::new(0.0, y, 1.0).normalize();
+        let n = [lean(0.25), lean(0.5), lean(0.5)];
+        let height = envelope_height(&v, &n, [0.0, 0.5, 0.5]);
+        assert!((height - (v[0] - v[1]).dot(n[0])).abs() < 1e-12, "{height}");
+    }
 
     #[test]
     fn offsets_of_flat_triangles_with_rounded_normals_are_not_subnormal() {

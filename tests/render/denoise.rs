@@ -1,0 +1,199 @@
+//! Reconstruction of noisy light: the same bytes however a picture is rendered, less noise, and the light of Cycles without
+//! caustics.
+
+use std::ops::Range;
+
+use blinn::accel::{AccelSettings, SimdLevel};
+use blinn::geometry::{Rgb, Rgba};
+use blinn::integrator::{AmbientOcclusion, Frame, Phong};
+use blinn::render::{Denoise, PixelRect, RenderSettings, render};
+use blinn::scene::{
+    AreaLightShape, ColorInput, Dielectric, Lighting, Material, PosedAreaLight, Projection, Reflectance,
+    Reflection, ScalarInput, Scene, View,
+};
+use glam::{DAffine3, DVec3};
+
+use crate::common::scenes::{self, add};
+
+const WIDTH: u32 = 96;
+const HEIGHT: u32 = 80;
+
+fn plastic(color: Rgb, roughness: f32) -> Material {
+    Material {
+        base_color: ColorInput::new(color),
+        reflectance: Reflectance::MetallicRoughness {
+            metallic: ScalarInput::new(0.0),
+            roughness: ScalarInput::new(roughness),
+            dielectric: Dielectric::default(),
+        },
+        reflection: Reflection::Fresnel,
+        double_sided: true,
+        ..Material::default()
+    }
+}
+
+fn at(x: f64, y: f64, z: f64, scale: f64) -> [DAffine3; 1] {
+    [DAffine3::from_translation(DVec3::new(x, y, z)) * DAffine3::from_scale(DVec3::splat(scale))]
+}
+
+/// Two balls, one of them of glass, on a floor in front of a wall.
+fn still_life() -> Scene {
+    let mut scene = Scene::default();
+    add(&mut scene, scenes::grid(1, 1), plastic(Rgb::new(0.6, 0.5, 0.4), 0.3), &at(0.0, 0.0, 0.0, 4.0));
+    add(&mut scene, scenes::grid(1, 2), plastic(Rgb::splat(0.5), 0.9), &at(0.0, 0.0, -2.0, 4.0));
+    add(&mut scene, scenes::ball(24, 12), plastic(Rgb::new(0.8, 0.1, 0.1), 0.4), &at(-0.7, 0.5, 0.0, 0.5));
+    let glass = Material { transmission: ScalarInput::new(1.0), ..plastic(Rgb::ONE, 0.0) };
+    add(&mut scene, scenes::ball(24, 12), glass, &at(0.7, 0.5, 0.0, 0.5));
+    let ball = scene.instances[3].mesh as usize;
+    scene.meshes[ball].is_body = true;
+    scene
+}
+
+/// How a picture of the still life is rendered.
+#[derive(Clone, Copy)]
+struct Shot {
+    samples: u32,
+    denoise: Denoise,
+    caustics: bool,
+    simd: SimdLevel,
+    tile: u32,
+    crop: Option<PixelRect>,
+}
+
+impl Default for Shot {
+    fn default() -> Shot {
+        let simd = AccelSettings::default().simd;
+        Shot { samples: 4, denoise: Denoise::Auto, caustics: false, simd, tile: 32, crop: None }
+    }
+}
+
+impl Shot {
+    fn take(&self, scene: &Scene) -> Vec<Rgba> {
+        let posed = scenes::posed(scene);
+        let settings = AccelSettings { simd: self.simd, ..AccelSettings::default() };
+        let accel = blinn::accel::Accel::build(&posed, &settings).0;
+        let view = View {
+            view_point: Some(DVec3::new(0.0, 1.2, 4.0)),
+            view_dir: Some(DVec3::new(0.0, -0.2, -1.0)),
+            projection: Some(Projection::Perspective),
+            ..View::default()
+        };
+        let (camera, _) = view.resolve(&posed, WIDTH, HEIGHT).unwrap();
+        let lit = Lighting { sets: Some(Vec::new()), ..Lighting::default() }.resolve(&posed, &camera);
+        let (size, centre) = ([1.0, 1.0], DVec3::new(0.5, 3.0, 0.5) - posed.centre);
+        let light = PosedAreaLight::facing(AreaLightShape::Rect, size, centre, DVec3::NEG_Y, Rgb::splat(8.0))
+            .unwrap();
+        let frame = Frame {
+            area_lights: vec![light],
+            indirect: 3,
+            caustics: self.caustics,
+            ..Frame::new(&posed, &accel, camera, &lit)
+        };
+        let settings = RenderSettings {
+            width: WIDTH,
+            height: HEIGHT,
+            samples: self.samples,
+            denoise: self.denoise,
+            crop: self.crop,
+            tile: self.tile,
+            ..RenderSettings::default()
+        };
+        render(&frame, &Phong::default(), &settings, &()).unwrap().colors
+    }
+}
+
+fn bits(pixels: &[Rgba]) -> Vec<u32> {
+    pixels.iter().flat_map(|p| p.to_array().map(f32::to_bits)).collect()
+}
+
+#[test]
+fn reconstructed_pictures_do_not_depend_on_threads_tiles_or_simd_levels() {
+    let scene = still_life();
+    let expected = bits(&Shot::default().take(&scene));
+    assert!(expected != bits(&Shot { denoise: Denoise::Off, ..Shot::default() }.take(&scene)));
+    assert!(bits(&Shot { tile: 7, ..Shot::default() }.take(&scene)) == expected, "tiles");
+    for simd in scenes::simd_levels() {
+        assert!(bits(&Shot { simd, ..Shot::default() }.take(&scene)) == expected, "{simd:?}");
+    }
+    for threads in [1, 3] {
+        let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
+        let pixels = pool.install(|| Shot::default().take(&scene));
+        assert!(bits(&pixels) == expected, "{threads} threads");
+    }
+}
+
+#[test]
+fn crops_equal_the_whole_picture() {
+    let scene = still_life();
+    let whole = Shot::default().take(&scene);
+    for crop in [
+        PixelRect { x: 50, y: 60, width: 30, height: 20 },
+        PixelRect { x: 0, y: 0, width: 9, height: HEIGHT },
+        PixelRect { x: 91, y: 3, width: 5, height: 1 },
+    ] {
+        let pixels = Shot { crop: Some(crop), ..Shot::default() }.take(&scene);
+        let row = |y: u32| &whole[((crop.y + y) * WIDTH + crop.x) as usize..][..crop.width as usize];
+        let expected: Vec<Rgba> = (0..crop.height).flat_map(|y| row(y).to_vec()).collect();
+        assert!(bits(&pixels) == bits(&expected), "{crop:?}");
+    }
+}
+
+/// Root of the mean squared error, with the light of sources bounded.
+fn error(pixels: &[Rgba], expected: &[Rgba]) -> f64 {
+    let bounded = |p: &Rgba| p.truncate().min(Rgb::splat(2.0));
+    let sum: f64 =
+        pixels.iter().zip(expected).map(|(a, b)| f64::from((bounded(a) - bounded(b)).length_squared())).sum();
+    (sum / pixels.len() as f64).sqrt()
+}
+
+#[test]
+fn reconstruction_removes_noise_and_keeps_the_picture() {
+    let scene = still_life();
+    let expected = Shot { samples: 512, denoise: Denoise::Off, ..Shot::default() }.take(&scene);
+    for (samples, share) in [(4, 0.5), (16, 0.85)] {
+        let shot = Shot { samples, ..Shot::default() };
+        let noisy = error(&Shot { denoise: Denoise::Off, ..shot }.take(&scene), &expected);
+        let reconstructed = error(&shot.take(&scene), &expected);
+        assert!(reconstructed < share * noisy, "{samples} samples: {reconstructed}, {noisy} before");
+    }
+    // No light is lost.
+    let mean = |pixels: &[Rgba]| pixels.iter().map(|p| f64::from(p.y)).sum::<f64>() / pixels.len() as f64;
+    let [all, reconstructed] = [mean(&expected), mean(&Shot { samples: 64, ..Shot::default() }.take(&scene))];
+    assert!((reconstructed / all - 1.0).abs() < 0.02, "{reconstructed} {all}");
+}
+
+/// The floor under the ball of glass, in the shadow of the light, and that beside it.
+#[test]
+fn solid_glass_casts_shadows_without_caustics() {
+    let scene = still_life();
+    let brightness = |pixels: &[Rgba], columns: Range<u32>| {
+        let at = |x: u32| f64::from(pixels[(52 * WIDTH + x) as usize].y);
+        columns.clone().map(at).sum::<f64>() / columns.len() as f64
+    };
+    let shot = Shot { samples: 64, ..Shot::default() };
+    let [without, with] = [false, true].map(|caustics| Shot { caustics, ..shot }.take(&scene));
+    let [dark, light] = [&without, &with].map(|pixels| brightness(pixels, 62..68));
+    assert!(dark < 0.8 * light, "{dark} {light}");
+    let [a, b] = [&without, &with].map(|pixels| brightness(pixels, 4..10));
+    assert!((a / b - 1.0).abs() < 0.1, "beside it: {a} {b}");
+}
+
+/// Ambient occlusion is reconstructed on demand, and light without noise never.
+#[test]
+fn denoising_leaves_pictures_without_noise_alone() {
+    let scene = still_life();
+    let posed = scenes::posed(&scene);
+    let accel = scenes::build(&posed);
+    let (camera, _) = View::default().resolve(&posed, WIDTH, HEIGHT).unwrap();
+    let lit = Lighting::default().resolve(&posed, &camera);
+    let frame = Frame { bounces: 0, ..Frame::new(&posed, &accel, camera, &lit) };
+    let picture = |frame: &Frame, denoise: Denoise| {
+        let settings = RenderSettings { width: WIDTH, height: HEIGHT, denoise, ..RenderSettings::default() };
+        bits(&render(frame, &Phong::default(), &settings, &()).unwrap().colors)
+    };
+    assert!(picture(&frame, Denoise::On) == picture(&frame, Denoise::Off));
+    let occlusion = AmbientOcclusion { samples: 4, distance: f64::INFINITY };
+    let occluded = Frame { ambient_occlusion: Some(occlusion), ..frame };
+    assert!(picture(&occluded, Denoise::Auto) == picture(&occluded, Denoise::Off));
+    assert!(picture(&occluded, Denoise::On) != picture(&occluded, Denoise::Off));
+}
