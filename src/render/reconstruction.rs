@@ -139,11 +139,9 @@ fn reconstruct(
     let width = held.width as usize;
     let strip_parts = &parts[strip.start * width..strip.end * width];
     let mut colors: Vec<Rgba> = strip_parts.iter().map(|pixel| pixel.exact).collect();
-    let surfaces = features(parts, held);
-    // What mirrors and glass show takes the place of their own features.
-    let seen = |feature: fn(&SeenFeatures) -> Vec3| parts.iter().map(|p| feature(&p.surface.seen)).collect();
-    let seen =
-        Features { albedo: seen(|seen| seen.albedo), normal: seen(|seen| seen.normal), ..surfaces.clone() };
+    let surfaces = features(parts, held, |surface| surface.albedo, |surface| surface.normal);
+    // For reflected light, features of what mirrors and glass show.
+    let seen = features(parts, held, |surface| surface.seen.albedo, |surface| surface.seen.normal);
     for kind in [PartKind::DirectDiffuse, PartKind::IndirectDiffuse, PartKind::Specular] {
         if monitor.is_cancelled() {
             return Err(Cancelled);
@@ -204,7 +202,8 @@ fn render_parts(
             return;
         }
         let pixels: Vec<UVec2> = tile.pixels().collect();
-        let parts = parts_of_pixels(&generator, frame, integrator, &pixels, scratch, monitor);
+        let parts =
+            parts_of_pixels(&generator, frame, integrator, &pixels, scratch, monitor, PixelParts::of_samples);
         let mut film = film.lock().unwrap_or_else(|e| e.into_inner());
         for (p, parts) in pixels.iter().zip(parts) {
             film[(p.y - window.y) as usize * window.width as usize + (p.x - window.x) as usize] = parts;
@@ -213,14 +212,20 @@ fn render_parts(
     Ok(film.into_inner().unwrap_or_else(|e| e.into_inner()))
 }
 
-fn features(parts: &[PixelParts], window: PixelRect) -> Features {
+/// The features of all pixels in `held`, with these as albedo and normal.
+fn features(
+    parts: &[PixelParts],
+    held: PixelRect,
+    albedo: fn(&SurfaceFeatures) -> Vec3,
+    normal: fn(&SurfaceFeatures) -> Vec3,
+) -> Features {
     let all = |feature: fn(&SurfaceFeatures) -> Vec3| parts.iter().map(|p| feature(&p.surface)).collect();
     Features {
-        width: window.width as usize,
-        height: window.height as usize,
-        origin: [window.x as usize, window.y as usize],
-        albedo: all(|surface| surface.albedo),
-        normal: all(|surface| surface.normal),
+        width: held.width as usize,
+        height: held.height as usize,
+        origin: [held.x as usize, held.y as usize],
+        albedo: all(albedo),
+        normal: all(normal),
         position: all(|surface| surface.position),
         coverage: parts.iter().map(|pixel| pixel.surface.coverage).collect(),
     }

@@ -7,10 +7,9 @@ use crate::filter::PixelFilter;
 use crate::integrator::{Frame, Sample};
 
 /// The noisy light of a picture that is reconstructed from its samples (`--denoise`).
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Denoise {
     /// That of pictures with area lights or indirect light.
-    #[default]
     Auto,
     /// All that random estimators find: also soft shadows and ambient occlusion.
     On,

@@ -7,7 +7,6 @@ use crate::film::{Film, PixelRect, Pixels, TileBuffer};
 use crate::integrator::{Frame, Integrator, SampleParts};
 use crate::memory::{RenderMemory, TileScratch};
 use crate::progress::ProgressMonitor;
-use crate::reconstruction::PixelParts;
 use crate::sample_generator::SampleGenerator;
 use crate::settings::RenderSettings;
 use blinn_core::cancellation::Cancelled;
@@ -70,34 +69,35 @@ pub(super) fn for_each_tile(
     if monitor.is_cancelled() { Err(Cancelled) } else { Ok(()) }
 }
 
-/// Renders pixels in parts. After a cancellation, the rest is black.
-pub(super) fn parts_of_pixels(
+/// Renders pixels in parts, which `pixel` makes from the samples of each. After a cancellation, the rest is black.
+pub(super) fn parts_of_pixels<T: Clone + Default>(
     generator: &SampleGenerator,
     frame: &Frame,
     integrator: &dyn Integrator,
     pixels: &[UVec2],
     scratch: &mut TileScratch,
     monitor: &dyn ProgressMonitor,
-) -> Vec<PixelParts> {
+    pixel: impl Fn(&[SampleParts]) -> T,
+) -> Vec<T> {
     let TileScratch { samples, integrator: integrator_scratch, .. } = scratch;
     let n = generator.samples_per_pixel();
     let mut means = Vec::with_capacity(pixels.len());
     let mut parts = Vec::new();
     for batch in pixels.chunks((BATCH_SAMPLES / n).max(1)) {
         if monitor.is_cancelled() {
-            means.resize(pixels.len(), PixelParts::default());
+            means.resize(pixels.len(), T::default());
             break;
         }
         let [low, high] = generator.film_bounds(batch);
         if !integrator.may_hit(frame, low, high) {
-            means.resize(means.len() + batch.len(), PixelParts::default());
+            means.resize(means.len() + batch.len(), T::default());
             continue;
         }
         generator.generate(frame.simd(), batch, samples);
         parts.clear();
         parts.resize(samples.len(), SampleParts::default());
         integrator.render_parts(frame, samples, &generator.sampler, integrator_scratch, &mut parts);
-        means.extend(parts.chunks_exact(n).map(PixelParts::of_samples));
+        means.extend(parts.chunks_exact(n).map(&pixel));
     }
     means
 }

@@ -22,7 +22,7 @@ pub(crate) struct Compositor<'a> {
     light: Vec<PathLight>,
     /// The noisy light and the surfaces of each path; empty where light is not split.
     parts: Vec<SampleParts>,
-    /// What each path sees in mirrors and behind glass; empty where that is not wanted.
+    /// Features of what each path sees in mirrors and behind glass; empty where they are not wanted.
     seen: Vec<SeenFeatures>,
     /// Maximum radiance of surfaces along secondary rays.
     max_radiance: f32,
@@ -100,7 +100,7 @@ impl<'a> Compositor<'a> {
     /// not opaque yet behind their hits. False if there are none.
     pub fn composite(&mut self, frame: &Frame, batch: &ShadingBatch, rays: &[SecondaryRay]) -> bool {
         let mut any_transparent = false;
-        // What rays see takes the place of the surfaces that spawn them.
+        // Features of what rays see take the place of those of the surfaces that spawn them.
         let mut seen_elsewhere = vec![0.0; self.seen.len()];
         for ray in rays {
             if let Some(share) = seen_elsewhere.get_mut(ray.parent) {
@@ -118,12 +118,13 @@ impl<'a> Compositor<'a> {
             let before = *transmittance;
             *radiance += before * surface.radiance;
             *transmittance *= surface.transmittance;
-            let stopped = (before - *transmittance).element_sum() * (1.0 / 3.0);
+            let behind = *transmittance;
+            let stopped = || (before - behind).element_sum() * (1.0 / 3.0);
             if let Some(parts) = self.parts.get_mut(point.path) {
-                add_parts(parts, frame, batch, i, before, stopped);
+                add_parts(parts, frame, batch, i, before, stopped());
             }
             if let Some(seen) = self.seen.get_mut(point.path) {
-                let k = batch.coefficients(i);
+                let (k, stopped) = (batch.coefficients(i), stopped());
                 let surface = SeenFeatures { albedo: k.color, normal: batch.n(i).as_vec3(), coverage: 0.0 };
                 let share = (stopped - seen_elsewhere[point.path]).max(0.0);
                 seen.add(&surface, share);

@@ -132,11 +132,12 @@ impl ShadingBatch<'_> {
         let (block, lane) = self.soa.lane(i);
         let cos = dvec3(&block.n_g, lane).dot(direction);
         let origin = vec3(&block.ray_origin, lane);
+        let source = self.excluded_triangle(i, cos > 0.0);
         if self.spawns_at_triangles {
-            return (origin, self.excluded_triangle(i, cos > 0.0));
+            return (origin, source);
         }
         let offset = vec3(&block.terminator_offset, lane);
-        (offset_to_smooth_surface(origin, offset, cos), self.excluded_triangle(i, cos > 0.0))
+        (offset_to_smooth_surface(origin, offset, cos), source)
     }
 
     /// Origin of a ray that leaves point `i` on the viewer's side of its triangle: clear of the error bound of the point.

@@ -9,7 +9,7 @@ use crate::integrator::material::hit_filter::MaterialHitFilter;
 use crate::integrator::sample::{SampleDimension, SampleStream};
 use crate::integrator::shading_batch::ShadingBatch;
 use crate::integrator::surface::soa::{LANES, vec3};
-use blinn_accel::{Coherence, ShadowRayBatch};
+use blinn_accel::{Coherence, HitFilter, ShadowRayBatch};
 use blinn_core::geometry::{HitId, Rgb};
 use blinn_scene::PosedLightKind;
 
@@ -189,11 +189,9 @@ fn trace_shadow_rays(
     visibility.clear();
     let filter = MaterialHitFilter(frame.posed);
     if frame.accel.has_translucent() {
-        if frame.leaves_out_caustics() {
-            frame.accel.transmittance(rays, &OpaqueBodies(filter), visibility);
-        } else {
-            frame.accel.transmittance(rays, &filter, visibility);
-        }
+        let opaque_bodies = OpaqueBodies(MaterialHitFilter(frame.posed));
+        let filter: &dyn HitFilter = if frame.leaves_out_caustics() { &opaque_bodies } else { &filter };
+        frame.accel.transmittance(rays, filter, visibility);
     } else {
         frame.accel.occluded(rays, &filter, occluded);
         visibility.extend(occluded.iter().map(|&occluded| if occluded { Rgb::ZERO } else { Rgb::ONE }));

@@ -48,7 +48,7 @@ impl CoefficientLanes {
         self.layers.set(i, &k.layers);
     }
 
-    /// Lets no light through point `i`.
+    /// Makes point `i` opaque to transmitted light.
     pub fn remove_transmission(&mut self, i: usize) {
         set3(&mut self.k_t, i, [0.0; 3]);
     }
