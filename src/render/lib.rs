@@ -20,12 +20,16 @@ mod object_masks;
 mod pixel_mask;
 mod progress;
 mod reconstruction;
+mod rough_reflections;
 mod sample_generator;
 mod settings;
+mod strips;
 mod surface_tracks;
 mod tiles;
 
 use crate::integrator::{Frame, Integrator};
+use crate::reconstruction::AllLight;
+use crate::rough_reflections::RoughReflections;
 
 pub use crate::integrator::{LowDiscrepancySampler, Sampler};
 pub use aov_layers::{render_aovs, render_moving_aovs};
@@ -66,8 +70,11 @@ pub fn render_with_memory(
     monitor: &dyn ProgressMonitor,
 ) -> Result<Pixels, Cancelled> {
     match settings.adaptive {
-        None if settings.samples > 1 && settings.denoise.applies_to(frame) => {
-            reconstruction::render_reconstructed(memory, frame, integrator, settings, monitor)
+        None if settings.samples > 1 && settings.denoise.applies_to_all_light(frame) => {
+            strips::render_in_strips::<AllLight>(memory, frame, integrator, settings, monitor)
+        }
+        None if settings.samples > 1 && settings.denoise != Denoise::Off && frame.has_rough_metals() => {
+            strips::render_in_strips::<RoughReflections>(memory, frame, integrator, settings, monitor)
         }
         Some(adaptive) if settings.samples > adaptive::FIRST_SAMPLES => {
             adaptive::render_adaptive(memory, frame, integrator, settings, adaptive, monitor)

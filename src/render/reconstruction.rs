@@ -1,18 +1,14 @@
-//! Pictures whose noisy light is reconstructed: rendered in parts, filtered, and put together again.
+//! Reconstruction of all noisy light of a picture: filtered by parts, and put together again.
 
 use std::ops::Range;
-use std::sync::Mutex;
 
-use glam::{UVec2, Vec3};
+use glam::Vec3;
 
 use crate::denoise::{Features, MARGIN, NoisyPart, PartKind, denoise};
-use crate::film::{PixelRect, Pixels};
-use crate::integrator::{Frame, Integrator, NoisyLight, SampleParts, SeenFeatures, SurfaceFeatures};
-use crate::memory::RenderMemory;
-use crate::progress::{CancelOnly, ProgressMonitor};
-use crate::sample_generator::SampleGenerator;
-use crate::settings::RenderSettings;
-use crate::tiles::{for_each_tile, parts_of_pixels};
+use crate::film::PixelRect;
+use crate::integrator::{Frame, LightSplit, NoisyLight, SampleParts, SeenFeatures, SurfaceFeatures};
+use crate::progress::ProgressMonitor;
+use crate::strips::Reconstruction;
 use blinn_core::cancellation::Cancelled;
 use blinn_core::geometry::{Rgb, Rgba};
 
@@ -43,8 +39,16 @@ impl PixelParts {
         let mut all = sums[0];
         all.add(&sums[1]);
         let share = 1.0 / samples.len().max(1) as f32;
-        let SurfaceFeatures { diffuse_color, specular_color, albedo, normal, position, seen, coverage } =
-            all.surface;
+        let SurfaceFeatures {
+            diffuse_color,
+            specular_color,
+            albedo,
+            normal,
+            position,
+            alpha,
+            seen,
+            coverage,
+        } = all.surface;
         // Features are means over what surfaces cover.
         let covered = if coverage > 0.0 { 1.0 / coverage } else { 0.0 };
         PixelParts {
@@ -56,6 +60,7 @@ impl PixelParts {
                 albedo: albedo * covered,
                 normal: normal * covered,
                 position: position * covered,
+                alpha: alpha * covered,
                 seen: SeenFeatures {
                     albedo: seen.albedo * covered,
                     normal: seen.normal * covered,
@@ -72,96 +77,57 @@ fn scaled(light: &NoisyLight, by: f32) -> NoisyLight {
     NoisyLight { direct: direct * by, indirect: indirect * by, specular: specular * by }
 }
 
-/// Rows that are reconstructed at once: memory does not grow with the height of a picture.
-const STRIP: u32 = 64;
+/// Reconstruction of all noisy light by [`denoise`].
+pub(super) struct AllLight;
 
-/// Renders a picture and reconstructs its noisy light.
-///
-/// # Errors
-/// [`Cancelled`] if `monitor` cancels.
-pub(super) fn render_reconstructed(
-    memory: &RenderMemory,
-    frame: &Frame,
-    integrator: &dyn Integrator,
-    settings: &RenderSettings,
-    monitor: &dyn ProgressMonitor,
-) -> Result<Pixels, Cancelled> {
-    let window = settings.window();
-    let rendered = with_margin(window, settings);
-    let (bottom, margin) = (rendered.y + rendered.height, MARGIN as u32);
-    // The rows that the current strip depends on.
-    let mut held = PixelRect { height: 0, ..rendered };
-    let mut parts: Vec<PixelParts> = Vec::new();
-    let mut colors = Vec::with_capacity(window.width as usize * window.height as usize);
-    for first in (window.y..window.y + window.height).step_by(STRIP as usize) {
-        let end = (first + STRIP).min(window.y + window.height);
-        let from = first.saturating_sub(margin).max(rendered.y);
-        parts.drain(..(from - held.y) as usize * rendered.width as usize);
-        let start = held.y + held.height;
-        let rows = PixelRect { y: start, height: (end + margin).min(bottom) - start, ..rendered };
-        held = PixelRect { y: from, height: rows.y + rows.height - from, ..rendered };
-        let settings = RenderSettings { crop: Some(rows), ..*settings };
-        parts.extend(render_parts(memory, frame, integrator, &settings, monitor)?);
-        let strip = (first - held.y) as usize..(end - held.y) as usize;
-        let reconstructed = reconstruct(&parts, held, strip, settings.samples, frame, monitor)?;
-        let left = (window.x - rendered.x) as usize;
-        for row in reconstructed.chunks_exact(rendered.width as usize) {
-            colors.extend_from_slice(&row[left..left + window.width as usize]);
-        }
-        monitor.pixels_done(u64::from(window.width) * u64::from(end - first));
-    }
-    Ok(Pixels { width: window.width, height: window.height, colors })
-}
+impl Reconstruction for AllLight {
+    type Pixel = PixelParts;
 
-/// The rendered window with all pixels that its reconstruction depends on.
-fn with_margin(window: PixelRect, settings: &RenderSettings) -> PixelRect {
-    let margin = MARGIN as u32;
-    let x = window.x.saturating_sub(margin);
-    let y = window.y.saturating_sub(margin);
-    let end = |from: u32, len: u32, max: u32| from.saturating_add(len).saturating_add(margin).min(max);
-    PixelRect {
-        x,
-        y,
-        width: end(window.x, window.width, settings.width).saturating_sub(x),
-        height: end(window.y, window.height, settings.height).saturating_sub(y),
-    }
-}
+    const ROWS: u32 = 64;
+    const MARGIN: u32 = MARGIN as u32;
+    const SPLIT: LightSplit = LightSplit::All;
 
-/// Reconstructs the rows `strip` of the pixels in `held`.
-fn reconstruct(
-    parts: &[PixelParts],
-    held: PixelRect,
-    strip: Range<usize>,
-    samples: u32,
-    frame: &Frame,
-    monitor: &dyn ProgressMonitor,
-) -> Result<Vec<Rgba>, Cancelled> {
-    let width = held.width as usize;
-    let strip_parts = &parts[strip.start * width..strip.end * width];
-    let mut colors: Vec<Rgba> = strip_parts.iter().map(|pixel| pixel.exact).collect();
-    let surfaces = features(parts, held, |surface| surface.albedo, |surface| surface.normal);
-    // For reflected light, features of what mirrors and glass show.
-    let seen = features(parts, held, |surface| surface.seen.albedo, |surface| surface.seen.normal);
-    for kind in [PartKind::DirectDiffuse, PartKind::IndirectDiffuse, PartKind::Specular] {
-        if monitor.is_cancelled() {
-            return Err(Cancelled);
-        }
-        let is_dark = |pixel: &PixelParts| pixel.noisy.iter().all(|half| light_of(half, kind) == Rgb::ZERO);
-        if parts.iter().all(is_dark) {
-            continue;
-        }
-        let divisor = |pixel: &PixelParts| color_of(&pixel.surface, kind).max(Rgb::splat(MIN_COLOR));
-        let half =
-            |i: usize| parts.iter().map(|pixel| light_of(&pixel.noisy[i], kind) / divisor(pixel)).collect();
-        let reliability = parts.iter().map(|pixel| reliability(color_of(&pixel.surface, kind))).collect();
-        let part = NoisyPart { halves: [half(0), half(1)], reliability };
-        let features = if kind == PartKind::Specular { &seen } else { &surfaces };
-        let light = denoise(features, &part, kind, samples, frame.simd(), strip.clone());
-        for ((to, pixel), light) in colors.iter_mut().zip(strip_parts).zip(light) {
-            *to += (light * divisor(pixel)).extend(0.0);
-        }
+    fn pixel(samples: &[SampleParts]) -> PixelParts {
+        PixelParts::of_samples(samples)
     }
-    Ok(colors)
+
+    fn reconstruct(
+        parts: &[PixelParts],
+        held: PixelRect,
+        strip: Range<usize>,
+        samples: u32,
+        frame: &Frame,
+        monitor: &dyn ProgressMonitor,
+    ) -> Result<Vec<Rgba>, Cancelled> {
+        let width = held.width as usize;
+        let strip_parts = &parts[strip.start * width..strip.end * width];
+        let mut colors: Vec<Rgba> = strip_parts.iter().map(|pixel| pixel.exact).collect();
+        let surfaces = features(parts, held, |surface| surface.albedo, |surface| surface.normal);
+        // For reflected light, features of what mirrors and glass show.
+        let seen = features(parts, held, |surface| surface.seen.albedo, |surface| surface.seen.normal);
+        for kind in [PartKind::DirectDiffuse, PartKind::IndirectDiffuse, PartKind::Specular] {
+            if monitor.is_cancelled() {
+                return Err(Cancelled);
+            }
+            let is_dark =
+                |pixel: &PixelParts| pixel.noisy.iter().all(|half| light_of(half, kind) == Rgb::ZERO);
+            if parts.iter().all(is_dark) {
+                continue;
+            }
+            let divisor = |pixel: &PixelParts| color_of(&pixel.surface, kind).max(Rgb::splat(MIN_COLOR));
+            let half = |i: usize| {
+                parts.iter().map(|pixel| light_of(&pixel.noisy[i], kind) / divisor(pixel)).collect()
+            };
+            let reliability = parts.iter().map(|pixel| reliability(color_of(&pixel.surface, kind))).collect();
+            let part = NoisyPart { halves: [half(0), half(1)], reliability };
+            let features = if kind == PartKind::Specular { &seen } else { &surfaces };
+            let light = denoise(features, &part, kind, samples, frame.simd(), strip.clone());
+            for ((to, pixel), light) in colors.iter_mut().zip(strip_parts).zip(light) {
+                *to += (light * divisor(pixel)).extend(0.0);
+            }
+        }
+        Ok(colors)
+    }
 }
 
 fn light_of(light: &NoisyLight, kind: PartKind) -> Rgb {
@@ -183,33 +149,6 @@ fn color_of(surface: &SurfaceFeatures, kind: PartKind) -> Rgb {
 /// How far a pixel counts for its neighbours: less where light was divided by a colour that is nearly black.
 fn reliability(color: Rgb) -> f32 {
     (color.element_sum() * (1.0 / 3.0) / MIN_COLOR).clamp(0.0, 1.0)
-}
-
-/// Renders all pixels in parts, row by row from the top.
-fn render_parts(
-    memory: &RenderMemory,
-    frame: &Frame,
-    integrator: &dyn Integrator,
-    settings: &RenderSettings,
-    monitor: &dyn ProgressMonitor,
-) -> Result<Vec<PixelParts>, Cancelled> {
-    let window = settings.window();
-    let generator = SampleGenerator::new(settings);
-    let film = Mutex::new(vec![PixelParts::default(); window.width as usize * window.height as usize]);
-    for_each_tile(memory, settings, &CancelOnly(monitor), |tile, scratch| {
-        let [low, high] = generator.film_bounds(&tile.corners());
-        if !integrator.may_hit(frame, low, high) {
-            return;
-        }
-        let pixels: Vec<UVec2> = tile.pixels().collect();
-        let parts =
-            parts_of_pixels(&generator, frame, integrator, &pixels, scratch, monitor, PixelParts::of_samples);
-        let mut film = film.lock().unwrap_or_else(|e| e.into_inner());
-        for (p, parts) in pixels.iter().zip(parts) {
-            film[(p.y - window.y) as usize * window.width as usize + (p.x - window.x) as usize] = parts;
-        }
-    })?;
-    Ok(film.into_inner().unwrap_or_else(|e| e.into_inner()))
 }
 
 /// The features of all pixels in `held`, with these as albedo and normal.

@@ -9,7 +9,7 @@ use crate::integrator::{Frame, Sample};
 /// The noisy light of a picture that is reconstructed from its samples (`--denoise`).
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Denoise {
-    /// That of pictures with area lights or indirect light.
+    /// That of pictures with area lights or indirect light, and what rough metals reflect in others.
     Auto,
     /// All that random estimators find: also soft shadows and ambient occlusion.
     On,
@@ -18,8 +18,8 @@ pub enum Denoise {
 }
 
 impl Denoise {
-    /// True if light of a frame is reconstructed.
-    pub(crate) fn applies_to(self, frame: &Frame) -> bool {
+    /// True if all noisy light of a frame is reconstructed.
+    pub(crate) fn applies_to_all_light(self, frame: &Frame) -> bool {
         match self {
             Denoise::Auto => frame.has_area_sources(),
             Denoise::On => frame.has_random_light(),

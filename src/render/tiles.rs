@@ -4,7 +4,7 @@ use glam::UVec2;
 use rayon::prelude::*;
 
 use crate::film::{Film, PixelRect, Pixels, TileBuffer};
-use crate::integrator::{Frame, Integrator, SampleParts};
+use crate::integrator::{Frame, Integrator, LightSplit, SampleParts};
 use crate::memory::{RenderMemory, TileScratch};
 use crate::progress::ProgressMonitor;
 use crate::sample_generator::SampleGenerator;
@@ -77,6 +77,7 @@ pub(super) fn parts_of_pixels<T: Clone + Default>(
     pixels: &[UVec2],
     scratch: &mut TileScratch,
     monitor: &dyn ProgressMonitor,
+    split: LightSplit,
     pixel: impl Fn(&[SampleParts]) -> T,
 ) -> Vec<T> {
     let TileScratch { samples, integrator: integrator_scratch, .. } = scratch;
@@ -96,7 +97,7 @@ pub(super) fn parts_of_pixels<T: Clone + Default>(
         generator.generate(frame.simd(), batch, samples);
         parts.clear();
         parts.resize(samples.len(), SampleParts::default());
-        integrator.render_parts(frame, samples, &generator.sampler, integrator_scratch, &mut parts);
+        integrator.render_parts(frame, samples, &generator.sampler, integrator_scratch, split, &mut parts);
         means.extend(parts.chunks_exact(n).map(&pixel));
     }
     means

@@ -296,6 +296,16 @@ impl Material {
         self.reflection != Reflection::None && (reflects || may_be_positive(&self.clearcoat.factor))
     }
 
+    /// Returns true if the material may be a rough metal.
+    pub fn is_rough_metal(&self) -> bool {
+        match &self.reflectance {
+            Reflectance::MetallicRoughness { metallic, roughness, .. } => {
+                self.reflects() && metallic.factor > 0.0 && roughness.factor > 0.0
+            }
+            _ => false,
+        }
+    }
+
     /// Returns the index of refraction of the inside; 1.5 where the file has none.
     pub fn ior(&self) -> f32 {
         let ior = match &self.reflectance {

@@ -218,6 +218,7 @@ mod tests {
             ("resolution=8x8 max-size=9", "`max-size` cannot be used with `size`"),
             ("intrinsics=1,1,1,1", "`intrinsics` needs `size`"),
             ("adaptive=.1", "`adaptive` needs more than 4 samples"),
+            ("samples=16 adaptive=.1 denoise=on", "`denoise on` needs the same samples in all pixels"),
             ("background-blur=.5", "`background-blur` applies only to"),
             ("background=hdri integrator=color", "`background hdri` shows the environment"),
             ("size=8x8 crop=4,4,8,1", "`crop` reaches beyond the image of 8x8 pixels"),

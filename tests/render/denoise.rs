@@ -8,8 +8,8 @@ use blinn::geometry::{Rgb, Rgba};
 use blinn::integrator::{AmbientOcclusion, Frame, Phong};
 use blinn::render::{Denoise, PixelRect, RenderSettings, render};
 use blinn::scene::{
-    AreaLightShape, ColorInput, Dielectric, Lighting, Material, PosedAreaLight, Projection, Reflectance,
-    Reflection, ScalarInput, Scene, View,
+    AreaLightShape, ColorInput, Dielectric, Environment, Lighting, Material, PosedAreaLight, Projection,
+    Reflectance, Reflection, ScalarInput, Scene, View,
 };
 use glam::{DAffine3, DVec3};
 
@@ -196,4 +196,99 @@ fn denoising_leaves_pictures_without_noise_alone() {
     let occluded = Frame { ambient_occlusion: Some(occlusion), ..frame };
     assert!(picture(&occluded, Denoise::Auto) == picture(&occluded, Denoise::Off));
     assert!(picture(&occluded, Denoise::On) != picture(&occluded, Denoise::Off));
+}
+
+/// Balls of metal of this roughness on a striped floor, by the light of the sky.
+fn metals(roughness: f32) -> Scene {
+    let mut scene = Scene::default();
+    for i in 0..8 {
+        let grey = Rgb::splat(if i % 2 == 0 { 0.8 } else { 0.02 });
+        let matte = Material { reflection: Reflection::None, ..plastic(grey, 1.0) };
+        add(&mut scene, scenes::grid(1, 1), matte, &at(f64::from(i) - 3.5, 0.0, 0.0, 0.5));
+    }
+    let mut metal = plastic(Rgb::new(0.9, 0.6, 0.3), roughness);
+    if let Reflectance::MetallicRoughness { metallic, .. } = &mut metal.reflectance {
+        *metallic = ScalarInput::new(1.0);
+    }
+    add(&mut scene, scenes::ball(48, 24), metal.clone(), &at(-0.6, 0.5, 0.0, 0.5));
+    add(&mut scene, scenes::ball(48, 24), metal, &at(0.6, 0.5, 0.0, 0.5));
+    scene
+}
+
+/// A picture of metals without indirect light.
+fn metal_picture(scene: &Scene, shot: &Shot) -> Vec<Rgba> {
+    let posed = scenes::posed(scene);
+    let settings = AccelSettings { simd: shot.simd, ..AccelSettings::default() };
+    let accel = blinn::accel::Accel::build(&posed, &settings).0;
+    let view = View {
+        view_point: Some(DVec3::new(0.0, 0.8, 2.5)),
+        view_dir: Some(DVec3::new(0.0, -0.15, -1.0)),
+        projection: Some(Projection::Perspective),
+        ..View::default()
+    };
+    let (camera, _) = view.resolve(&posed, WIDTH, HEIGHT).unwrap();
+    let lit = Lighting { sets: Some(Vec::new()), ..Lighting::default() }.resolve(&posed, &camera);
+    let frame = Frame {
+        environment: Some(Environment::uniform(Rgb::new(0.6, 0.8, 1.0))),
+        ambient: Rgb::ONE,
+        ..Frame::new(&posed, &accel, camera, &lit)
+    };
+    let Shot { samples, denoise, tile, crop, .. } = *shot;
+    let settings = RenderSettings {
+        width: WIDTH,
+        height: HEIGHT,
+        samples,
+        denoise,
+        tile,
+        crop,
+        ..RenderSettings::default()
+    };
+    render(&frame, &Phong::default(), &settings, &()).unwrap().colors
+}
+
+#[test]
+fn smooth_metals_do_not_depend_on_threads_tiles_simd_levels_or_crops() {
+    let scene = metals(0.5);
+    let whole = metal_picture(&scene, &Shot::default());
+    let expected = bits(&whole);
+    assert!(bits(&metal_picture(&scene, &Shot { tile: 9, ..Shot::default() })) == expected, "tiles");
+    for simd in scenes::simd_levels() {
+        assert!(bits(&metal_picture(&scene, &Shot { simd, ..Shot::default() })) == expected, "{simd:?}");
+    }
+    for threads in [1, 3] {
+        let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
+        let pixels = pool.install(|| metal_picture(&scene, &Shot::default()));
+        assert!(bits(&pixels) == expected, "{threads} threads");
+    }
+    let crop = PixelRect { x: 40, y: 44, width: 20, height: 10 };
+    let pixels = metal_picture(&scene, &Shot { crop: Some(crop), ..Shot::default() });
+    let row = |y: u32| &whole[((crop.y + y) * WIDTH + crop.x) as usize..][..crop.width as usize];
+    let expected: Vec<Rgba> = (0..crop.height).flat_map(|y| row(y).to_vec()).collect();
+    assert!(bits(&pixels) == bits(&expected));
+}
+
+#[test]
+fn rough_metals_lose_their_grain_and_mirrors_stay() {
+    let picture = |roughness: f32, samples: u32, denoise: Denoise| {
+        metal_picture(&metals(roughness), &Shot { samples, denoise, ..Shot::default() })
+    };
+    for (samples, share) in [(4, 0.35), (5, 0.35), (16, 0.7)] {
+        let expected = picture(0.6, 1024, Denoise::Off);
+        // Edges and the floor are the same in both.
+        let edges = error(&picture(0.6, samples, Denoise::Off), &expected);
+        let smooth = error(&picture(0.6, samples, Denoise::Auto), &expected);
+        assert!(smooth < edges, "{samples} samples: {smooth}, {edges} before");
+        let noise = |denoise: Denoise| {
+            let pixels = picture(0.6, samples, denoise);
+            let inside = |i: &usize| {
+                (30..42).contains(&(i % WIDTH as usize)) && (40..56).contains(&(i / WIDTH as usize))
+            };
+            let chosen: Vec<usize> = (0..pixels.len()).filter(inside).collect();
+            let of = |pixels: &[Rgba]| chosen.iter().map(|&i| pixels[i]).collect::<Vec<_>>();
+            error(&of(&pixels), &of(&expected))
+        };
+        let [before, after] = [noise(Denoise::Off), noise(Denoise::Auto)];
+        assert!(after < share * before, "{samples} samples inside a ball: {after}, {before} before");
+    }
+    assert!(bits(&picture(0.0, 4, Denoise::Auto)) == bits(&picture(0.0, 4, Denoise::Off)));
 }

@@ -19,6 +19,7 @@ mod similarity;
 mod spikes;
 #[cfg(test)]
 mod tests;
+mod wavelets;
 mod window;
 
 use std::ops::Range;
@@ -30,6 +31,7 @@ use rayon::prelude::*;
 pub(crate) use features::Features;
 pub(crate) use params::PartKind;
 pub(crate) use part::NoisyPart;
+pub(crate) use wavelets::{RoughLight, WAVELET_MARGIN, smooth_rough_light};
 
 use params::Params;
 use window::Rect;

@@ -2,7 +2,7 @@
 
 use crate::integrator::area_light_hits::AreaLightHit;
 use crate::integrator::frame::Frame;
-use crate::integrator::light_parts::{SampleParts, SeenFeatures};
+use crate::integrator::light_parts::{LightSplit, SampleParts, SeenFeatures};
 use crate::integrator::path_rays::PathRays;
 use crate::integrator::paths::{Escape, MAX_PATH_RADIANCE, MAX_RADIANCE, PathLight, SecondaryRay, Wave};
 use crate::integrator::shading_batch::{ShadingBatch, ShadingPoint};
@@ -22,6 +22,7 @@ pub(crate) struct Compositor<'a> {
     light: Vec<PathLight>,
     /// The noisy light and the surfaces of each path; empty where light is not split.
     parts: Vec<SampleParts>,
+    split: LightSplit,
     /// Features of what each path sees in mirrors and behind glass; empty where they are not wanted.
     seen: Vec<SeenFeatures>,
     /// Maximum radiance of surfaces along secondary rays.
@@ -38,6 +39,7 @@ impl<'a> Compositor<'a> {
         Compositor {
             area_light_hits,
             parts: Vec::new(),
+            split: LightSplit::All,
             seen: Vec::new(),
             max_radiance: if frame.traces_full_paths() { MAX_PATH_RADIANCE } else { MAX_RADIANCE },
             ground_t: frame.intersect_ground(rays.batch(), rays.is_secondary),
@@ -47,9 +49,12 @@ impl<'a> Compositor<'a> {
     }
 
     /// Splits the light of all paths into parts.
-    pub fn split(&mut self) {
+    pub fn split(&mut self, split: LightSplit) {
         self.parts = vec![SampleParts::default(); self.light.len()];
-        self.collect_seen();
+        self.split = split;
+        if split == LightSplit::All {
+            self.collect_seen();
+        }
     }
 
     /// Collects what the paths see.
@@ -57,9 +62,9 @@ impl<'a> Compositor<'a> {
         self.seen = vec![SeenFeatures::default(); self.light.len()];
     }
 
-    /// True if light is split into parts.
-    pub fn splits(&self) -> bool {
-        !self.parts.is_empty()
+    /// True if all noisy light is split from the rest.
+    pub fn splits_all(&self) -> bool {
+        !self.parts.is_empty() && self.split == LightSplit::All
     }
 
     /// Adds the area lights in front of the current hits to the light of the paths.
@@ -160,7 +165,8 @@ impl<'a> Compositor<'a> {
         for (ray, added) in wave.rays.iter().zip(wave.contributions(&found, self.max_radiance)) {
             let light = &mut self.light[ray.parent];
             light.radiance += added.radiance;
-            if let Some(SampleParts { noisy, .. }) = self.parts.get_mut(ray.parent) {
+            let is_noisy = self.split == LightSplit::All || ray.is_rough;
+            if let Some(SampleParts { noisy, .. }) = self.parts.get_mut(ray.parent).filter(|_| is_noisy) {
                 *(if ray.is_diffuse { &mut noisy.indirect } else { &mut noisy.specular }) += added.radiance;
             }
             light.transmittance += added.transmittance;
@@ -213,6 +219,7 @@ fn add_parts(
         let k_r: Rgb = vec3(&block.k_r, lane);
         surface.specular_color += arrives * (k_r + Rgb::splat(block.k_r_coat[lane]));
     }
+    surface.alpha += k.layers.alpha * stopped;
     let p: Vec3 = vec3(&block.p, lane);
     surface.albedo += k.color * stopped;
     surface.normal += block.n(lane).as_vec3() * stopped;

@@ -102,6 +102,7 @@ pub(crate) fn spawn_diffuse_rays(
             direction: direction.as_vec3(),
             source,
             is_diffuse: true,
+            is_rough: false,
             seen_share: 0.0,
             area_lights,
             state,

@@ -177,6 +177,11 @@ impl<'a> Frame<'a> {
         self.indirect > 0 || self.emitters.is_some() || !self.area_lights.is_empty()
     }
 
+    /// True if a metal may reflect in a lobe that is wider than a mirror's.
+    pub(crate) fn has_rough_metals(&self) -> bool {
+        self.reflections_enabled() && self.posed.materials.iter().any(|material| material.is_rough_metal())
+    }
+
     /// True if random estimators find part of the light.
     pub(crate) fn has_random_light(&self) -> bool {
         self.has_area_sources()

@@ -4,6 +4,15 @@ use glam::Vec3;
 
 use blinn_core::geometry::{Rgb, Rgba};
 
+/// The noisy light that is split from the rest.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum LightSplit {
+    /// All that random estimators find.
+    All,
+    /// What rough surfaces reflect of other surfaces.
+    RoughReflections,
+}
+
 /// The light of a sample by part. The sum of `exact` and the noisy parts is the sample's colour.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct SampleParts {
@@ -46,6 +55,8 @@ pub struct SurfaceFeatures {
     pub normal: Vec3,
     /// Position relative to the scene's centre.
     pub position: Vec3,
+    /// GGX α of the surface's lobes.
+    pub alpha: f32,
     /// Colour and normal of what mirrors and glass show, and of other surfaces themselves.
     pub seen: SeenFeatures,
     /// Share of the sample that surfaces cover.
@@ -95,6 +106,7 @@ impl SampleParts {
         to.albedo += from.albedo;
         to.normal += from.normal;
         to.position += from.position;
+        to.alpha += from.alpha;
         to.seen.add(&from.seen, 1.0);
         to.coverage += from.coverage;
     }

@@ -55,7 +55,7 @@ pub use emitters::Emitters;
 pub use first_hit::{FirstHit, first_hits};
 pub use flow::{NeighbourFrames, add_flow};
 pub use frame::{AmbientOcclusion, DEFAULT_BOUNCES, Frame};
-pub use light_parts::{NoisyLight, SampleParts, SeenFeatures, SurfaceFeatures};
+pub use light_parts::{LightSplit, NoisyLight, SampleParts, SeenFeatures, SurfaceFeatures};
 pub use material::coefficients::{Coefficients, MaterialOverrides};
 pub use material::hit_filter::MaterialHitFilter;
 pub use material::specular_layers::SpecularLayers;
@@ -87,8 +87,10 @@ pub trait Integrator: Sync {
         samples: &[Sample],
         sampler: &LowDiscrepancySampler,
         scratch: &mut Scratch,
+        split: LightSplit,
         out: &mut [SampleParts],
     ) {
+        let _ = split;
         let mut colors = vec![Rgba::ZERO; out.len()];
         self.render(frame, samples, sampler, scratch, &mut colors);
         for (out, color) in out.iter_mut().zip(colors) {

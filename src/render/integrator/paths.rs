@@ -123,6 +123,8 @@ pub(crate) struct SecondaryRay {
     pub source: HitId,
     /// True for a ray that a matte surface spawns.
     pub is_diffuse: bool,
+    /// True for a ray of a lobe that is wider than a mirror's: one of many.
+    pub is_rough: bool,
     /// Share of the features of what the parent sees: of narrow lobes and glass. 0 for wide lobes, which blur what they show.
     pub seen_share: f32,
     /// How the ray meets area lights.

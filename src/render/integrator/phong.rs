@@ -38,7 +38,7 @@ use crate::integrator::frame::Frame;
 use crate::integrator::gather::gather_points;
 use crate::integrator::highlight_limits::limit_highlights;
 use crate::integrator::layer_split::apply_specular_layers;
-use crate::integrator::light_parts::SampleParts;
+use crate::integrator::light_parts::{LightSplit, SampleParts};
 use crate::integrator::material::coefficients::Coefficients;
 use crate::integrator::microfacet_highlights::add_highlights;
 use crate::integrator::path_rays::{MAX_SURFACES_PER_RAY, PathRays};
@@ -86,7 +86,7 @@ impl Integrator for Phong {
         scratch: &mut Scratch,
         out: &mut [Rgba],
     ) {
-        let light = self.trace_samples(frame, samples, sampler, scratch, false).into_light();
+        let light = self.trace_samples(frame, samples, sampler, scratch, None).into_light();
         for ((out, sample), light) in out.iter_mut().zip(samples).zip(light) {
             *out = color(frame, sample, light);
         }
@@ -98,9 +98,10 @@ impl Integrator for Phong {
         samples: &[Sample],
         sampler: &LowDiscrepancySampler,
         scratch: &mut Scratch,
+        split: LightSplit,
         out: &mut [SampleParts],
     ) {
-        let (light, parts) = self.trace_samples(frame, samples, sampler, scratch, true).into_parts();
+        let (light, parts) = self.trace_samples(frame, samples, sampler, scratch, Some(split)).into_parts();
         for (((out, sample), light), parts) in out.iter_mut().zip(samples).zip(light).zip(parts) {
             let exact = color(frame, sample, light) - parts.noisy.sum().extend(0.0);
             *out = SampleParts { exact, ..parts };
@@ -123,14 +124,14 @@ fn color(frame: &Frame, sample: &Sample, light: PathLight) -> Rgba {
 }
 
 impl Phong {
-    /// The light of the eye rays of `samples`, split into parts if `splits`.
+    /// The light of the eye rays of `samples`, perhaps split into parts.
     fn trace_samples<'s>(
         &self,
         frame: &'s Frame,
         samples: &'s [Sample],
         sampler: &LowDiscrepancySampler,
         scratch: &'s mut Scratch,
-        splits: bool,
+        split: Option<LightSplit>,
     ) -> Compositor<'s> {
         let Scratch { rays, hits, points, shadow, waves } = scratch;
         let stream = SampleStream { samples, sampler, wave: 0 };
@@ -140,8 +141,8 @@ impl Phong {
             eye_rays.states = PathStates::Eye(frame, samples);
         }
         let mut compositor = Compositor::new(frame, eye_rays);
-        if splits {
-            compositor.split();
+        if let Some(split) = split {
+            compositor.split(split);
         }
         self.trace(frame, &mut compositor, stream, points, shadow, waves);
         compositor
@@ -258,7 +259,7 @@ impl Phong {
                 trace_visibility(frame, i, batch, stream, shadow);
                 apply_visibility(batch, shadow);
             }
-            if light.radius > 0.0 && compositor.splits() {
+            if light.radius > 0.0 && compositor.splits_all() {
                 batch.soa.accumulate_noisy(false);
             }
             batch.soa.accumulate(frame.simd());
@@ -267,7 +268,7 @@ impl Phong {
             has_specular: is_full_model,
             has_shadows,
             has_shadow_catcher: frame.has_shadow_catcher(),
-            is_split: compositor.splits(),
+            is_split: compositor.splits_all(),
         };
         add_area_lights(frame, compositor, batch, stream, terms, shadow);
     }

@@ -304,6 +304,7 @@ impl RayMaker<'_, '_> {
             direction: direction.as_vec3(),
             source,
             is_diffuse: false,
+            is_rough: !lobe.is_mirror(),
             seen_share: seen_share / survival,
             area_lights: area_light_hits(lobe.n, direction, lobe.v, lobe.alpha, survival),
             state,

@@ -276,6 +276,7 @@ impl<'a, 's> PathVertex<'a, 's> {
             direction,
             source: self.batch.points[self.i].id,
             is_diffuse: false,
+            is_rough: false,
             seen_share: match self.k.layers.alpha < SEEN_ALPHA {
                 true => self.throughput.element_sum() * (1.0 / 3.0) * share / survival,
                 false => 0.0,

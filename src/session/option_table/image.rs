@@ -64,8 +64,8 @@ pub static IMAGE: [OptionDef; 15] = [
         value_name: "DENOISE",
         choices: &names(&DENOISING),
         default: Some("auto"),
-        help: "Remove the noise of light that few samples find: of area lights and indirect light (auto), also of soft \
-               shadows and ambient occlusion (on), or of none (off)\n\n\
+        help: "Remove the noise of light that few samples find: of rough metals, area lights and indirect light (auto), \
+               also of soft shadows and ambient occlusion (on), or of none (off)\n\n\
                Textures and edges stay sharp. Images with `adaptive` keep their noise.",
         effect: Effect::Value(|options, text| choose(&mut options.denoise, text, &DENOISING)),
         ..BASE

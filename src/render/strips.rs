@@ -1,0 +1,122 @@
+//! Pictures in strips: pixels are rendered in parts, strip by strip from the top, and put together from those around them.
+
+use std::ops::Range;
+use std::sync::Mutex;
+
+use glam::UVec2;
+
+use crate::film::{PixelRect, Pixels};
+use crate::integrator::{Frame, Integrator, LightSplit, SampleParts};
+use crate::memory::RenderMemory;
+use crate::progress::{CancelOnly, ProgressMonitor};
+use crate::sample_generator::SampleGenerator;
+use crate::settings::RenderSettings;
+use crate::tiles::{for_each_tile, parts_of_pixels};
+use blinn_core::cancellation::Cancelled;
+use blinn_core::geometry::Rgba;
+
+/// A way to put pictures together from their noisy parts.
+pub(super) trait Reconstruction {
+    /// What is kept of the samples of a pixel. The default is that of a pixel that hits nothing.
+    type Pixel: Clone + Default + Send;
+
+    /// Rows that are reconstructed at once: memory does not grow with the height of a picture.
+    const ROWS: u32;
+    /// Pixels to each side that a pixel depends on.
+    const MARGIN: u32;
+    /// How samples are split.
+    const SPLIT: LightSplit;
+
+    /// The pixel of these samples.
+    fn pixel(samples: &[SampleParts]) -> Self::Pixel;
+
+    /// The colours of `rows` of the pixels in `held`.
+    ///
+    /// # Errors
+    /// [`Cancelled`] if `monitor` cancels.
+    fn reconstruct(
+        pixels: &[Self::Pixel],
+        held: PixelRect,
+        rows: Range<usize>,
+        samples: u32,
+        frame: &Frame,
+        monitor: &dyn ProgressMonitor,
+    ) -> Result<Vec<Rgba>, Cancelled>;
+}
+
+/// Renders a picture and reconstructs its noisy light.
+///
+/// # Errors
+/// [`Cancelled`] if `monitor` cancels.
+pub(super) fn render_in_strips<R: Reconstruction>(
+    memory: &RenderMemory,
+    frame: &Frame,
+    integrator: &dyn Integrator,
+    settings: &RenderSettings,
+    monitor: &dyn ProgressMonitor,
+) -> Result<Pixels, Cancelled> {
+    let window = settings.window();
+    let rendered = with_margin(window, settings, R::MARGIN);
+    let bottom = rendered.y + rendered.height;
+    // The rows that the current strip depends on.
+    let mut held = PixelRect { height: 0, ..rendered };
+    let mut pixels: Vec<R::Pixel> = Vec::new();
+    let mut colors = Vec::with_capacity(window.width as usize * window.height as usize);
+    for first in (window.y..window.y + window.height).step_by(R::ROWS as usize) {
+        let end = (first + R::ROWS).min(window.y + window.height);
+        let from = first.saturating_sub(R::MARGIN).max(rendered.y);
+        pixels.drain(..(from - held.y) as usize * rendered.width as usize);
+        let start = held.y + held.height;
+        let rows = PixelRect { y: start, height: (end + R::MARGIN).min(bottom) - start, ..rendered };
+        held = PixelRect { y: from, height: rows.y + rows.height - from, ..rendered };
+        let of_rows = RenderSettings { crop: Some(rows), ..*settings };
+        pixels.extend(render_rows::<R>(memory, frame, integrator, &of_rows, monitor)?);
+        let strip = (first - held.y) as usize..(end - held.y) as usize;
+        let reconstructed = R::reconstruct(&pixels, held, strip, settings.samples, frame, monitor)?;
+        let left = (window.x - rendered.x) as usize;
+        for row in reconstructed.chunks_exact(rendered.width as usize) {
+            colors.extend_from_slice(&row[left..left + window.width as usize]);
+        }
+        monitor.pixels_done(u64::from(window.width) * u64::from(end - first));
+    }
+    Ok(Pixels { width: window.width, height: window.height, colors })
+}
+
+/// The rendered window with all pixels that its reconstruction depends on.
+fn with_margin(window: PixelRect, settings: &RenderSettings, margin: u32) -> PixelRect {
+    let x = window.x.saturating_sub(margin);
+    let y = window.y.saturating_sub(margin);
+    let end = |from: u32, len: u32, max: u32| from.saturating_add(len).saturating_add(margin).min(max);
+    PixelRect {
+        x,
+        y,
+        width: end(window.x, window.width, settings.width).saturating_sub(x),
+        height: end(window.y, window.height, settings.height).saturating_sub(y),
+    }
+}
+
+/// Renders all pixels of a window, row by row from the top.
+fn render_rows<R: Reconstruction>(
+    memory: &RenderMemory,
+    frame: &Frame,
+    integrator: &dyn Integrator,
+    settings: &RenderSettings,
+    monitor: &dyn ProgressMonitor,
+) -> Result<Vec<R::Pixel>, Cancelled> {
+    let window = settings.window();
+    let generator = SampleGenerator::new(settings);
+    let film = Mutex::new(vec![R::Pixel::default(); window.width as usize * window.height as usize]);
+    for_each_tile(memory, settings, &CancelOnly(monitor), |tile, scratch| {
+        let [low, high] = generator.film_bounds(&tile.corners());
+        if !integrator.may_hit(frame, low, high) {
+            return;
+        }
+        let pixels: Vec<UVec2> = tile.pixels().collect();
+        let rendered = parts_of_pixels(&generator, frame, integrator, &pixels, scratch, monitor, R::SPLIT, R::pixel);
+        let mut film = film.lock().unwrap_or_else(|e| e.into_inner());
+        for (p, pixel) in pixels.iter().zip(rendered) {
+            film[(p.y - window.y) as usize * window.width as usize + (p.x - window.x) as usize] = pixel;
+        }
+    })?;
+    Ok(film.into_inner().unwrap_or_else(|e| e.into_inner()))
+}
