@@ -1,8 +1,8 @@
 //! Smoothing of reflections by edge-avoiding à-trous wavelets (Dammertz, Sewtz, Hanika and Lensch, “Edge-Avoiding À-Trous
 //! Wavelet Transform for fast Global Illumination Filtering”, 2010; with variance as in SVGF: Schied et al. 2017).
 //!
-//! Each level averages 5 × 5 pixels that lie twice as far apart as those of the level before. It takes a hundredth of the time
-//! of [`denoise`](super::denoise), and suits reflections in rough metals, which are smooth.
+//! Each level averages 5 × 5 pixels that lie twice as far apart as those of the level before. It is simpler and faster than
+//! [`denoise`](super::denoise), and suits reflections in rough metals, which are smooth.
 
 use std::ops::Range;
 
