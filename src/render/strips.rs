@@ -70,16 +70,23 @@ pub(super) fn render_in_strips<R: Reconstruction>(
         let rows = PixelRect { y: start, height: (end + R::MARGIN).min(bottom) - start, ..rendered };
         held = PixelRect { y: from, height: rows.y + rows.height - from, ..rendered };
         let of_rows = RenderSettings { crop: Some(rows), ..*settings };
-        pixels.extend(render_rows::<R>(memory, frame, integrator, &of_rows, monitor)?);
+        pixels.extend(render_rows::<R>(memory, frame, integrator, &of_rows, window, monitor)?);
         let strip = (first - held.y) as usize..(end - held.y) as usize;
         let reconstructed = R::reconstruct(&pixels, held, strip, settings.samples, frame, monitor)?;
         let left = (window.x - rendered.x) as usize;
         for row in reconstructed.chunks_exact(rendered.width as usize) {
             colors.extend_from_slice(&row[left..left + window.width as usize]);
         }
-        monitor.pixels_done(u64::from(window.width) * u64::from(end - first));
     }
     Ok(Pixels { width: window.width, height: window.height, colors })
+}
+
+/// Number of pixels that are in both rectangles.
+fn common_pixels(a: PixelRect, b: PixelRect) -> u64 {
+    let common = |a: u32, a_len: u32, b: u32, b_len: u32| {
+        u64::from((a + a_len).min(b + b_len).saturating_sub(a.max(b)))
+    };
+    common(a.x, a.width, b.x, b.width) * common(a.y, a.height, b.y, b.height)
 }
 
 /// The rendered window with all pixels that its reconstruction depends on.
@@ -95,12 +102,14 @@ fn with_margin(window: PixelRect, settings: &RenderSettings, margin: u32) -> Pix
     }
 }
 
-/// Renders all pixels of a window, row by row from the top.
+/// Renders all pixels of the settings' window, row by row from the top. Those in `wanted` are reported as done: the margin
+/// around a crop is no progress.
 fn render_rows<R: Reconstruction>(
     memory: &RenderMemory,
     frame: &Frame,
     integrator: &dyn Integrator,
     settings: &RenderSettings,
+    wanted: PixelRect,
     monitor: &dyn ProgressMonitor,
 ) -> Result<Vec<R::Pixel>, Cancelled> {
     let window = settings.window();
@@ -108,15 +117,15 @@ fn render_rows<R: Reconstruction>(
     let film = Mutex::new(vec![R::Pixel::default(); window.width as usize * window.height as usize]);
     for_each_tile(memory, settings, &CancelOnly(monitor), |tile, scratch| {
         let [low, high] = generator.film_bounds(&tile.corners());
-        if !integrator.may_hit(frame, low, high) {
-            return;
+        if integrator.may_hit(frame, low, high) {
+            let pixels: Vec<UVec2> = tile.pixels().collect();
+            let rendered = parts_of_pixels(&generator, frame, integrator, &pixels, scratch, monitor, R::SPLIT, R::pixel);
+            let mut film = film.lock().unwrap_or_else(|e| e.into_inner());
+            for (p, pixel) in pixels.iter().zip(rendered) {
+                film[(p.y - window.y) as usize * window.width as usize + (p.x - window.x) as usize] = pixel;
+            }
         }
-        let pixels: Vec<UVec2> = tile.pixels().collect();
-        let rendered = parts_of_pixels(&generator, frame, integrator, &pixels, scratch, monitor, R::SPLIT, R::pixel);
-        let mut film = film.lock().unwrap_or_else(|e| e.into_inner());
-        for (p, pixel) in pixels.iter().zip(rendered) {
-            film[(p.y - window.y) as usize * window.width as usize + (p.x - window.x) as usize] = pixel;
-        }
+        monitor.pixels_done(common_pixels(tile, wanted));
     })?;
     Ok(film.into_inner().unwrap_or_else(|e| e.into_inner()))
 }

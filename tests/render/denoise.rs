@@ -2,11 +2,12 @@
 //! caustics.
 
 use std::ops::Range;
+use std::sync::atomic::{AtomicU64, Ordering};
 
 use blinn::accel::{AccelSettings, SimdLevel};
 use blinn::geometry::{Rgb, Rgba};
 use blinn::integrator::{AmbientOcclusion, Frame, Phong};
-use blinn::render::{Denoise, PixelRect, RenderSettings, render};
+use blinn::render::{Denoise, PixelRect, ProgressMonitor, RenderSettings, render};
 use blinn::scene::{
     AreaLightShape, ColorInput, Dielectric, Environment, Lighting, Material, PosedAreaLight, Projection,
     Reflectance, Reflection, ScalarInput, Scene, View,
@@ -291,4 +292,45 @@ fn rough_metals_lose_their_grain_and_mirrors_stay() {
         assert!(after < share * before, "{samples} samples inside a ball: {after}, {before} before");
     }
     assert!(bits(&picture(0.0, 4, Denoise::Auto)) == bits(&picture(0.0, 4, Denoise::Off)));
+}
+
+/// Counts the pixels that are done, and how often.
+#[derive(Default)]
+struct Progress {
+    pixels: AtomicU64,
+    reports: AtomicU64,
+}
+
+impl ProgressMonitor for Progress {
+    fn pixels_done(&self, count: u64) {
+        self.pixels.fetch_add(count, Ordering::Relaxed);
+        self.reports.fetch_add(1, Ordering::Relaxed);
+    }
+}
+
+/// Long renders report their progress while they render, and count each pixel of a crop once.
+#[test]
+fn progress_is_reported_tile_by_tile() {
+    let scene = metals(0.5);
+    let posed = scenes::posed(&scene);
+    let accel = scenes::build(&posed);
+    let (camera, _) = View::default().resolve(&posed, WIDTH, HEIGHT).unwrap();
+    let lit = Lighting::default().resolve(&posed, &camera);
+    for indirect in [0, 2] {
+        let frame = Frame { indirect, ..Frame::new(&posed, &accel, camera, &lit) };
+        for crop in [None, Some(PixelRect { x: 40, y: 44, width: 20, height: 10 })] {
+            let settings = RenderSettings {
+                width: WIDTH,
+                height: HEIGHT,
+                denoise: Denoise::Auto,
+                tile: 16,
+                crop,
+                ..RenderSettings::default()
+            };
+            let progress = Progress::default();
+            let pixels = render(&frame, &Phong::default(), &settings, &progress).unwrap().colors;
+            assert_eq!(progress.pixels.into_inner(), pixels.len() as u64, "{crop:?}");
+            assert!(progress.reports.into_inner() > 10);
+        }
+    }
 }
