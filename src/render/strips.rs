@@ -7,11 +7,11 @@ use glam::UVec2;
 
 use crate::film::{PixelRect, Pixels};
 use crate::integrator::{Frame, Integrator, LightSplit, SampleParts};
-use crate::memory::RenderMemory;
+use crate::memory::{RenderMemory, TileScratch};
 use crate::progress::{CancelOnly, ProgressMonitor};
 use crate::sample_generator::SampleGenerator;
 use crate::settings::RenderSettings;
-use crate::tiles::{for_each_tile, parts_of_pixels};
+use crate::tiles::{BATCH_SAMPLES, for_each_tile};
 use blinn_core::cancellation::Cancelled;
 use blinn_core::geometry::Rgba;
 
@@ -119,7 +119,7 @@ fn render_rows<R: Reconstruction>(
         let [low, high] = generator.film_bounds(&tile.corners());
         if integrator.may_hit(frame, low, high) {
             let pixels: Vec<UVec2> = tile.pixels().collect();
-            let rendered = parts_of_pixels(&generator, frame, integrator, &pixels, scratch, monitor, R::SPLIT, R::pixel);
+            let rendered = parts_of_pixels::<R>(&generator, frame, integrator, &pixels, scratch, monitor);
             let mut film = film.lock().unwrap_or_else(|e| e.into_inner());
             for (p, pixel) in pixels.iter().zip(rendered) {
                 film[(p.y - window.y) as usize * window.width as usize + (p.x - window.x) as usize] = pixel;
@@ -128,4 +128,36 @@ fn render_rows<R: Reconstruction>(
         monitor.pixels_done(common_pixels(tile, wanted));
     })?;
     Ok(film.into_inner().unwrap_or_else(|e| e.into_inner()))
+}
+
+/// Renders pixels in parts. After a cancellation, the rest is black.
+fn parts_of_pixels<R: Reconstruction>(
+    generator: &SampleGenerator,
+    frame: &Frame,
+    integrator: &dyn Integrator,
+    pixels: &[UVec2],
+    scratch: &mut TileScratch,
+    monitor: &dyn ProgressMonitor,
+) -> Vec<R::Pixel> {
+    let TileScratch { samples, integrator: integrator_scratch, .. } = scratch;
+    let n = generator.samples_per_pixel();
+    let mut means = Vec::with_capacity(pixels.len());
+    let mut parts = Vec::new();
+    for batch in pixels.chunks((BATCH_SAMPLES / n).max(1)) {
+        if monitor.is_cancelled() {
+            means.resize(pixels.len(), R::Pixel::default());
+            break;
+        }
+        let [low, high] = generator.film_bounds(batch);
+        if !integrator.may_hit(frame, low, high) {
+            means.resize(means.len() + batch.len(), R::Pixel::default());
+            continue;
+        }
+        generator.generate(frame.simd(), batch, samples);
+        parts.clear();
+        parts.resize(samples.len(), SampleParts::default());
+        integrator.render_parts(frame, samples, &generator.sampler, integrator_scratch, R::SPLIT, &mut parts);
+        means.extend(parts.chunks_exact(n).map(R::pixel));
+    }
+    means
 }

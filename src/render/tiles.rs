@@ -4,7 +4,7 @@ use glam::UVec2;
 use rayon::prelude::*;
 
 use crate::film::{Film, PixelRect, Pixels, TileBuffer};
-use crate::integrator::{Frame, Integrator, LightSplit, SampleParts};
+use crate::integrator::{Frame, Integrator};
 use crate::memory::{RenderMemory, TileScratch};
 use crate::progress::ProgressMonitor;
 use crate::sample_generator::SampleGenerator;
@@ -13,7 +13,7 @@ use blinn_core::cancellation::Cancelled;
 use blinn_core::geometry::Rgba;
 
 /// Samples that are rendered at once: their shading points fit into the L2 cache.
-const BATCH_SAMPLES: usize = 1024;
+pub(super) const BATCH_SAMPLES: usize = 1024;
 
 /// Renders all pixels with the same number of samples.
 pub(super) fn render_uniform(
@@ -67,40 +67,6 @@ pub(super) fn for_each_tile(
         },
     );
     if monitor.is_cancelled() { Err(Cancelled) } else { Ok(()) }
-}
-
-/// Renders pixels in parts, which `pixel` makes from the samples of each. After a cancellation, the rest is black.
-pub(super) fn parts_of_pixels<T: Clone + Default>(
-    generator: &SampleGenerator,
-    frame: &Frame,
-    integrator: &dyn Integrator,
-    pixels: &[UVec2],
-    scratch: &mut TileScratch,
-    monitor: &dyn ProgressMonitor,
-    split: LightSplit,
-    pixel: impl Fn(&[SampleParts]) -> T,
-) -> Vec<T> {
-    let TileScratch { samples, integrator: integrator_scratch, .. } = scratch;
-    let n = generator.samples_per_pixel();
-    let mut means = Vec::with_capacity(pixels.len());
-    let mut parts = Vec::new();
-    for batch in pixels.chunks((BATCH_SAMPLES / n).max(1)) {
-        if monitor.is_cancelled() {
-            means.resize(pixels.len(), T::default());
-            break;
-        }
-        let [low, high] = generator.film_bounds(batch);
-        if !integrator.may_hit(frame, low, high) {
-            means.resize(means.len() + batch.len(), T::default());
-            continue;
-        }
-        generator.generate(frame.simd(), batch, samples);
-        parts.clear();
-        parts.resize(samples.len(), SampleParts::default());
-        integrator.render_parts(frame, samples, &generator.sampler, integrator_scratch, split, &mut parts);
-        means.extend(parts.chunks_exact(n).map(&pixel));
-    }
-    means
 }
 
 /// Renders pixels: the mean of the samples of each. After a cancellation, the rest is black.

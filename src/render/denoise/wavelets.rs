@@ -32,6 +32,11 @@ const PLANE_TOLERANCE: f32 = 0.04;
 /// level averages both.
 const LIGHT_TOLERANCE: [f32; 4] = [200.0, 64.0, 32.0, 16.0];
 
+/// Greater differences count as this one: smaller weights than its 1e-8 would be lost, and lead to subnormal numbers.
+const MAX_DIFFERENCE: f32 = 100.0;
+/// Smaller heights over the tangent plane are rounding errors, and their squares subnormal numbers.
+const MIN_HEIGHT: f32 = 1e-15;
+
 /// What rough surfaces reflect, in pixels, row by row from the top.
 pub(crate) struct RoughLight {
     /// Width in pixels.
@@ -232,11 +237,12 @@ impl AutovecKernel for SmoothRow<'_> {
                     let of_normals = (ax * ax + ay * ay + az * az) * sharpness[x];
                     let (bx, by, bz) = (qx[x] - px[x], qy[x] - py[x], qz[x] - pz[x]);
                     let height = bx * nx[x] + by * ny[x] + bz * nz[x];
+                    let height = if height.abs() < MIN_HEIGHT { 0.0 } else { height };
                     let distance2 = bx * bx + by * by + bz * bz;
                     let of_planes = height * height / (PLANE_TOLERANCE * distance2 + 1e-30);
                     let d = (lr[x] + lg[x] + lb[x] - qr[x] - qg[x] - qb[x]) * (1.0 / 3.0);
                     let of_light = d * d / (tolerance * v[x] + 1e-12);
-                    let fade = 1.0 / (1.0 + of_normals + of_planes + of_light);
+                    let fade = 1.0 / (1.0 + (of_normals + of_planes + of_light).min(MAX_DIFFERENCE));
                     let fade2 = fade * fade;
                     let w = kernel * weight[x] * (fade2 * fade2);
                     weights[x] += w;
