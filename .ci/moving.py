@@ -68,7 +68,7 @@ def files():
     data = open("a.mp4", "rb").read()
     assert data.index(b"moov") < data.index(b"mdat"), "the index must come first"
     # ffmpeg 5 reads no animated WebP; Pillow does, with libwebp.
-    run(BLINN, "assemble", "frames", "-o", "a.webp", "--fps", str(FPS), "--quality", "100")
+    run(BLINN, "assemble", "frames", "-o", "a.webp", "--fps", str(FPS), "--encoder-quality", "100")
     with Image.open("a.webp") as webp:
         assert webp.n_frames == COUNT and webp.info["loop"] == 0
         for i in range(COUNT):

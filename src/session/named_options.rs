@@ -1,6 +1,6 @@
 //! Options that users set by name, and checks between them.
 
-use std::ffi::OsStr;
+use std::ffi::{OsStr, OsString};
 use std::path::Path;
 
 use crate::error::SessionError;
@@ -55,7 +55,8 @@ impl OptionDef {
 #[derive(Clone, Debug, Default)]
 pub struct NamedOptions {
     options: Options,
-    names: Vec<&'static str>,
+    /// Names and values of the options that were set, in order.
+    values: Vec<(&'static str, OsString)>,
 }
 
 impl NamedOptions {
@@ -64,14 +65,20 @@ impl NamedOptions {
     /// # Errors
     /// As [`Options::set`].
     pub fn set(&mut self, name: &str, text: impl AsRef<OsStr>) -> Result<(), SessionError> {
+        let text = text.as_ref();
         self.options.set(name, text)?;
-        self.names.extend(OptionDef::find(name).map(|def| def.name));
+        let Some(def) = OptionDef::find(name) else { return Ok(()) };
+        // What a preset sets gives way to what is set beside it, in any order.
+        for (other, text) in self.values.iter().filter(|(other, _)| def.presets.contains(other)) {
+            self.options.set(other, text)?;
+        }
+        self.values.push((def.name, text.to_owned()));
         Ok(())
     }
 
     /// True if an option was set.
     pub fn contains(&self, name: &str) -> bool {
-        self.names.contains(&name)
+        self.values.iter().any(|(set, _)| *set == name)
     }
 
     /// Returns the options.
@@ -84,7 +91,7 @@ impl NamedOptions {
     }
 
     fn check_names(&self) -> Result<(), String> {
-        for def in self.names.iter().filter_map(|name| OptionDef::find(name)) {
+        for def in self.values.iter().filter_map(|(name, _)| OptionDef::find(name)) {
             if let Some(other) = def.conflicts.iter().find(|other| self.contains(other)) {
                 return Err(format!("`{}` cannot be used with `{other}`", def.name));
             }
@@ -202,6 +209,25 @@ mod tests {
             }
         }
         options.finish().err().map(|error| error.to_string()).unwrap_or_default()
+    }
+
+    #[test]
+    fn presets_give_way_to_what_is_set_beside_them_in_any_order() {
+        let set = |line: &str| {
+            let mut options = NamedOptions::default();
+            for option in line.split(' ') {
+                let (name, value) = option.split_once('=').unwrap();
+                options.set(name, value).unwrap();
+            }
+            let options = options.finish().unwrap();
+            (options.samples, options.indirect)
+        };
+        assert_eq!(set("quality=standard"), (16, 4));
+        assert_eq!(set("samples=9 quality=final"), (9, 8));
+        assert_eq!(set("quality=final samples=9"), (9, 8));
+        assert_eq!(set("indirect=0 samples=9 quality=draft"), (9, 0));
+        assert!(error("quality=best").contains("expected draft, standard, final"));
+        assert_eq!(error("quality=draft ao=4"), "`quality` cannot be used with `ao`");
     }
 
     #[test]

@@ -118,7 +118,7 @@ fn unsupported_animation_options_are_usage_errors() {
         ("-o a.apng --resume", "--resume does not apply to animations"),
         ("-o a.html --aov depth", "--aov does not apply to animations"),
         ("-o a.gif --depth 16", "8 bits per channel"),
-        ("-o a.gif --quality 50", "--quality applies only to .jpg, .mp4 and .html"),
+        ("-o a.gif --encoder-quality 50", "--encoder-quality applies only to .jpg, .mp4 and .html"),
         ("-o a_##.gif", "remove the frame number"),
         ("-o a.mp4 --background transparent", "MP4 has no transparency"),
         ("-o a.mp4 --no-background", "MP4 has no transparency"),

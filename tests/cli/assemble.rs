@@ -130,9 +130,9 @@ fn invalid_arguments_are_one_line() {
     let folder = three_frames();
     expect_line(&assemble(folder.path(), "f -o a.avi"), 2, "must end in .gif, .apng, .webp, .mp4 or .html");
     expect_line(
-        &assemble(folder.path(), "f -o a.gif --quality 50"),
+        &assemble(folder.path(), "f -o a.gif --encoder-quality 50"),
         2,
-        "--quality applies only to .webp, .mp4 and .html",
+        "--encoder-quality applies only to .webp, .mp4 and .html",
     );
     expect_line(
         &assemble(folder.path(), "f -o a.gif --direction cw"),

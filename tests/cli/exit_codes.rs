@@ -65,10 +65,10 @@ fn wrong_command_lines_are_exit_2() {
         (vec!["render", scene, "-o", "a.jpg", "--depth", "16"], "JPEG has 8 bits"),
         (vec!["render", scene, "-o", "a.webp", "--depth", "16"], "WebP has 8 bits"),
         (
-            vec!["render", scene, "-o", "a.webp", "--quality", "50"],
-            "--quality applies only to .jpg, .mp4 and .html",
+            vec!["render", scene, "-o", "a.webp", "--encoder-quality", "50"],
+            "--encoder-quality applies only to .jpg, .mp4 and .html",
         ),
-        (vec!["render", scene, "-o", "a.jpg", "--quality", "0"], "1..=100"),
+        (vec!["render", scene, "-o", "a.jpg", "--encoder-quality", "0"], "1..=100"),
         (vec!["render", scene, "-o", "-", "--aov", "depth"], "standard output takes one image"),
         (vec!["render", scene, scene, "-o", "a.png"], "{stem}"),
         (vec!["render", scene, "--aov", "depht"], "depht"),

@@ -55,8 +55,11 @@ fn jpeg_and_webp_match_png() {
             png.to_rgb8().iter().zip(jpeg.iter()).map(|(a, b)| f64::from(a.abs_diff(*b))).sum::<f64>();
         apart / jpeg.len() as f64
     };
-    let (low, usual, high) =
-        (error("l.jpg", "--quality 20"), error("a.JPEG", ""), error("h.jpg", "--quality 100"));
+    let (low, usual, high) = (
+        error("l.jpg", "--encoder-quality 20"),
+        error("a.JPEG", ""),
+        error("h.jpg", "--encoder-quality 100"),
+    );
     assert!(high < 1.0 && high < usual && usual < 3.0 && usual < low, "{high} {usual} {low}");
     let bytes = |name: &str| std::fs::read(dir.path().join(name)).unwrap();
     assert!(bytes("a.JPEG").starts_with(b"\xff\xd8\xff") && bytes("a.webp").starts_with(b"RIFF"));

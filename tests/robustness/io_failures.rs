@@ -38,7 +38,7 @@ fn a_full_disk_leaves_no_partial_file() {
     for (out, flags) in [
         ("a.png", ""),
         ("a.exr", ""),
-        ("a.jpg", "--quality 100"),
+        ("a.jpg", "--encoder-quality 100"),
         ("a.webp", ""),
         ("a.exr", "--aov depth,normal"),
     ] {

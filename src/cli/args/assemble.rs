@@ -27,7 +27,7 @@ pub struct AssembleArgs {
     pub r#loop: LoopArg,
     /// Quality of .webp (100 is lossless), .mp4 and .html, from 1 to 100 [default: 90]
     #[arg(long, value_name = "Q", value_parser = clap::value_parser!(u8).range(1..=100), help_heading = "Output")]
-    pub quality: Option<u8>,
+    pub encoder_quality: Option<u8>,
     /// Direction in which the frames turn, seen from above; dragging in an .html follows it [default: ccw]
     #[arg(long, value_enum, help_heading = "Turntable")]
     pub direction: Option<DirectionArg>,

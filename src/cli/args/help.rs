@@ -12,7 +12,7 @@ use super::root::Cli;
 
 /// Options on the screens of commands that have more than `MAX_LISTED`.
 const COMMON: &str = "\
-    output json quality resume aov size samples background exposure view camera view-point look-at yfov orbit zoom \
+    output json resume aov size quality samples background exposure camera view-point look-at yfov orbit zoom \
     lights point-light sun light-radius ao ground kd ks hide time frames fps count only chunk turn axis port open \
     elevation views threads config report quiet";
 const MAX_LISTED: usize = 20;

@@ -29,7 +29,7 @@ pub struct OutputArgs {
     pub depth: Option<String>,
     /// Quality of .jpg, .mp4 and .html, from 1 to 100 [default: 90]
     #[arg(long, value_name = "Q", value_parser = clap::value_parser!(u8).range(1..=100))]
-    pub quality: Option<u8>,
+    pub encoder_quality: Option<u8>,
     /// Repeat the animation or play it once (for .mp4, the player decides) [default: forever]
     #[arg(long, value_enum)]
     pub r#loop: Option<LoopArg>,

@@ -72,7 +72,7 @@ pub fn assemble_args(output: &AnimationOutput) -> Vec<String> {
         args.push("--loop=once".into());
     }
     if format.has_quality() {
-        args.push(format!("--quality={quality}"));
+        args.push(format!("--encoder-quality={quality}"));
     }
     if clockwise && format == AnimationFormat::Html {
         args.push("--direction=cw".into());

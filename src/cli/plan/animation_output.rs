@@ -49,7 +49,7 @@ impl AnimationOutput {
             format,
             fps: sequence.fps.unwrap_or(DEFAULT_FPS),
             loops: args.r#loop != Some(LoopArg::Once),
-            quality: args.quality.unwrap_or(ANIMATION_QUALITY),
+            quality: args.encoder_quality.unwrap_or(ANIMATION_QUALITY),
             clockwise: sequence.clockwise,
         })
     }
@@ -86,8 +86,8 @@ fn check_options(
     if args.depth.as_deref().is_some_and(|depth| depth != "8") {
         return Err("an animation has 8 bits per channel; remove --depth".into());
     }
-    if args.quality.is_some() && !format.has_quality() {
-        return Err("--quality applies only to .jpg, .mp4 and .html; remove it".into());
+    if args.encoder_quality.is_some() && !format.has_quality() {
+        return Err("--encoder-quality applies only to .jpg, .mp4 and .html; remove it".into());
     }
     check_animation(format, sequence.fps.unwrap_or(DEFAULT_FPS), options)
 }

@@ -282,10 +282,14 @@ fn image_kind(name: &str, args: &OutputArgs, options: &Options) -> Result<Output
             )));
         }
     };
-    if let Some(value) = args.quality {
+    if let Some(value) = args.encoder_quality {
         match &mut format {
             ImageFormat::Jpeg(quality) => *quality = value,
-            _ => return Err(UsageError("--quality applies only to .jpg, .mp4 and .html; remove it".into())),
+            _ => {
+                return Err(UsageError(
+                    "--encoder-quality applies only to .jpg, .mp4 and .html; remove it".into(),
+                ));
+            }
         }
     }
     if options.fixed_background() == Background::Transparent && matches!(format, ImageFormat::Jpeg(_)) {

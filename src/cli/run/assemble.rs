@@ -28,8 +28,8 @@ pub fn run(args: &AssembleArgs) -> Result<Summary, UsageError> {
     let Some(format) = AnimationFormat::from_path(output) else {
         return Err(UsageError(format!("-o {name}: the name must end in .gif, .apng, .webp, .mp4 or .html")));
     };
-    if args.quality.is_some() && !format.has_quality() {
-        return Err(UsageError("--quality applies only to .webp, .mp4 and .html; remove it".into()));
+    if args.encoder_quality.is_some() && !format.has_quality() {
+        return Err(UsageError("--encoder-quality applies only to .webp, .mp4 and .html; remove it".into()));
     }
     if args.direction.is_some() && format != AnimationFormat::Html {
         return Err(UsageError("--direction applies only to .html; remove it".into()));
@@ -63,7 +63,7 @@ fn assemble(args: &AssembleArgs, format: AnimationFormat, reporter: &Reporter) -
         height: first_frame.height,
         fps: args.fps,
         repeat: args.r#loop == LoopArg::Forever,
-        quality: args.quality.unwrap_or(ANIMATION_QUALITY),
+        quality: args.encoder_quality.unwrap_or(ANIMATION_QUALITY),
         overwrite: if args.no_overwrite { Overwrite::No } else { Overwrite::Yes },
         clockwise: args.direction == Some(DirectionArg::Cw),
     };

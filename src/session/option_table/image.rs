@@ -14,6 +14,8 @@ const FILTERS: Choices<PixelFilter, 4> = [
     ("gaussian", PixelFilter::Gaussian),
     ("blackman-harris", PixelFilter::BlackmanHarris),
 ];
+/// Samples and diffuse bounces.
+const QUALITIES: Choices<(u32, u8), 3> = [("draft", (4, 2)), ("standard", (16, 4)), ("final", (128, 8))];
 const DENOISING: Choices<Denoise, 3> = [("auto", Denoise::Auto), ("on", Denoise::On), ("off", Denoise::Off)];
 const VIEW_TRANSFORMS: Choices<Option<ViewTransform>, 5> = [
     ("auto", None),
@@ -23,7 +25,7 @@ const VIEW_TRANSFORMS: Choices<Option<ViewTransform>, 5> = [
     ("raw", Some(ViewTransform::Raw)),
 ];
 
-pub static IMAGE: [OptionDef; 15] = [
+pub static IMAGE: [OptionDef; 16] = [
     OptionDef {
         name: "size",
         alias: Some("resolution"),
@@ -49,6 +51,23 @@ pub static IMAGE: [OptionDef; 15] = [
         default: Some("4"),
         help: "Samples per pixel; a single sample is at the pixel's centre",
         effect: Effect::Value(|options, text| store(&mut options.samples, whole(text, 1..=65_536))),
+        ..BASE
+    },
+    OptionDef {
+        name: "quality",
+        value_name: "QUALITY",
+        choices: &names(&QUALITIES),
+        help: "Samples and bounced light together: draft (`samples 4`, `indirect 2`), standard (`samples 16`, \
+               `indirect 4`) or final (`samples 128`, `indirect 8`)\n\n\
+               `samples` or `indirect` beside it takes precedence.",
+        conflicts: &["ao"],
+        presets: &["samples", "indirect"],
+        effect: Effect::Value(|options, text| {
+            let mut quality = (options.samples, options.indirect);
+            choose(&mut quality, text, &QUALITIES)?;
+            (options.samples, options.indirect) = quality;
+            Ok(())
+        }),
         ..BASE
     },
     OptionDef {

@@ -40,6 +40,8 @@ pub struct OptionDef {
     pub conflicts: &'static [&'static str],
     /// An option without which this one makes no sense.
     pub requires: Option<&'static str>,
+    /// Options that this one sets, unless they are set beside it.
+    pub presets: &'static [&'static str],
     /// Sets the option.
     pub effect: Effect,
 }
@@ -107,6 +109,7 @@ impl OptionDef {
         is_repeatable: false,
         conflicts: &[],
         requires: None,
+        presets: &[],
         effect: Effect::Flag(|_| ()),
     };
 

@@ -149,7 +149,8 @@ fn special_characters_in_names_are_quoted() {
 fn a_script_submits_itself_and_its_assembly() {
     let (_dir, at) = folder();
     fs::copy(model("tests/cube.obj"), at.join("cube.obj")).unwrap();
-    let work = format!("turntable cube.obj {SMALL} --count 7 -o spin.mp4 --fps 12 --quality 80 --loop once");
+    let work =
+        format!("turntable cube.obj {SMALL} --count 7 -o spin.mp4 --fps 12 --encoder-quality 80 --loop once");
     runs(&at, &format!("job slurm --chunk-size 3 -o jobs/job.sh {work}"));
     let script = fs::read_to_string(at.join("jobs/job.sh")).unwrap();
     assert!(script.contains("\n#SBATCH --array=1-3%100\n#SBATCH --requeue\n"), "{script}");
@@ -159,7 +160,7 @@ fn a_script_submits_itself_and_its_assembly() {
     let waits = ["--parsable", "--dependency=afterok:1", "--kill-on-invalid-dep=yes", "--partition=a b"];
     assert_eq!(assembly.words, waits);
     let text = assembly.script.replace('\'', "");
-    assert!(text.contains("--fps=12 --loop=once --quality=80 --strict"), "{text}");
+    assert!(text.contains("--fps=12 --loop=once --encoder-quality=80 --strict"), "{text}");
     // A job of frames without an animation needs no dependent job.
     runs(&at, &format!("job slurm -o frames.sh turntable cube.obj {SMALL} --count 7"));
     assert_eq!(submit(&at, "frames.sh", &[]).len(), 1);
