@@ -49,7 +49,7 @@ pub use animation::pose::{PoseSettings, pose};
 pub use animation::posed_scene::{PosedInstance, PosedScene};
 pub use area_light::{AreaLight, AreaLightShape, PosedAreaLight};
 pub use camera::{Camera, ClipPlanes, Projection};
-pub use environment::{CubeMap, Environment, Panorama, SkyIrradiance};
+pub use environment::{CubeMap, Environment, Panorama, SkyIrradiance, SourceDirection};
 pub use file_camera::{FileCamera, FileProjection, SensorFit};
 pub use file_digest::FileDigest;
 pub use file_digest::HashingReader;

@@ -198,7 +198,7 @@ impl Lighting {
             && sets.contains(&LightSet::File);
         let source = if uses_file_environment { &posed.scene.environment } else { &self.environment };
         let environment = source.clone().map(|environment| self.adjust(environment));
-        rig.sky = environment.as_ref().map(Environment::irradiance);
+        rig.sky = environment.as_ref().map(Environment::ambient_irradiance);
         rig.environment = if environment.is_some() {
             environment
         } else if sets.contains(&LightSet::ThreePoint) {

@@ -415,7 +415,7 @@ fn turn_light<'f>(mut frame: Frame<'f>, rotation: &LightRotation) -> Frame<'f> {
         let turned = |map: Environment| map.rotated_about_y(environment);
         frame.environment = frame.environment.map(turned);
         frame.background = frame.background.map(turned);
-        frame.sky = frame.environment.as_ref().map(Environment::irradiance);
+        frame.sky = frame.environment.as_ref().map(Environment::ambient_irradiance);
     }
     frame
 }

@@ -7,6 +7,7 @@
 //! - `determinism`: the same bytes on any number of threads, tile size, BVH preset and SIMD level
 //! - `empty_tile_culling`: tiles that no ray can hit trace none
 //! - `environment`: environments as the background, and as light that ambient occlusion finds
+//! - `environment_sources`: light and shadows of the sun of an environment
 //! - `ggx_materials`: physical materials against the GGX surface that they stand for
 //! - `golden`: reference images of each shading term and each model
 //! - `lecture`: every row of the lecture's formulas
@@ -32,6 +33,7 @@ mod denoise;
 mod determinism;
 mod empty_tile_culling;
 mod environment;
+mod environment_sources;
 mod ggx_materials;
 mod golden;
 mod lecture;

@@ -94,8 +94,8 @@ fn environment_maps_are_limited_in_bytes_pixels_and_memory() {
         let cases: [(u64, fn(&mut Limits, u64)); 3] = [
             (bytes, |l, n| l.file_bytes = n),
             (pixels, |l, n| l.image_pixels = n),
-            // The file, and four floats per pixel in the decoder and in its output.
-            (bytes + pixels * 32, |l, n| l.memory_bytes = n),
+            // The file, and per pixel eight floats in the decoder and in its output, and six for light sources.
+            (bytes + pixels * 56, |l, n| l.memory_bytes = n),
         ];
         for (most, set) in cases {
             let with = |allowed: u64| {

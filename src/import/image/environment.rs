@@ -13,6 +13,9 @@ use blinn_scene::{Environment, Panorama};
 const MAX_PIXELS: u64 = 1 << 27;
 /// Peak bytes per pixel: three floats, a reduced copy, the mip levels, and a decoder's blocks.
 const PIXEL_BYTES: u64 = 32;
+/// Bytes per pixel for light sources and a copy without them, of the map or its reduction to about so many pixels.
+const SOURCE_PIXEL_BYTES: u64 = 24;
+const MAX_SOURCE_PIXELS: u64 = 1 << 21;
 /// Width minus twice the height, at most: some programs round one of them. Small maps are exact.
 const MAX_DIFFERENCE: u64 = 2;
 /// Height for each texel of difference.
@@ -88,7 +91,8 @@ fn check_size(width: u64, height: u64, budget: &MemoryBudget, limits: &Limits) -
             "an equirectangular environment map must be twice as wide as high, not {width}x{height}"
         )));
     }
-    budget.charge(pixels * PIXEL_BYTES).map_err(MapError::Limit)
+    let bytes = pixels * PIXEL_BYTES + pixels.min(MAX_SOURCE_PIXELS) * SOURCE_PIXEL_BYTES;
+    budget.charge(bytes).map_err(MapError::Limit)
 }
 
 #[cfg(test)]

@@ -29,12 +29,18 @@ pub(crate) fn occlude_ambient(
 ) {
     let environment = frame.ambient_environment();
     let counts = ray_counts(frame, settings, batch, states, stream);
-    let estimator =
-        AmbientEstimator { frame, environment, batch, stream, distance: settings.distance, counts };
+    let estimator = AmbientEstimator {
+        frame,
+        environment: environment.as_ref(),
+        batch,
+        stream,
+        distance: settings.distance,
+        counts,
+    };
     let estimates = estimator.trace(buffers);
     let counts = estimator.counts;
     let lit = || (0..counts.len()).filter(|&i| counts[i] > 0);
-    let arriving = environment.map(|environment| {
+    let arriving = environment.as_ref().map(|environment| {
         let estimate = |i: usize| OcclusionEstimate {
             pixel: stream.samples[batch.points[i].path].pixel,
             unoccluded: environment.diffuse(batch.n(i).as_vec3()),

@@ -13,8 +13,10 @@ use crate::integrator::block_lobes::{MIN_IMPORTANCE, survival_probability};
 use crate::integrator::compositor::Compositor;
 use crate::integrator::diffuse_rays::DiffuseBounce;
 use crate::integrator::direct_light::IncidentLight;
-use crate::integrator::emitters::{EmitterPoint, Emitters};
+use crate::integrator::emitters::Emitters;
+use crate::integrator::environment_lighting::apply_source_visibility;
 use crate::integrator::frame::Frame;
+use crate::integrator::light_points::{LightPoints, SampleAreaLight};
 use crate::integrator::material::ggx::{MIRROR_ALPHA, NARROW_ALPHA};
 use crate::integrator::material::highlight_lobe::reflection_pdf;
 use crate::integrator::microfacet_highlights::{LobeWeights, add_weighted_highlights};
@@ -23,13 +25,13 @@ use crate::integrator::sample::{SampleDimension, SampleStream};
 use crate::integrator::shading_batch::ShadingBatch;
 use crate::integrator::shadow_rays::{ShadowBuffers, apply_specular_visibility, apply_visibility};
 use crate::integrator::surface::point_block::PointBlock;
-use crate::integrator::surface::soa::{LANES, ZERO3_F32, set3, vec3};
+use crate::integrator::surface::soa::{LANES, ZERO3_F32, vec3};
 use blinn_accel::Coherence;
-use blinn_core::geometry::{Rgb, concentric_disc};
+use blinn_core::geometry::Rgb;
 use blinn_core::simd::AutovecKernel;
-use blinn_scene::{AreaLightShape, PosedAreaLight, PosedScene};
+use blinn_scene::{Environment, PosedAreaLight};
 
-/// Adds the light of all area lights and glowing surfaces to the points of a batch.
+/// Adds the light of all area lights, glowing surfaces and light sources of the environment to the points of a batch.
 pub(crate) fn add_area_lights(
     frame: &Frame,
     compositor: &Compositor,
@@ -38,39 +40,50 @@ pub(crate) fn add_area_lights(
     terms: LightTerms,
     shadow: &mut ShadowBuffers,
 ) {
-    let sources = frame.area_lights.len() + usize::from(frame.emitters.is_some());
-    if sources == 0 || batch.points.is_empty() {
+    let sources = Source::all(frame);
+    if sources.is_empty() || batch.points.is_empty() {
         return;
     }
     let probabilities: Vec<SpawnProbabilities> = (0..batch.points.len())
         .step_by(LANES)
         .map(|first| SpawnProbabilities::new(frame, compositor, batch, first, stream.wave))
         .collect();
-    for source in 0..sources {
+    for (index, source) in sources.into_iter().enumerate() {
         shadow.rays.clear();
         shadow.traced_rays.clear();
         shadow.traced_rays.coherence = Coherence::None;
-        let dimension = SampleDimension::Light(frame.lights.len() + source);
+        let dimension = SampleDimension::Light(frame.lights.len() + index);
+        // Of eye rays, whose noise is seen.
+        let exact_environment = source.environment().filter(|_| stream.wave == 0);
+        let terms = LightTerms {
+            has_specular: terms.has_specular && source.is_met_by_rays(),
+            has_shadow_catcher: terms.has_shadow_catcher && exact_environment.is_none(),
+            ..terms
+        };
         let mut incident = IncidentLight::ZERO;
         let mut points = LightPoints::ZERO;
         for (first, spawn) in (0..batch.points.len()).step_by(LANES).zip(&probabilities) {
             let count = LANES.min(batch.points.len() - first);
             let u = points_of_block(frame, batch, stream, dimension, first, count);
-            match (frame.area_lights.get(source), &frame.emitters) {
-                (Some(light), _) => frame.simd().run(SampleAreaLight { light, u: &u, points: &mut points }),
-                (None, Some(emitters)) => {
+            let (block, _) = batch.soa.lane(first);
+            match source {
+                Source::Area(light) => {
+                    frame.simd().run(SampleAreaLight { light, u: &u, points: &mut points });
+                }
+                Source::Emitters(emitters) => {
                     let choice = SampleDimension::EmitterChoice;
                     let choice = points_of_block(frame, batch, stream, choice, first, count)[0];
-                    let (block, _) = batch.soa.lane(first);
                     points.sample_emitters(frame.posed, emitters, block, count, &choice, &u);
                 }
-                (None, None) => {}
+                Source::Environment(environment) => {
+                    points.sample_environment(frame.posed, environment, block, count, &u);
+                }
             }
             let (block, _) = batch.soa.lane_mut(first);
             frame.simd().run(AddLightPoints {
                 block,
                 points: &points,
-                spawn,
+                spawn: if source.is_met_by_rays() { spawn } else { &SpawnProbabilities::NONE },
                 terms,
                 incident: &mut incident,
             });
@@ -84,15 +97,52 @@ pub(crate) fn add_area_lights(
         if terms.has_shadows {
             shadow.trace(frame);
             block_by_ground(frame, shadow);
-            apply_visibility(batch, shadow);
-            if terms.is_split {
-                apply_specular_visibility(batch, shadow);
+        } else {
+            shadow.rays.clear();
+        }
+        match exact_environment {
+            Some(environment) => {
+                apply_source_visibility(environment, batch, stream, shadow, frame.has_shadow_catcher());
             }
+            None => apply_visibility(batch, shadow),
+        }
+        if terms.is_split && terms.has_specular {
+            apply_specular_visibility(batch, shadow);
         }
         if terms.is_split {
             batch.soa.accumulate_noisy(true);
         }
         batch.soa.accumulate(frame.simd());
+    }
+}
+
+/// A light source with an extent, of which shadow rays sample points.
+#[derive(Clone, Copy)]
+enum Source<'a> {
+    Area(&'a PosedAreaLight),
+    Emitters(&'a Emitters),
+    /// The light sources of an environment. Diffuse rays that escape find the rest of it, and specular lobes all of it.
+    Environment(&'a Environment),
+}
+
+impl<'a> Source<'a> {
+    fn all(frame: &'a Frame) -> Vec<Source<'a>> {
+        let area_lights = frame.area_lights.iter().map(Source::Area);
+        let emitters = frame.emitters.as_deref().map(Source::Emitters);
+        let environment = frame.environment_sources().map(Source::Environment);
+        area_lights.chain(emitters).chain(environment).collect()
+    }
+
+    /// True if secondary rays find the light of the source as well.
+    fn is_met_by_rays(&self) -> bool {
+        !matches!(self, Source::Environment(_))
+    }
+
+    fn environment(&self) -> Option<&'a Environment> {
+        match self {
+            Source::Environment(environment) => Some(environment),
+            _ => None,
+        }
     }
 }
 
@@ -145,6 +195,9 @@ struct SpawnProbabilities {
 }
 
 impl SpawnProbabilities {
+    const NONE: SpawnProbabilities =
+        SpawnProbabilities { diffuse: [0.0; LANES], facets: [0.0; LANES], coats: [0.0; LANES] };
+
     fn new(
         frame: &Frame,
         compositor: &Compositor,
@@ -152,8 +205,7 @@ impl SpawnProbabilities {
         first: usize,
         wave: u32,
     ) -> SpawnProbabilities {
-        let mut probabilities =
-            SpawnProbabilities { diffuse: [0.0; LANES], facets: [0.0; LANES], coats: [0.0; LANES] };
+        let mut probabilities = SpawnProbabilities::NONE;
         let states = compositor.rays.states;
         for i in first..batch.points.len().min(first + LANES) {
             let (block, lane) = batch.soa.lane(i);
@@ -179,73 +231,6 @@ impl SpawnProbabilities {
             probabilities.coats[lane] = probability(Rgb::splat(block.k_r_coat[lane]), layers.coat_alpha);
         }
         probabilities
-    }
-}
-
-/// A random point of a light source for each point of a block.
-struct LightPoints {
-    p: [[f32; LANES]; 3],
-    /// Unit normals of the side that emits.
-    normal: [[f32; LANES]; 3],
-    radiance: [[f32; LANES]; 3],
-    /// 1 over the density of the point per square metre.
-    area: [f32; LANES],
-}
-
-impl LightPoints {
-    const ZERO: LightPoints = LightPoints {
-        p: [[0.0; LANES]; 3],
-        normal: [[0.0; LANES]; 3],
-        radiance: [[0.0; LANES]; 3],
-        area: [0.0; LANES],
-    };
-
-    /// Samples the glowing surfaces for the first `count` points of a block.
-    fn sample_emitters(
-        &mut self,
-        posed: &PosedScene,
-        emitters: &Emitters,
-        block: &PointBlock,
-        count: usize,
-        choice: &[f32; LANES],
-        u: &[[f32; LANES]; 2],
-    ) {
-        for i in 0..LANES {
-            let sampled = (i < count)
-                .then(|| emitters.sample(posed, vec3(&block.p, i), choice[i], [u[0][i], u[1][i]]))
-                .flatten();
-            let Some(EmitterPoint { p, normal, radiance, area }) = sampled else {
-                set3(&mut self.radiance, i, [0.0; 3]);
-                continue;
-            };
-            set3(&mut self.p, i, p.to_array());
-            set3(&mut self.normal, i, normal.to_array());
-            set3(&mut self.radiance, i, radiance.to_array());
-            self.area[i] = area;
-        }
-    }
-}
-
-/// Samples the points of an area light uniformly.
-struct SampleAreaLight<'a> {
-    light: &'a PosedAreaLight,
-    u: &'a [[f32; LANES]; 2],
-    points: &'a mut LightPoints,
-}
-
-impl AutovecKernel for SampleAreaLight<'_> {
-    #[inline(always)]
-    fn run(self) {
-        let SampleAreaLight { light, u, points } = self;
-        let area = light.area();
-        for i in 0..LANES {
-            let at = point_of_shape(light.shape, [u[0][i], u[1][i]]);
-            let p = light.centre + light.half_x * at[0] + light.half_y * at[1];
-            set3(&mut points.p, i, p.to_array());
-            set3(&mut points.normal, i, light.normal.to_array());
-            set3(&mut points.radiance, i, light.radiance.to_array());
-            points.area[i] = area;
-        }
     }
 }
 
@@ -311,15 +296,6 @@ impl AutovecKernel for AddLightPoints<'_> {
         if terms.has_shadow_catcher {
             block.accumulate_unshadowed();
         }
-    }
-}
-
-/// The point of a light's shape, from −1 to 1 along both of its axes, for a point of the unit square.
-#[inline(always)]
-fn point_of_shape(shape: AreaLightShape, u: [f32; 2]) -> [f32; 2] {
-    match shape {
-        AreaLightShape::Rect => [2.0 * u[0] - 1.0, 2.0 * u[1] - 1.0],
-        AreaLightShape::Disk => concentric_disc(u).as_vec2().to_array(),
     }
 }
 

@@ -13,6 +13,7 @@ use crate::integrator::sample::{SampleDimension, SampleStream};
 use crate::integrator::shading_batch::ShadingBatch;
 use crate::integrator::surface::soa::{dvec3, vec3};
 use blinn_core::geometry::{Rgb, cosine_hemisphere};
+use glam::Vec3;
 
 /// Russian roulette: paths of less importance go on with a probability in proportion to it.
 const ROULETTE_IMPORTANCE: f32 = 0.5;
@@ -58,6 +59,11 @@ pub(crate) fn spawn_diffuse_rays(
     wave: &mut Wave,
 ) {
     let states = compositor.rays.states;
+    let environment = frame.ambient_environment();
+    let beyond = |d: Vec3, solid_angle: f32| match &environment {
+        Some(environment) => environment.radiance(d, solid_angle),
+        None => frame.ambient_radiance(),
+    };
     for (i, point) in batch.points.iter().enumerate() {
         let Some(bounce) = DiffuseBounce::new(compositor, batch, i, stream.wave) else { continue };
         let Some(state) = states.get(point.path) else { continue };
@@ -78,8 +84,8 @@ pub(crate) fn spawn_diffuse_rays(
         let direction = mirrored_to_side(l, n_g);
         let solid_angle = lookup_solid_angle(n.dot(l), stream.sampler.count);
         let arrives = arrives / survival;
-        let unoccluded = frame
-            .ambient_environment()
+        let unoccluded = environment
+            .as_ref()
             .filter(|_| stream.wave == 0)
             .map(|environment| arrives * environment.diffuse(n.as_vec3()));
         let (origin, source) = batch.offset_origin(i, direction);
@@ -97,7 +103,7 @@ pub(crate) fn spawn_diffuse_rays(
             weight: arrives,
             escape_weight: arrives,
             max_light: f32::INFINITY,
-            escape: Escape::Radiance(frame.ambient_radiance(direction.as_vec3(), solid_angle)),
+            escape: Escape::Radiance(beyond(direction.as_vec3(), solid_angle)),
             unoccluded,
             direction: direction.as_vec3(),
             source,

@@ -36,7 +36,7 @@ pub struct Frame<'a> {
     pub emitters: Option<Arc<Emitters>>,
     /// The lecture's I_a.
     pub ambient: Rgb,
-    /// Replaces I_a by the light of a sky, which depends on the normal: the irradiance of `environment`.
+    /// Replaces I_a by the light of a sky, which depends on the normal: the ambient irradiance of `environment`.
     pub sky: Option<SkyIrradiance>,
     /// The radiance of the same light from infinitely far away, which specular lobes and escaping rays meet, in the scene's
     /// coordinates; `None` is black.
@@ -174,7 +174,15 @@ impl<'a> Frame<'a> {
 
     /// True if random estimators find the light of sources with an area, or indirect light.
     pub(crate) fn has_area_sources(&self) -> bool {
-        self.indirect > 0 || self.emitters.is_some() || !self.area_lights.is_empty()
+        self.indirect > 0
+            || self.emitters.is_some()
+            || !self.area_lights.is_empty()
+            || self.environment_sources().is_some()
+    }
+
+    /// The environment, if it lights surfaces and has light sources.
+    pub(crate) fn environment_sources(&self) -> Option<&Environment> {
+        self.environment.as_ref().filter(|environment| self.sky.is_some() && environment.has_light_sources())
     }
 
     /// True if a metal may reflect in a lobe that is wider than a mirror's.
@@ -203,24 +211,15 @@ impl<'a> Frame<'a> {
         (self.ambient_occlusion.is_some() || self.indirect > 0) && self.environment.is_some()
     }
 
-    /// Returns the light that diffuse rays meet which pass the scene from direction `d`, averaged over `solid_angle`.
-    pub(crate) fn ambient_radiance(&self, d: Vec3, solid_angle: f32) -> Rgb {
-        match self.ambient_environment() {
-            Some(environment) => environment.radiance(d, solid_angle),
-            None => self.sky.map_or(self.ambient, |_| self.environment_mean()),
-        }
+    /// The light that diffuse rays meet which pass the scene, where it is the same in all directions.
+    pub(crate) fn ambient_radiance(&self) -> Rgb {
+        self.sky.map_or(self.ambient, |_| self.environment.as_ref().map_or(Rgb::ZERO, Environment::mean))
     }
 
-    /// The radiance of a uniform environment.
-    fn environment_mean(&self) -> Rgb {
-        self.environment.as_ref().map_or(Rgb::ZERO, Environment::mean)
-    }
-
-    /// The environment that the ambient light comes from, unless it is a constant I_a.
-    pub(crate) fn ambient_environment(&self) -> Option<&Environment> {
-        self.environment
-            .as_ref()
-            .filter(|environment| self.sky.is_some() && environment.as_uniform().is_none())
+    /// The environment that the ambient light comes from, without its light sources, unless it is a constant I_a.
+    pub(crate) fn ambient_environment(&self) -> Option<Environment> {
+        let environment = self.environment.as_ref().filter(|_| self.sky.is_some())?;
+        environment.as_uniform().is_none().then(|| environment.ambient_part())
     }
 
     /// True if surfaces reflect and refract their surroundings. Any override of coefficients turns that off: glass is then

@@ -35,6 +35,11 @@ impl DiffuseTable {
         DiffuseTable((0..6 * VERTICES * VERTICES).map(irradiance).collect())
     }
 
+    /// Sums lights, each with a unit direction and its irradiance across it.
+    pub fn of_lights(lights: &[(Vec3, Rgb)]) -> DiffuseTable {
+        DiffuseTable((0..6 * VERTICES * VERTICES).map(|k| irradiance(lights, direction(k))).collect())
+    }
+
     /// Returns the irradiance over π for the normal `n` of any length, linear between vertices.
     pub fn irradiance(&self, n: Vec3) -> Rgb {
         let a = n.abs();
@@ -55,6 +60,12 @@ impl DiffuseTable {
         };
         row(j).lerp(row(j + 1), fy)
     }
+}
+
+/// The irradiance over π for the unit normal `n` of lights, each with a unit direction and its irradiance across it.
+pub(super) fn irradiance(lights: &[(Vec3, Rgb)], n: Vec3) -> Rgb {
+    let sum: Rgb = lights.iter().map(|&(l, e)| e * n.dot(l).max(0.0)).sum();
+    sum * std::f32::consts::FRAC_1_PI
 }
 
 /// The unit direction of a vertex.

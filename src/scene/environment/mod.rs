@@ -5,6 +5,7 @@ mod cube_map;
 mod diffuse;
 mod irradiance;
 mod kernel;
+mod light_sources;
 mod octahedral;
 mod panorama;
 mod prefiltered;
@@ -22,6 +23,8 @@ use blinn_core::geometry::Rgb;
 pub use cube_map::CubeMap;
 use diffuse::DiffuseTable;
 pub use irradiance::SkyIrradiance;
+pub use light_sources::SourceDirection;
+use light_sources::{LightSources, SourceIrradiance};
 use octahedral::to_square;
 pub use panorama::Panorama;
 use pyramid::{Level, Pyramid};
@@ -30,6 +33,8 @@ use pyramid::{Level, Pyramid};
 const MAX_PANORAMA_WIDTH: u32 = 8192;
 /// Maximum number of texels on a side of the finest mip level.
 const MAX_PYRAMID_SIDE: usize = 1024;
+/// The same without light sources, of which only wide lookups are made.
+const MAX_AMBIENT_SIDE: usize = 256;
 /// Mip level from which on the panorama itself is looked up.
 const SHARP_LEVEL: f32 = -1.0;
 /// Number of maps that are averaged over reflected lobes.
@@ -60,10 +65,24 @@ struct EnvironmentMap {
     diffuse: OnceLock<DiffuseTable>,
     /// Averages over reflected lobes by α, each computed on first use.
     prefiltered: [OnceLock<Level>; PREFILTERED_MAPS],
+    /// The light sources in the map and the rest, if there are sources.
+    split: Option<SplitMap>,
     /// The first blurred map that was requested.
     blurred: OnceLock<BlurredMap>,
     /// Hash of the texels.
     digest: u128,
+}
+
+/// A map as the sum of its light sources and of the rest.
+#[derive(Clone)]
+struct SplitMap {
+    sources: LightSources,
+    /// The rest.
+    ambient: Arc<EnvironmentMap>,
+    /// Irradiance of the rest.
+    irradiance: SkyIrradiance,
+    /// Irradiance of the sources, computed on first use.
+    source_irradiance: OnceLock<SourceIrradiance>,
 }
 
 /// A map blurred by a width in radians.
@@ -203,22 +222,75 @@ impl Environment {
         }
     }
 
+    /// Returns true if some directions are much brighter than the rest: light sources, such as the sun or windows.
+    pub fn has_light_sources(&self) -> bool {
+        self.split().is_some()
+    }
+
+    /// Returns the direction to a light source for a point of the unit square: in proportion to the brightness of the sources.
+    /// `None` if there are none.
+    pub fn sample_light_sources(&self, u: [f32; 2]) -> Option<SourceDirection> {
+        let SourceDirection { direction, radiance, density } = self.split()?.sources.sample(u);
+        let direction = self.to_map.transpose() * direction;
+        Some(SourceDirection { direction, radiance: radiance * self.radiance, density })
+    }
+
+    /// Returns the irradiance over π that the light sources give to a surface with unit normal `n`; black without sources.
+    pub fn diffuse_of_light_sources(&self, n: Vec3) -> Rgb {
+        let Some(split) = self.split() else { return Rgb::ZERO };
+        // Not in parallel: threads would wait for each other inside of other work.
+        let irradiance = split.source_irradiance.get_or_init(|| SourceIrradiance::new(&split.sources));
+        irradiance.at(self.to_map * n) * self.radiance
+    }
+
+    /// Returns the environment without its light sources.
+    pub fn ambient_part(&self) -> Environment {
+        let Some(split) = self.split() else { return self.clone() };
+        Environment { map: Some(split.ambient.clone()), irradiance: split.irradiance, ..self.clone() }
+    }
+
+    /// Returns the irradiance of surfaces by their normal, without that of light sources.
+    pub fn ambient_irradiance(&self) -> SkyIrradiance {
+        let irradiance = self.split().map_or(self.irradiance, |split| split.irradiance);
+        irradiance.scaled(self.radiance).rotated(self.to_map_f64)
+    }
+
+    fn split(&self) -> Option<&SplitMap> {
+        self.map.as_ref()?.split.as_ref()
+    }
+
     /// Returns the irradiance of surfaces by their normal.
     pub fn irradiance(&self) -> SkyIrradiance {
         self.irradiance.scaled(self.radiance).rotated(self.to_map_f64)
     }
 }
 
+impl SplitMap {
+    fn new((sources, ambient): (LightSources, Panorama)) -> SplitMap {
+        let irradiance = SkyIrradiance::from_panorama(&ambient);
+        let side = pyramid_side(&ambient, MAX_AMBIENT_SIDE);
+        let pyramid = Pyramid::new(side, 3, |d| ambient.radiance(d));
+        let ambient = Arc::new(EnvironmentMap::new(None, pyramid));
+        SplitMap { sources, ambient, irradiance, source_irradiance: OnceLock::new() }
+    }
+}
+
+/// Number of texels on a side of the finest mip level of a panorama, up to `max`: texels are about twice as wide as the
+/// picture's.
+fn pyramid_side(panorama: &Panorama, max: usize) -> usize {
+    let side = (panorama.width() as usize / 4).clamp(16, max);
+    1 << side.ilog2()
+}
+
 impl EnvironmentMap {
     fn from_panorama(panorama: Panorama) -> EnvironmentMap {
-        // The finest level has texels about twice as wide as the picture's.
-        let side = (panorama.width() as usize / 4).clamp(16, MAX_PYRAMID_SIDE);
-        let side = 1 << side.ilog2();
+        let side = pyramid_side(&panorama, MAX_PYRAMID_SIDE);
         // The picture is filtered first to texels as wide as the samples are apart.
         let mut filtered = if panorama.width() >= 64 { panorama.halved() } else { panorama.clone() };
         filtered.blur_poles();
         let pyramid = Pyramid::new(side, 3, |d| filtered.radiance(d));
-        EnvironmentMap::new(Some(panorama), pyramid)
+        let split = LightSources::find(&panorama).map(SplitMap::new);
+        EnvironmentMap { split, ..EnvironmentMap::new(Some(panorama), pyramid) }
     }
 
     fn new(panorama: Option<Panorama>, pyramid: Pyramid) -> EnvironmentMap {
@@ -229,6 +301,7 @@ impl EnvironmentMap {
             pyramid,
             diffuse: OnceLock::new(),
             prefiltered: Default::default(),
+            split: None,
             blurred: OnceLock::new(),
         }
     }

@@ -99,6 +99,12 @@ impl Panorama {
         across(top).lerp(across(top + 1), y - top as f32)
     }
 
+    /// Returns the panorama with other texels.
+    pub(super) fn map_texels(&self, texel: impl Fn(Rgb) -> Rgb + Sync) -> Panorama {
+        let texels = self.texels.par_iter().map(|&old| texel(old.into()).to_array().map(valid_radiance));
+        Panorama::from_valid(self.width, self.height, texels.collect())
+    }
+
     /// Returns the panorama with half as many rows and columns: means weighted by solid angle. Odd sides lose their last
     /// texel to its neighbours.
     pub(super) fn halved(&self) -> Panorama {
@@ -128,7 +134,7 @@ impl Panorama {
     }
 
     /// The solid angle of a row of texels, as a share of the sphere.
-    fn row_solid_angle(&self, row: usize) -> f64 {
+    pub(super) fn row_solid_angle(&self, row: usize) -> f64 {
         let edge = |row: usize| libm::cos(PI * row as f64 / self.height as f64);
         0.5 * (edge(row) - edge(row + 1))
     }

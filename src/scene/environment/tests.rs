@@ -183,3 +183,100 @@ fn averages_are_the_same_at_every_simd_level() {
         }
     }
 }
+
+/// A dim sky with a gradient, and a sun of `radius` radians at azimuth 1 rad and elevation 0.6 rad.
+fn sunny(width: u32, radius: f64) -> (Panorama, Vec3) {
+    let height = width / 2;
+    let (sun_azimuth, sun_elevation) = (1.0f64, 0.6f64);
+    let direction = |azimuth: f64, elevation: f64| {
+        let (sin, cos) = azimuth.sin_cos();
+        Vec3::new((elevation.cos() * cos) as f32, elevation.sin() as f32, (elevation.cos() * sin) as f32)
+    };
+    let sun = direction(sun_azimuth, sun_elevation);
+    let texel = |i: u32| {
+        let (x, y) = (i % width, i / width);
+        let azimuth = ((f64::from(x) + 0.5) / f64::from(width) - 0.5) * std::f64::consts::TAU;
+        let elevation = (0.5 - (f64::from(y) + 0.5) / f64::from(height)) * std::f64::consts::PI;
+        let is_sun = f64::from(direction(azimuth, elevation).dot(sun)) > radius.cos();
+        if is_sun { [3000.0, 2500.0, 1500.0] } else { [0.2, 0.25, 0.3 + 0.1 * elevation as f32] }
+    };
+    (Panorama::new(width, height, (0..width * height).map(texel).collect()).unwrap(), sun)
+}
+
+fn grid(n: u32) -> impl Iterator<Item = [f32; 2]> {
+    let centre = move |i: u32| (i as f32 + 0.5) / n as f32;
+    (0..n * n).map(move |i| [centre(i % n), centre(i / n)])
+}
+
+#[test]
+fn environments_with_little_contrast_have_no_light_sources() {
+    for environment in
+        [Environment::from_panorama(gradient()), Environment::uniform(Rgb::ONE), Environment::studio()]
+    {
+        assert!(!environment.has_light_sources() && environment.sample_light_sources([0.5; 2]).is_none());
+        assert_eq!(environment.diffuse_of_light_sources(Vec3::Y), Rgb::ZERO);
+        assert!(environment.ambient_part() == environment);
+        assert!(environment.ambient_irradiance() == environment.irradiance());
+    }
+    let black = Panorama::new(4, 2, vec![[0.0; 3]; 8]).unwrap();
+    assert!(!Environment::from_panorama(black).has_light_sources());
+}
+
+#[test]
+fn light_sources_and_the_ambient_part_add_up_to_the_environment() {
+    // The wide one is halved before its sources are found.
+    for (width, radius) in [(512, 0.05), (2048, 0.0047), (4096, 0.01)] {
+        let (panorama, sun) = sunny(width, radius);
+        let rotation = DMat3::from_rotation_y(0.7) * DMat3::from_rotation_x(0.4);
+        let environment =
+            Environment::from_panorama(panorama).scaled(Rgb::new(1.0, 2.0, 3.0)).rotated(rotation);
+        let sun = rotation.as_mat3() * sun;
+        assert!(environment.has_light_sources());
+        let ambient = environment.ambient_part();
+        // Irradiance of surfaces that face the sun, and of others.
+        for n in [sun, (sun + Vec3::new(0.3, 1.0, -0.2)).normalize(), -sun, sun.any_orthonormal_vector()] {
+            let sample = |u: [f32; 2]| environment.sample_light_sources(u).unwrap();
+            let light = |u: [f32; 2]| {
+                let sample = sample(u);
+                assert!(sample.direction.dot(sun) > (radius + 0.02).cos() as f32, "{sample:?}");
+                sample.radiance * (sample.direction.dot(n).max(0.0) / sample.density)
+            };
+            let of_sources = grid(64).map(light).sum::<Rgb>() / (4096.0 * std::f32::consts::PI);
+            let scale = environment.diffuse(sun).max_element();
+            let is_near = |a: Rgb, b: Rgb| (a - b).abs().max_element() < 0.02 * scale;
+            let expected = environment.diffuse_of_light_sources(n);
+            assert!(is_near(of_sources, expected), "{n}: {of_sources} {expected}");
+            let [found, expected] = [of_sources + ambient.diffuse(n), environment.diffuse(n)];
+            assert!(is_near(found, expected), "{n}: {found} {expected}");
+        }
+        // The harmonics of the ambient part have no ringing from the sun.
+        let away = environment.ambient_irradiance().ambient(-sun.as_dvec3());
+        let exact = ambient.diffuse(-sun);
+        assert!((away - exact).abs().max_element() < 0.02 * exact.max_element(), "{away} {exact}");
+    }
+}
+
+#[test]
+fn light_sources_are_sampled_in_proportion_to_their_brightness() {
+    let mut texels = vec![[0.1; 3]; 64 * 32];
+    // Two lamps on one row, and one of half the radiance on another.
+    (texels[10 * 64 + 5], texels[10 * 64 + 40], texels[20 * 64 + 63]) =
+        ([200.0; 3], [400.0; 3], [0.0, 600.0, 0.0]);
+    let environment = Environment::from_panorama(Panorama::new(64, 32, texels).unwrap());
+    let mut counts = [0; 3];
+    let mut power: Vec<f32> = Vec::new();
+    for sample in grid(100).map(|u| environment.sample_light_sources(u).unwrap()) {
+        let lamp = match sample.radiance.to_array() {
+            [0.0, g, _] => usize::from(g > 590.0) * 2,
+            [r, ..] => usize::from(r > 300.0),
+        };
+        counts[lamp] += 1;
+        // The same light for each direction.
+        power.push(sample.radiance.element_sum() / sample.density);
+    }
+    assert!(power.iter().all(|p| (p / power[0] - 1.0).abs() < 1e-3));
+    let total: i32 = counts.iter().sum();
+    // Rows 10 and 20 have nearly the same solid angle.
+    let share = |i: usize| f64::from(counts[i]) / f64::from(total);
+    assert!((share(1) - 2.0 * share(0)).abs() < 0.02 && (share(2) - share(0)).abs() < 0.04, "{counts:?}");
+}
