@@ -97,7 +97,8 @@ impl<'a> Document<'a> {
         });
         let location = || format!("{}.extensions.{}", location(), compressed.name);
         let bytes = decompressed.as_ref().map_err(|message| LoadError::invalid(location(), message))?;
-        Ok(BufferView { bytes, stride: stride.or(compressed.attribute_stride()) })
+        let stride = compressed.packed_stride().or(stride).or(compressed.attribute_stride());
+        Ok(BufferView { bytes, stride })
     }
 
     /// Returns true if the end of the binary chunk is missing.

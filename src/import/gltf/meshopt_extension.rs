@@ -53,6 +53,11 @@ impl<'d> CompressedView<'d> {
         (self.mode == "ATTRIBUTES").then_some(self.stride as usize)
     }
 
+    /// The stride of elements that the filter packs, whatever the strides in the file.
+    pub fn packed_stride(&self) -> Option<usize> {
+        self.filter().ok().and_then(meshopt::packed_stride)
+    }
+
     /// Decompresses the view from its bytes.
     pub fn decompress(&self, bytes: &[u8]) -> Result<Vec<u8>, String> {
         let mode = match self.mode {
@@ -61,16 +66,19 @@ impl<'d> CompressedView<'d> {
             "INDICES" => Mode::Indices,
             other => return Err(format!("unknown mode '{}'", printable(other))),
         };
-        let filter = match self.filter {
+        let number = |n: u64| usize::try_from(n).map_err(|_| format!("{n} is too large"));
+        meshopt::decode(bytes, number(self.count)?, number(self.stride)?, mode, self.filter()?)
+    }
+
+    fn filter(&self) -> Result<Filter, String> {
+        Ok(match self.filter {
             "NONE" => Filter::None,
             "OCTAHEDRAL" => Filter::Octahedral,
             "QUATERNION" => Filter::Quaternion,
             "EXPONENTIAL" => Filter::Exponential,
             "COLOR" => Filter::Color,
             other => return Err(format!("unknown filter '{}'", printable(other))),
-        };
-        let number = |n: u64| usize::try_from(n).map_err(|_| format!("{n} is too large"));
-        meshopt::decode(bytes, number(self.count)?, number(self.stride)?, mode, filter)
+        })
     }
 }
 

@@ -20,10 +20,18 @@ pub(in super::super) enum Filter {
 pub(super) fn check_stride(filter: Filter, stride: usize) -> Decoded<()> {
     match (filter, stride) {
         (Filter::None | Filter::Exponential, _) => Ok(()),
-        (Filter::Octahedral | Filter::Color, 4 | 8) | (Filter::Quaternion, 8) => Ok(()),
+        (Filter::Octahedral | Filter::Color, 4 | 8) | (Filter::Quaternion, 8 | 16) => Ok(()),
         _ => Err("the meshopt filter does not support the stride"),
     }
 }
+
+/// Bytes of each element after a filter; `None` for those of the stream. Quaternions are packed whatever the stride is: from
+/// version 5.2 on, Blender gives that of four floats, and the rotations are the first half of what the stream decodes to.
+pub(in super::super) fn packed_stride(filter: Filter) -> Option<usize> {
+    (filter == Filter::Quaternion).then_some(QUATERNION_BYTES)
+}
+
+const QUATERNION_BYTES: usize = 8;
 
 /// Filters elements in place. The stride has been checked.
 pub(super) fn apply(filter: Filter, stride: usize, data: &mut [u8]) {
@@ -33,7 +41,10 @@ pub(super) fn apply(filter: Filter, stride: usize, data: &mut [u8]) {
         (Filter::Octahedral, _) => {
             map_words(data, |v| octahedral(v.map(|c| i32::from(c as i16)), 32767.0));
         }
-        (Filter::Quaternion, _) => map_words(data, |v| quaternion(v.map(|c| i32::from(c as i16)))),
+        (Filter::Quaternion, _) => {
+            let packed = data.len() / stride * QUATERNION_BYTES;
+            map_words(&mut data[..packed], |v| quaternion(v.map(|c| i32::from(c as i16))));
+        }
         (Filter::Exponential, _) => {
             for word in data.as_chunks_mut().0 {
                 *word = exponential(i32::from_le_bytes(*word)).to_le_bytes();

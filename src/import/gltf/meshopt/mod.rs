@@ -11,7 +11,7 @@ mod vertex;
 #[cfg(test)]
 mod tests;
 
-pub(super) use filter::Filter;
+pub(super) use filter::{Filter, packed_stride};
 use reader::Decoded;
 
 /// Bitstream of a compressed buffer view.

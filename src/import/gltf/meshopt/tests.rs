@@ -242,3 +242,15 @@ fn invalid_headers_and_layouts_are_errors() {
         assert!(error(&[0xa0; 99], 1, stride, Attributes, filter).contains("filter"));
     }
 }
+
+/// Blender 5.2 gives rotations the stride of four floats; the filter packs them into the first half.
+#[test]
+fn quaternions_of_a_stride_of_16_are_packed() {
+    let case = CASES.iter().find(|case| case.filter == Filter::Quaternion).unwrap();
+    let packed = words([0, 0, 0, -4]);
+    let expected = decode(&one_element(&packed), 1, 8, Mode::Attributes, Filter::Quaternion).unwrap();
+    let element = [packed, vec![0; 8]].concat();
+    let decoded = decode(&one_element(&element), 1, 16, Mode::Attributes, Filter::Quaternion).unwrap();
+    assert_eq!(decoded, [expected, vec![0; 8]].concat());
+    assert!(decode(case.stream, case.count, 12, case.mode, case.filter).unwrap_err().contains("stride"));
+}

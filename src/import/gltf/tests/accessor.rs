@@ -95,3 +95,22 @@ fn sizes_beyond_the_buffer_are_errors() {
     fixture.json["accessors"][0]["count"] = json!(4_000_000_000u64);
     assert!(read(&fixture).unwrap_err().contains("exceeds the limit"));
 }
+
+/// Blender 5.2 compresses rotations with the stride of four floats; the filter packs them into half of it.
+#[test]
+fn rotations_of_a_meshopt_stride_of_16_are_packed() {
+    // Two elements without deltas: the last 16 bytes are the baseline.
+    let element = [[0, 0, 0, 0, 0, 0, 0xfc, 0xff].as_slice(), &[0; 8]].concat();
+    let stream = [&[0xa0][..], &[0; 32], &element].concat();
+    let mut fixture = Fixture::empty();
+    let view = fixture.view(&stream);
+    let packed = json!({"buffer": 0, "byteLength": stream.len(), "byteStride": 16, "count": 2,
+        "mode": "ATTRIBUTES", "filter": "QUATERNION"});
+    fixture.json["bufferViews"][view]["extensions"] = json!({"EXT_meshopt_compression": packed});
+    fixture.json["bufferViews"][view]["byteLength"] = json!(32);
+    let accessor =
+        json!({"bufferView": view, "componentType": 5122, "normalized": true, "type": "VEC4", "count": 2});
+    fixture.push("accessors", accessor);
+    let stride = fixture.with_document(|doc| doc.buffer_view(view).unwrap().stride);
+    assert_eq!(stride, Some(8));
+}
