@@ -18,6 +18,7 @@ mod gltf;
 pub mod image;
 mod memory;
 mod missing_uvs;
+mod normal_maps;
 mod obj;
 mod options;
 mod smooth;

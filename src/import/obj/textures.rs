@@ -2,7 +2,7 @@
 
 use std::collections::{HashMap, HashSet};
 
-use glam::{DVec4, Vec2, Vec3, Vec4};
+use glam::Vec2;
 use image::{ImageFormat, guess_format};
 use rayon::prelude::*;
 
@@ -10,6 +10,7 @@ use super::super::Limits;
 use super::super::error::{LoadError, Warnings};
 use super::super::image::{decode, decoded_size};
 use super::super::memory::MemoryBudget;
+use super::super::normal_maps::looks_like_normals;
 use super::mtl::MtlMaterial;
 use super::texture_files::find_file;
 use super::texture_map::TextureMap;
@@ -208,22 +209,6 @@ impl MtlMaterial {
         ];
         all.into_iter().flatten()
     }
-}
-
-/// Returns true if an image holds tangent-space normals. Black and transparent texels are ignored, since baking
-/// leaves them around the islands; transparent ones count if alpha has another use.
-fn looks_like_normals(image: &Image) -> bool {
-    let count = image.width as usize * image.height as usize;
-    let texels = || (0..count).map(|i| image.stored(i)).filter(|v| v.truncate() != Vec3::ZERO);
-    are_normals(texels().filter(|v| v.w > 0.0)) || are_normals(texels())
-}
-
-/// Returns true if the mean is mostly blue with medium red and green.
-fn are_normals(texels: impl Iterator<Item = Vec4>) -> bool {
-    // The fourth component counts the texels.
-    let sum: DVec4 = texels.map(|v| v.truncate().as_dvec3().extend(1.0)).sum();
-    let [r, g, b, _] = (sum / sum.w).to_array();
-    (0.3..0.7).contains(&r) && (0.3..0.7).contains(&g) && b > 0.65 && b > r + 0.1
 }
 
 /// Returns an opaque image with stored colours multiplied by alpha, rounded down.

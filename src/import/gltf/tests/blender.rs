@@ -1,11 +1,11 @@
 //! Corrections of files from Blender's exporter.
 
 use glam::{DMat3, DMat4, DVec3, Vec3, Vec4};
-use serde_json::json;
+use serde_json::{Value, json};
 
 use super::super::fixture::Fixture;
 use super::animation::skinned;
-use super::materials::textured;
+use super::materials::textured_with;
 use blinn_scene::pose;
 use blinn_scene::{LightUnits, Mesh, PoseSettings, PosedLightKind, Scene};
 
@@ -59,7 +59,7 @@ fn normals_of_skinned_meshes_are_corrected() {
 /// Blender's normal maps do not use them, and they may follow other coordinates than the map's.
 #[test]
 fn tangents_in_the_file_are_ignored() {
-    let mut fixture = textured(json!({"normalTexture": {"index": 0}}));
+    let mut fixture = textured_with([128, 128, 255, 255], json!({"normalTexture": {"index": 0}}));
     let tangents = fixture.vec4(&[[0.0, 1.0, 0.0, -1.0]; 3]);
     fixture.primitive()["attributes"]["TANGENT"] = json!(tangents);
     let deltas = fixture.vec3(&[[0.0, 0.0, 1.0]; 3]);
@@ -148,4 +148,25 @@ fn cone(scene: &Scene) -> [i32; 2] {
     let last = pose(scene, &PoseSettings { time: 1.0, ..PoseSettings::default() }).unwrap();
     let PosedLightKind::Spot { cone, .. } = last.lights(LightUnits::Raw, 1.0)[0].kind else { panic!() };
     [cone.cos_outer, cone.width].map(|v| (v * 1e6).round() as i32)
+}
+
+/// The exporter writes the image of a Bump node as a normal map.
+#[test]
+fn normal_maps_of_heights_are_ignored() {
+    for (texel, is_kept) in [([140, 140, 140, 255], false), ([120, 140, 250, 255], true)] {
+        let mut fixture = textured_with(texel, json!({"normalTexture": {"index": 0, "scale": 0.3}}));
+        let other = fixture.load();
+        assert!(other.0.materials[0].normal.is_some() && other.1.is_empty(), "{:?}", other.1);
+        fixture.json["asset"]["generator"] = json!("Khronos glTF Blender I/O v4.5.51");
+        // A second material with the same image.
+        let second = fixture.json["materials"][0].clone();
+        fixture.push("materials", second);
+        let mut primitive = fixture.primitive().clone();
+        primitive["material"] = json!(1);
+        fixture.json["meshes"][0]["primitives"].as_array_mut().unwrap().push(primitive);
+        let (scene, warnings) = fixture.load();
+        assert!(scene.materials.iter().all(|m| m.normal.is_some() == is_kept));
+        let expected = "ignored normal map 'red', which holds heights";
+        assert_eq!(warnings.iter().filter(|w| w.starts_with(expected)).count(), usize::from(!is_kept));
+    }
 }

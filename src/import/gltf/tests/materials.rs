@@ -19,10 +19,15 @@ fn png(color: [u8; 4]) -> Vec<u8> {
     file.into_inner()
 }
 
-/// A textured triangle with its image in the binary chunk.
+/// A textured triangle with its red image in the binary chunk.
 pub(super) fn textured(material: Value) -> Fixture {
+    textured_with([255, 0, 0, 255], material)
+}
+
+/// A triangle with an image of one colour.
+pub(super) fn textured_with(texel: [u8; 4], material: Value) -> Fixture {
     let mut fixture = Fixture::triangle();
-    let view = fixture.view(&png([255, 0, 0, 255]));
+    let view = fixture.view(&png(texel));
     fixture.push("images", json!({"name": "red", "bufferView": view, "mimeType": "image/jpeg"}));
     fixture.push("textures", json!({"source": 0}));
     let uvs = fixture.vec2(&[[0.0, 0.0], [1.0, 0.0], [0.0, 1.0]]);
