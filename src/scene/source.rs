@@ -48,6 +48,11 @@ impl Source {
 
     /// Returns true if one of Blender's exporters wrote the file.
     pub fn is_blender(&self) -> bool {
-        self.generator.contains("Blender") || self.generator.contains("blender")
+        is_blender_generator(&self.generator)
     }
+}
+
+/// Returns true if a generator is one of Blender's exporters.
+pub fn is_blender_generator(generator: &str) -> bool {
+    generator.contains("Blender") || generator.contains("blender")
 }

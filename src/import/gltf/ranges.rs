@@ -23,13 +23,16 @@ enum Range {
     Color,
     /// A linear colour whose components may exceed 1.
     BrightColor,
+    /// A linear colour of any brightness: that of a light in a file of Blender, which multiplies it by the colour of its
+    /// temperature.
+    LightColor,
     /// An index of refraction: 0, or at least 1.
     Ior,
     /// A number above 0. Others are removed, which means this.
     Positive(&'static str),
 }
 
-use Range::{BrightColor, Color, Fraction, Ior, NotNegative, Positive};
+use Range::{BrightColor, Color, Fraction, Ior, LightColor, NotNegative, Positive};
 
 /// Properties of a material.
 const MATERIAL: [(&[&str], Range); 24] = [
@@ -68,6 +71,9 @@ const PERSPECTIVE: [(&[&str], Range); 1] = [(&["aspectRatio"], Positive("that of
 const LIGHT: [(&[&str], Range); 3] =
     [(&["color"], Color), (&["intensity"], NotNegative), (&["range"], Positive("infinity"))];
 
+/// Properties of a light in a file of Blender.
+const BLENDER_LIGHT: [(&[&str], Range); 3] = [(&["color"], LightColor), LIGHT[1], LIGHT[2]];
+
 /// Properties of an area light.
 const AREA_LIGHT: [(&[&str], Range); 4] = [
     (&["color"], Color),
@@ -75,6 +81,10 @@ const AREA_LIGHT: [(&[&str], Range); 4] = [
     (&["size"], Positive("1")),
     (&["rect", "aspect"], Positive("1")),
 ];
+
+/// Properties of an area light in a file of Blender.
+const BLENDER_AREA_LIGHT: [(&[&str], Range); 4] =
+    [(&["color"], LightColor), AREA_LIGHT[1], AREA_LIGHT[2], AREA_LIGHT[3]];
 
 /// The JSON path of a property.
 #[derive(Clone, Copy)]
@@ -96,13 +106,18 @@ pub(super) fn repair_material(material: &mut Object, location: &str, warnings: &
 }
 
 /// Repairs the numbers of a light, except the angles of its cone.
-pub(super) fn repair_light(light: &mut Object, location: &str, warnings: &mut Warnings) {
-    repair_all(&LIGHT, light, location, warnings);
+pub(super) fn repair_light(light: &mut Object, is_blender: bool, location: &str, warnings: &mut Warnings) {
+    repair_all(if is_blender { &BLENDER_LIGHT } else { &LIGHT }, light, location, warnings);
 }
 
 /// Repairs the numbers of an area light.
-pub(super) fn repair_area_light(light: &mut Object, location: &str, warnings: &mut Warnings) {
-    repair_all(&AREA_LIGHT, light, location, warnings);
+pub(super) fn repair_area_light(
+    light: &mut Object,
+    is_blender: bool,
+    location: &str,
+    warnings: &mut Warnings,
+) {
+    repair_all(if is_blender { &BLENDER_AREA_LIGHT } else { &AREA_LIGHT }, light, location, warnings);
 }
 
 /// Repairs the numbers of a perspective camera. A vertical field of view above π is in degrees.
@@ -130,9 +145,12 @@ fn repair_all(ranges: &[(&[&str], Range)], object: &mut Object, location: &str, 
 
 fn repair(object: &mut Object, key: &str, range: Range, location: Location<'_>, warnings: &mut Warnings) {
     let Some(value) = object.get_mut(key) else { return };
-    if let (Color | BrightColor, Value::Array(components)) = (range, &mut *value) {
-        let is_bounded = matches!(range, Color);
-        return repair_color(components, is_bounded, |message| warnings.add(location, message));
+    if let (Color | BrightColor | LightColor, Value::Array(components)) = (range, &mut *value) {
+        let warn = |message: &str| warnings.add(location, message);
+        return match range {
+            LightColor => remove_negative(components, warn),
+            _ => repair_color(components, matches!(range, Color), warn),
+        };
     }
     let Some(number) = value.as_f64() else { return };
     match range {
@@ -163,7 +181,7 @@ fn repair(object: &mut Object, key: &str, range: Range, location: Location<'_>, 
 /// - Integers far above 1 are bytes, 0 to 255. So is alpha alone.
 /// - Components below 0 become 0, and alpha above 1 becomes 1.
 /// - Other components above 1 are kept, with a warning if the specification bounds them.
-fn repair_color(components: &mut [Value], is_bounded: bool, mut warn: impl FnMut(String)) {
+fn repair_color(components: &mut [Value], is_bounded: bool, mut warn: impl FnMut(&str)) {
     let Some(mut color) = components.iter().map(Value::as_f64).collect::<Option<Vec<f64>>>() else { return };
     if color.len() < 3 {
         return;
@@ -176,23 +194,29 @@ fn repair_color(components: &mut [Value], is_bounded: bool, mut warn: impl FnMut
     if rgb.iter().all(is_byte) && (max > MAX_COLOR || max > 1.0 && max_alpha > MAX_COLOR) {
         rgb.iter_mut().for_each(|v| *v /= 255.0);
         alpha.iter_mut().filter(|v| **v > 1.0).for_each(|v| *v /= 255.0);
-        warn("exceeds 1: read as bytes from 0 to 255".into());
+        warn("exceeds 1: read as bytes from 0 to 255");
     } else if alpha.iter().all(is_byte) && max_alpha > MAX_COLOR {
         alpha.iter_mut().for_each(|v| *v /= 255.0);
-        warn("alpha exceeds 1: read as a byte from 0 to 255".into());
+        warn("alpha exceeds 1: read as a byte from 0 to 255");
     } else if max > if is_bounded { 1.0 } else { MAX_COLOR } {
-        warn(format!("has the value {max}, expected 0 to 1 or bytes"));
-    }
-    if color.iter().any(|v| *v < 0.0) {
-        warn("used 0 instead of a negative value".into());
-        color.iter_mut().for_each(|v| *v = v.max(0.0));
+        warn(&format!("has the value {max}, expected 0 to 1 or bytes"));
     }
     if let Some(alpha) = color.get_mut(3).filter(|v| **v > 1.0) {
-        warn(format!("alpha {alpha} exceeds 1; used 1"));
+        warn(&format!("alpha {alpha} exceeds 1; used 1"));
         *alpha = 1.0;
     }
     if color != written {
         components.iter_mut().zip(color).for_each(|(component, v)| *component = json!(v));
+    }
+    remove_negative(components, warn);
+}
+
+/// Replaces components below 0 by 0.
+fn remove_negative(components: &mut [Value], mut warn: impl FnMut(&str)) {
+    let is_negative = |v: &Value| v.as_f64().is_some_and(|v| v < 0.0);
+    if components.iter().any(is_negative) {
+        warn("used 0 instead of a negative value");
+        components.iter_mut().filter(|v| is_negative(v)).for_each(|v| *v = json!(0.0));
     }
 }
 
@@ -203,7 +227,7 @@ mod tests {
     fn color(written: Value) -> (Value, Vec<String>) {
         let mut components = written.as_array().unwrap().clone();
         let mut messages = Vec::new();
-        repair_color(&mut components, true, |message| messages.push(message));
+        repair_color(&mut components, true, |message| messages.push(message.to_string()));
         (Value::Array(components), messages)
     }
 
@@ -226,7 +250,7 @@ mod tests {
                 json!([0.5, 0.5, 0.5, 0.2]),
                 "alpha exceeds 1: read as a byte from 0 to 255",
             ),
-            (json!([-0.5, 0.5, 0, 1]), json!([0.0, 0.5, 0.0, 1.0]), "used 0 instead of a negative value"),
+            (json!([-0.5, 0.5, 0, 1]), json!([0.0, 0.5, 0, 1]), "used 0 instead of a negative value"),
             (json!([0.5, 0.5, 0, 1.5]), json!([0.5, 0.5, 0.0, 1.0]), "alpha 1.5 exceeds 1; used 1"),
             (json!([1.5, 1, 1, 1]), json!([1.5, 1, 1, 1]), "has the value 1.5, expected 0 to 1 or bytes"),
             (json!([300, 0, 0]), json!([300, 0, 0]), "has the value 300, expected 0 to 1 or bytes"),

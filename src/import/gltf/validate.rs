@@ -15,6 +15,7 @@ use super::json_tree::{Object, as_objects, objects, primitives};
 use super::{area_light, clearcoat, material_schema, ranges};
 use crate::error::Warnings;
 use crate::files::escape::printable;
+use blinn_scene::is_blender_generator;
 
 /// Optional indices, which some exporters write as −1 for none.
 const INDICES: [(&str, &str); 8] = [
@@ -74,14 +75,18 @@ pub(super) fn validate(root: &mut Value, warnings: &mut Warnings) {
             }
         }
     }
+    let generator = root.pointer("/asset/generator").and_then(Value::as_str).unwrap_or_default();
+    let is_blender = is_blender_generator(generator);
     if let Some(lights) = root.pointer_mut("/extensions/KHR_lights_punctual") {
         for (i, object) in objects(lights, "lights") {
-            repair_light(object, &format!("extensions.KHR_lights_punctual.lights[{i}]"), warnings);
+            let location = format!("extensions.KHR_lights_punctual.lights[{i}]");
+            repair_light(object, is_blender, &location, warnings);
         }
     }
     if let Some(lights) = area_light::lights_mut(root) {
         for (i, object) in objects(lights, "lights") {
-            repair_area_light(object, &format!("extensions.{}.lights[{i}]", area_light::NAME), warnings);
+            let location = format!("extensions.{}.lights[{i}]", area_light::NAME);
+            repair_area_light(object, is_blender, &location, warnings);
         }
     }
 }
@@ -271,18 +276,18 @@ fn truncate_color(object: &mut Object, location: &str, warnings: &mut Warnings) 
     }
 }
 
-fn repair_area_light(object: &mut Object, location: &str, warnings: &mut Warnings) {
+fn repair_area_light(object: &mut Object, is_blender: bool, location: &str, warnings: &mut Warnings) {
     truncate_color(object, location, warnings);
     correct_case(object, "type", &area_light::TYPES, location, warnings);
     remove_untypable::<JsonAreaLight>(object, location, warnings);
-    ranges::repair_area_light(object, location, warnings);
+    ranges::repair_area_light(object, is_blender, location, warnings);
 }
 
-fn repair_light(object: &mut Object, location: &str, warnings: &mut Warnings) {
+fn repair_light(object: &mut Object, is_blender: bool, location: &str, warnings: &mut Warnings) {
     truncate_color(object, location, warnings);
     correct_case(object, "type", &["directional", "point", "spot"], location, warnings);
     remove_untypable::<Light>(object, location, warnings);
-    ranges::repair_light(object, location, warnings);
+    ranges::repair_light(object, is_blender, location, warnings);
     let Some(spot) = object.get_mut("spot").and_then(Value::as_object_mut) else { return };
     // π/2 rounded to f32 is slightly larger than π/2.
     for key in ["innerConeAngle", "outerConeAngle"] {

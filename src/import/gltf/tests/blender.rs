@@ -150,6 +150,25 @@ fn cone(scene: &Scene) -> [i32; 2] {
     [cone.cos_outer, cone.width].map(|v| (v * 1e6).round() as i32)
 }
 
+/// The colour of a light is multiplied by that of its temperature, 1.04 at 6500 K and 5.41 at 800 K.
+#[test]
+fn colours_of_lights_may_exceed_1() {
+    let bright = json!([12, 1.5, -0.5]);
+    let mut fixture = Fixture::triangle();
+    fixture.json["extensions"] = json!({
+        "KHR_lights_punctual": {"lights": [{"type": "point", "color": bright}]},
+        "EXT_lights_area": {"lights": [{"type": "rect", "color": bright}]}});
+    fixture.node(json!({"extensions": {"KHR_lights_punctual": {"light": 0}}}));
+    fixture.node(json!({"extensions": {"EXT_lights_area": {"light": 0}}}));
+    let warnings = fixture.load().1;
+    assert_eq!(warnings.iter().filter(|w| w.contains("expected 0 to 1 or bytes")).count(), 2, "{warnings:?}");
+    fixture.json["asset"]["generator"] = json!("Khronos glTF Blender I/O v5.2.41");
+    let (scene, warnings) = fixture.load();
+    assert_eq!(scene.lights[0].color, Vec3::new(12.0, 1.5, 0.0));
+    assert_eq!(scene.area_lights[0].color, Vec3::new(12.0, 1.5, 0.0));
+    assert!(warnings.len() == 2 && warnings.iter().all(|w| w.contains("negative value")), "{warnings:?}");
+}
+
 /// The exporter writes the image of a Bump node as a normal map.
 #[test]
 fn normal_maps_of_heights_are_ignored() {
