@@ -11,6 +11,7 @@
 mod animation;
 mod area_light;
 mod base_view;
+mod blender_version;
 mod camera;
 mod environment;
 mod file_camera;
@@ -48,6 +49,7 @@ pub use animation::playback::{AnimationChoice, PoseError, active_animations, cli
 pub use animation::pose::{PoseSettings, pose};
 pub use animation::posed_scene::{PosedInstance, PosedScene};
 pub use area_light::{AreaLight, AreaLightShape, PosedAreaLight};
+pub use blender_version::BlenderVersion;
 pub use camera::{Camera, ClipPlanes, Projection};
 pub use environment::{CubeMap, Environment, Panorama, SkyIrradiance, SourceDirection};
 pub use file_camera::{FileCamera, FileProjection, SensorFit};

@@ -1,6 +1,6 @@
 //! Where a scene was loaded from: format, generator, and digests of the files that were read.
 
-use super::FileDigest;
+use super::{BlenderVersion, FileDigest};
 
 /// The file format of a scene. Some defaults depend on it.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Default)]
@@ -49,6 +49,11 @@ impl Source {
     /// Returns true if one of Blender's exporters wrote the file.
     pub fn is_blender(&self) -> bool {
         is_blender_generator(&self.generator)
+    }
+
+    /// Returns the version of Blender that wrote the file, if the file names it.
+    pub fn blender_version(&self) -> Option<BlenderVersion> {
+        BlenderVersion::from_generator(&self.generator)
     }
 }
 

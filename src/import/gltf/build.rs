@@ -16,8 +16,8 @@ use super::objects::ObjectBuilder;
 use super::primitive;
 use super::primitive::PrimitiveId;
 use super::{
-    animation, blender, extensions, forest, graph, image_based_light, instancing, lost_lights, topology,
-    variants,
+    animation, blender, extensions, forest, graph, image_based_light, instancing, lost_lights, sun_strengths,
+    topology, variants,
 };
 use crate::error::{LoadError, Warnings};
 use crate::options::{LoadOptions, UpAxis};
@@ -78,6 +78,7 @@ pub(super) fn scene(
         blender::restore(&mut scene);
         let offset = (scene.nodes.len() - nodes.len()) as u32;
         scene.lost_lights = lost_lights::find(doc, &nodes, offset);
+        sun_strengths::warn_of_lost(&scene, warnings);
     }
     add_tangents(&mut scene, &options.cancel)?;
     Ok(scene)

@@ -43,6 +43,7 @@ mod references;
 mod registry;
 mod required;
 mod skin;
+mod sun_strengths;
 #[cfg(test)]
 mod tests;
 mod text_repair;

@@ -150,6 +150,42 @@ fn cone(scene: &Scene) -> [i32; 2] {
     [cone.cos_outer, cone.width].map(|v| (v * 1e6).round() as i32)
 }
 
+/// Blender 5.1 and 5.2 write 683 lx, or 1, for every sun of a scene whose engine is Cycles.
+#[test]
+fn suns_that_lost_their_strength_are_named_in_one_warning() {
+    let warned = |version: &str, lights: Value| {
+        let mut fixture = Fixture::triangle();
+        fixture.json["asset"]["generator"] = json!(format!("Khronos glTF Blender I/O v{version}"));
+        for i in 0..lights.as_array().unwrap().len() {
+            fixture.node(
+                json!({"name": format!("node {i}"), "extensions": {"KHR_lights_punctual": {"light": i}}}),
+            );
+        }
+        fixture.json["extensions"] = json!({"KHR_lights_punctual": {"lights": lights}});
+        fixture.load().1
+    };
+    let light = |kind: &str, intensity: f64| json!({"type": kind, "intensity": intensity, "name": "Sonne"});
+    for (version, intensity, count) in [
+        ("5.1.20", 683.0, 1),
+        ("5.2.41", 683.0, 1),
+        ("5.2.41", 1.0, 1),
+        ("5.2.41", 2049.0, 0),
+        ("5.0.21", 683.0, 0),
+        ("5.3.43", 683.0, 0),
+        ("6.1.0", 683.0, 0),
+    ] {
+        let warnings = warned(version, json!([light("directional", intensity), light("point", 683.0)]));
+        assert_eq!(warnings.len(), count, "{version} {intensity}: {warnings:?}");
+        assert!(warnings.iter().all(|w| w.contains("sun 'Sonne' has")), "{warnings:?}");
+    }
+    let nameless = json!({"type": "directional", "intensity": 683});
+    let warnings = warned("5.2.41", json!(vec![nameless; 7]));
+    assert_eq!(warnings.len(), 1);
+    assert!(
+        warnings[0].starts_with("suns 'node 0', 'node 1', 'node 2', 'node 3', 'node 4', and 2 more have")
+    );
+}
+
 /// The colour of a light is multiplied by that of its temperature, 1.04 at 6500 K and 5.41 at 800 K.
 #[test]
 fn colours_of_lights_may_exceed_1() {
