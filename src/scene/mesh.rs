@@ -17,6 +17,10 @@ pub struct Mesh {
     /// True interpolates the normals in the local frame and then transforms them. False transforms and
     /// normalises them before interpolation. The two differ under non-uniform scale.
     pub interpolate_normals_locally: bool,
+    /// True leaves the normals on the front whatever their angle to a triangle: only the side that is seen turns them, as in
+    /// Cycles. False turns them to the seen side of each triangle, as some files need whose normals point against the
+    /// winding.
+    pub keeps_normal_side: bool,
     /// Unit tangents, with the sign of the bitangent in w, for the texture coordinates of the normal map.
     pub tangents: Vec<Vec4>,
     /// The parts of normals and tangents that were generated at import.

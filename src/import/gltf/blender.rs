@@ -18,6 +18,7 @@ pub(super) fn restore(scene: &mut Scene) {
     // scale.
     scene.materials.iter_mut().filter_map(|m| m.normal.as_mut()).for_each(|map| map.scale_is_strength = true);
     scene.meshes.iter_mut().for_each(clear_tangents);
+    scene.meshes.iter_mut().for_each(|mesh| mesh.keeps_normal_side = true);
     restore_normals(scene);
     mark_shared_meshes(scene);
     restore_intensities(scene);

@@ -42,13 +42,18 @@ use super::memory::MemoryBudget;
 use super::{Limits, LoadOptions, UpAxis};
 use crate::files::{escape::printable, scene_folder::SceneFolder, scene_input::SceneInput};
 use blinn_core::cancellation::CancelToken;
-use blinn_scene::{FileDigest, HashingReader, Instance, LocalTransform, Node, Scene, Source, SourceFormat};
+use blinn_scene::{
+    BlenderVersion, FileDigest, HashingReader, Instance, LocalTransform, Node, Scene, Source, SourceFormat,
+};
 use fast_parser::ParsedChunks;
 use geometry::ObjGeometry;
 use line_chunks::CHUNK_BYTES;
 use material_libraries::MaterialLibraries;
 use mtl::MtlMaterial;
 use textures::TextureLibrary;
+
+/// Version of Blender from which on the exporter winds the faces of mirrored objects as their normals point.
+const CONSISTENT_NORMALS: BlenderVersion = BlenderVersion::new(3, 1);
 
 /// Loads an OBJ file with its MTL files and textures.
 pub(super) fn load(
@@ -193,6 +198,7 @@ fn build_scene(
     let meshes = meshes::build_meshes(geometry, &options.limits)?;
     // Materials in order of first use; `None` is the default material.
     let mut material_of: HashMap<Option<u32>, u32> = HashMap::new();
+    let keeps_normal_side = scene.source.blender_version() >= Some(CONSISTENT_NORMALS);
     let mut black = 0;
     let mut nonfinite_uvs = 0;
     for (i, (key, mut mesh)) in meshes.into_iter().enumerate() {
@@ -211,6 +217,7 @@ fn build_scene(
             mesh.colors = Vec::new();
             warnings.add("", "ignored vertex colours: Blender's materials do not use them");
         }
+        mesh.keeps_normal_side = keeps_normal_side;
         nonfinite_uvs += mesh.uvs.iter_mut().map(|uvs| replace_nonfinite(uvs)).sum::<usize>();
         black += u64::from(has_colors && colors::remove_black(&mut mesh));
         if let Some(map) = scene.materials[mesh.material as usize].normal {

@@ -47,6 +47,8 @@ pub(crate) struct ShadingTriangle<'s> {
     plane: TrianglePlane,
     /// Vertex normals, as they are interpolated; 0 in a mesh without normals.
     vertex_normals: [DVec3; 3],
+    /// See [`Mesh::keeps_normal_side`](blinn_scene::Mesh::keeps_normal_side); false in a degenerate triangle.
+    keeps_normal_side: bool,
     terminator: TerminatorOffset,
     /// False if the footprint of a sample makes no difference.
     needs_differentials: bool,
@@ -104,6 +106,7 @@ impl<'s> ShadingTriangle<'s> {
             },
             plane,
             vertex_normals,
+            keeps_normal_side: mesh.keeps_normal_side && plane.front_normal.is_some(),
             terminator: TerminatorOffset::new(&plane.vertices, &vertex_normals, are_normalized),
             needs_differentials,
         }
@@ -150,6 +153,8 @@ impl<'s> ShadingTriangle<'s> {
         }
         for i in lanes {
             let n_v: DVec3 = dvec3(&block.n_v, i);
+            // On the side of the triangle that is seen.
+            let n_v = if n_v.dot(dvec3(&block.n_g, i)) < 0.0 { -n_v } else { n_v };
             let b = block.coords(i).b.map(f64::from);
             let side = if (n[0] * b[0] + n[1] * b[1] + n[2] * b[2]).dot(n_v) < 0.0 { -1.0 } else { 1.0 };
             let height = envelope_height(&self.plane.vertices, &n.map(|n| n * side), b);
@@ -163,7 +168,8 @@ impl<'s> ShadingTriangle<'s> {
         let b = plane_hit.b;
         let [v0, v1, v2] = self.plane.vertices;
         let p = v0 * b[0] + v1 * b[1] + v2 * b[2];
-        let n_g = if plane_hit.n_dot_d <= 0.0 { front_normal } else { -front_normal };
+        let is_front = plane_hit.n_dot_d <= 0.0;
+        let n_g = if is_front { front_normal } else { -front_normal };
         let mut differentials = BarycentricDifferentials::POINT;
         if let Some(differential) = differential {
             differentials = BarycentricDifferentials::new(differential, &plane_hit, &self.plane.gradients);
@@ -172,9 +178,9 @@ impl<'s> ShadingTriangle<'s> {
         if differential.is_some() {
             differentials.set_normal_change(&self.vertex_normals, &vertex_normal);
         }
-        // Some files have normals that point against the winding.
         let flip = vertex_normal.n.dot(n_g) < 0.0;
-        let n_v = if flip { -vertex_normal.n } else { vertex_normal.n };
+        let is_reversed = if self.keeps_normal_side { !is_front } else { flip };
+        let n_v = if is_reversed { -vertex_normal.n } else { vertex_normal.n };
         let n_v = if vertex_normal.valid { n_v } else { n_g };
         let p = p.as_vec3();
         SurfaceHit {
@@ -236,7 +242,7 @@ impl<'s> SurfacePoint<'s> {
         let b = self.ctx.coords.b.map(f64::from);
         let [n0, n1, n2] = triangle.vertex_normals;
         let n = n0 * b[0] + n1 * b[1] + n2 * b[2];
-        let flip = n.dot(self.n_v) < 0.0;
+        let flip = n.dot(self.n_g) < 0.0;
         let origin = triangle.ray_origin(self.p, self.n_g);
         offset_to_smooth_surface(origin, triangle.terminator.at(b, flip), self.n_g.dot(l))
     }

@@ -16,7 +16,7 @@ pub(crate) struct SurfaceHit {
     pub terminator_offset: Vec3,
     /// Geometric normal, unit length, on the ray's side.
     pub n_g: DVec3,
-    /// Interpolated vertex normal, unit length, on the side of `n_g`.
+    /// Interpolated vertex normal, unit length, on the side of `n_g` unless the mesh keeps the side of its normals.
     pub n_v: DVec3,
     pub coords: TriangleCoords,
 }

@@ -18,7 +18,7 @@ pub struct SurfacePoint<'s> {
     pub p_error: Vec3,
     /// Geometric normal, unit length, on the viewer's side.
     pub n_g: DVec3,
-    /// Interpolated vertex normal (or `n_g`), unit length, on the side of `n_g`.
+    /// Interpolated vertex normal (or `n_g`), unit length, on the side of `n_g` unless the mesh keeps the side of its normals.
     pub n_v: DVec3,
     /// True if the front face is seen.
     pub front: bool,

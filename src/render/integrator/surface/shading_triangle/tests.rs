@@ -46,6 +46,38 @@ fn normals_are_interpolated_in_world_or_object_space() {
     }
 }
 
+/// Normals that lean more than 90° off their triangle, as those of foliage: Cycles reverses them on the back alone.
+#[test]
+fn normals_beyond_their_triangle_turn_to_it_unless_the_mesh_keeps_them() {
+    let normal = Vec3::new(0.6, 0.0, -0.8);
+    for (flips_winding, keeps, from_front, from_behind) in
+        [(false, true, normal, -normal), (false, false, -normal, normal), (true, true, normal, -normal)]
+    {
+        let mesh = Mesh {
+            positions: vec![Vec3::ZERO, Vec3::X, Vec3::Y],
+            triangles: vec![[0, 1, 2]],
+            normals: vec![normal; 3],
+            keeps_normal_side: keeps,
+            ..Mesh::default()
+        };
+        let mirror = DAffine3::from_scale(DVec3::new(1.0, if flips_winding { -1.0 } else { 1.0 }, 1.0));
+        let scene = scene_of(mesh, mirror);
+        let posed = pose(&scene, &centred_at_origin()).unwrap();
+        let triangle = ShadingTriangle::new(&posed, HitId { instance: 0, triangle: 0 });
+        let y = if flips_winding { -0.25 } else { 0.25 };
+        for (z, expected) in [(1.0, from_front), (-1.0, from_behind)] {
+            let ray = Ray { o: Vec3::new(0.25, y, z), d: Vec3::new(0.0, 0.0, -z) };
+            let point = triangle.surface_point(ray, None);
+            assert!(point.n_g.z * f64::from(z) > 0.0);
+            assert!(
+                point.n_v.abs_diff_eq(expected.as_dvec3(), 1e-6),
+                "{flips_winding} {keeps} {z}: {}",
+                point.n_v
+            );
+        }
+    }
+}
+
 /// Smooth, flat and degenerate triangles, from both sides, edge-on and past the edges; every number of rays, with and
 /// without differentials, at every SIMD level.
 #[test]
@@ -61,11 +93,12 @@ fn eight_hits_at_once_equal_single_hits() {
         let d = Vec3::new(x, y, 0.0) - o;
         Ray { o, d: if i % 11 == 10 { Vec3::new(1.0, 0.1, 0.0) } else { d } }
     };
-    for smooth in [false, true] {
+    for (smooth, keeps_normal_side) in [(false, false), (true, false), (true, true)] {
         let mesh = Mesh {
             positions: corners.into(),
             triangles: vec![[0, 1, 2], [2, 3, 1], [0, 1, 3], [1, 1, 2]],
             normals: if smooth { normals.into() } else { Vec::new() },
+            keeps_normal_side,
             ..Mesh::default()
         };
         let rotation = DAffine3::from_axis_angle(DVec3::new(0.6, 0.0, 0.8), 0.2);
