@@ -1,5 +1,7 @@
 //! Decodes texture images: PNG, JPEG, WebP, BMP, TGA, TIFF, GIF and KTX2.
 
+pub(crate) mod bmp;
+pub(crate) mod cicp;
 pub(crate) mod environment;
 mod exr;
 pub mod jpeg;

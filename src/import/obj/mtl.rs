@@ -6,6 +6,7 @@ use super::text::{logical_lines, split_keyword};
 use super::texture_map::{self, TextureMap};
 use crate::files::escape::printable;
 use blinn_core::geometry::Rgb;
+use blinn_scene::BlenderVersion;
 
 /// The statements of a material; `None` for a statement that is missing.
 #[derive(Clone, Debug, Default, PartialEq)]
@@ -15,6 +16,8 @@ pub(super) struct MtlMaterial {
     pub folder: String,
     /// Written by Blender.
     pub by_blender: bool,
+    /// Version of Blender, if the file names it.
+    pub blender_version: Option<BlenderVersion>,
     /// Written by Blender's exporter up to 2.93, which does not write its version into MTL files.
     pub by_old_blender: bool,
     /// Written by VTK or PyVista, which write the opacity into Tr.
@@ -52,6 +55,7 @@ pub(super) fn parse(text: &str, place: &str, folder: &str, warnings: &mut Warnin
     let head = text.trim_start_matches('\u{feff}').trim_start();
     let by_blender = head.starts_with("# Blender");
     let by_old_blender = head.starts_with("# Blender MTL File");
+    let blender_version = head.lines().next().filter(|_| by_blender).and_then(BlenderVersion::from_generator);
     let by_vtk = head.starts_with("# wavefront mtl file written by the visualization toolkit");
     let mut all: Vec<MtlMaterial> = Vec::new();
     let mut commas = DecimalCommas::default();
@@ -62,6 +66,7 @@ pub(super) fn parse(text: &str, place: &str, folder: &str, warnings: &mut Warnin
                 name: rest.to_string(),
                 folder: folder.to_string(),
                 by_blender,
+                blender_version,
                 by_old_blender,
                 by_vtk,
                 ..Default::default()

@@ -8,7 +8,8 @@ use rayon::prelude::*;
 
 use super::super::Limits;
 use super::super::error::{LoadError, Warnings};
-use super::super::image::{decode, decoded_size};
+use super::super::image::cicp::ColorSpace;
+use super::super::image::{bmp, decode, decoded_size};
 use super::super::memory::MemoryBudget;
 use super::super::normal_maps::looks_like_normals;
 use super::mtl::MtlMaterial;
@@ -16,7 +17,12 @@ use super::texture_files::find_file;
 use super::texture_map::TextureMap;
 use crate::files::escape::printable;
 use crate::files::scene_folder::SceneFolder;
-use blinn_scene::{Channels, Image, MipMaps, Texels, Texture, TextureFilter, TextureRef, UvTransform, Wrap};
+use blinn_scene::{
+    BlenderVersion, Channels, Image, MipMaps, Texels, Texture, TextureFilter, TextureRef, UvTransform, Wrap,
+};
+
+/// Version of Blender from which on images of all formats are multiplied by alpha.
+const MULTIPLIES_ALL_FORMATS: BlenderVersion = BlenderVersion::new(5, 1);
 
 /// Returns the name of the first tile of a UDIM texture.
 fn first_tile(name: &str) -> Option<String> {
@@ -68,8 +74,14 @@ pub(super) struct TextureLibrary {
     image_of: HashMap<MapFile, Option<u32>>,
     /// Textures by image and whether it is clamped.
     texture_of: HashMap<(u32, bool), u32>,
-    /// Images in formats whose colours Blender never multiplies by alpha.
+    /// Images in formats whose colours Blender before 5.1 does not multiply by alpha.
     straight: HashSet<u32>,
+    /// Alpha that the decoder ignores: of BMP files with 32 bits.
+    ignored_alpha: HashMap<u32, Vec<u8>>,
+    /// Colour spaces of the images that are not in sRGB.
+    color_spaces: HashMap<u32, ColorSpace>,
+    /// Copies of these images in sRGB.
+    in_srgb: HashMap<u32, u32>,
     /// Copies of images with colours multiplied by alpha.
     over_black: HashMap<u32, u32>,
     /// Results of scans over all texels, cached because many materials may share an image.
@@ -105,20 +117,19 @@ impl TextureLibrary {
         let total = sizes.fold(0u64, u64::saturating_add);
         LoadError::check_limit("bytes of decoded textures", total, limits.texture_bytes)?;
         budget.charge_images(total)?;
-        let decoded: Vec<Result<(Image, bool), String>> = files
+        let decoded: Vec<Result<DecodedFile, String>> = files
             .into_par_iter()
             .zip(&map_files)
             .map(|(bytes, file)| {
                 cancel.check().map_err(|cancelled| cancelled.to_string())?;
-                let bytes = bytes?;
-                Ok((decode(&printable(&file.name), &bytes, limits)?, has_straight_alpha(&bytes)))
+                DecodedFile::new(&printable(&file.name), &bytes?, limits)
             })
             .collect();
         cancel.check()?;
         let mut library = TextureLibrary::default();
         for (file, image) in map_files.into_iter().zip(decoded) {
             let id = match image {
-                Ok((image, straight)) => {
+                Ok(DecodedFile { image, straight, ignored_alpha, color_space }) => {
                     if first_tile(&file.name).is_some() {
                         let name = printable(&file.name);
                         warnings.add("", format!("texture '{name}': used tile 1001 for all UDIM tiles"));
@@ -128,6 +139,8 @@ impl TextureLibrary {
                     if straight {
                         library.straight.insert(id);
                     }
+                    library.ignored_alpha.extend(ignored_alpha.map(|alpha| (id, alpha)));
+                    library.color_spaces.extend(color_space.map(|space| (id, space)));
                     Some(id)
                 }
                 Err(why) => {
@@ -147,18 +160,42 @@ impl TextureLibrary {
     }
 
     /// Returns a colour map as a texture reference. If a Blender material does not use the alpha of its texture,
-    /// Blender multiplies the colour by alpha, except for some image formats.
+    /// Blender multiplies the colour by alpha; before version 5.1 except for some image formats.
     pub fn color(&mut self, material: &MtlMaterial, map: Option<&TextureMap>) -> Option<TextureRef> {
-        let image = self.image(material, map?)?;
-        let multiplied = material.by_blender && material.map_d.is_none() && !self.straight.contains(&image);
-        if !multiplied || self.images[image as usize].channels != Channels::Rgba || !self.has_alpha(image) {
-            return self.texture(material, map);
-        }
-        let copy = *self.over_black.entry(image).or_insert_with(|| {
-            self.images.push(over_black(&self.images[image as usize]));
+        let file = self.image(material, map?)?;
+        let image = self.in_srgb(file);
+        let multiplies_all = material.blender_version >= Some(MULTIPLIES_ALL_FORMATS);
+        let multiplied = material.by_blender
+            && material.map_d.is_none()
+            && (multiplies_all || !self.straight.contains(&file));
+        let image = if multiplied { self.over_black(file, image) } else { image };
+        Some(self.reference(image, map?))
+    }
+
+    /// Returns an image as a colour in sRGB.
+    fn in_srgb(&mut self, image: u32) -> u32 {
+        let Some(space) = self.color_spaces.get(&image) else { return image };
+        *self.in_srgb.entry(image).or_insert_with(|| {
+            self.images.push(space.to_srgb(&self.images[image as usize]));
             self.images.len() as u32 - 1
-        });
-        Some(self.reference(copy, map?))
+        })
+    }
+
+    /// Returns the image of a `file` with its colours multiplied by alpha. `image` is the file's image in sRGB.
+    fn over_black(&mut self, file: u32, image: u32) -> u32 {
+        if let Some(copy) = self.over_black.get(&file) {
+            return *copy;
+        }
+        let has_alpha = self.images[image as usize].channels == Channels::Rgba && self.has_alpha(file);
+        let product = match self.ignored_alpha.get(&file) {
+            Some(alpha) => over_black(&with_alpha(&self.images[image as usize], alpha)),
+            None if has_alpha => over_black(&self.images[image as usize]),
+            None => return image,
+        };
+        self.images.push(product);
+        let copy = self.images.len() as u32 - 1;
+        self.over_black.insert(file, copy);
+        copy
     }
 
     /// Returns true if any texel of an image is not opaque.
@@ -211,6 +248,19 @@ impl MtlMaterial {
     }
 }
 
+/// Returns an image of bytes with another alpha.
+fn with_alpha(image: &Image, alpha: &[u8]) -> Image {
+    let rgb = |i: usize| image.stored(i).truncate().to_array().map(|v| (v * 255.0 + 0.5) as u8);
+    let texels = alpha.iter().enumerate().flat_map(|(i, &a)| {
+        let [r, g, b] = rgb(i);
+        [r, g, b, a]
+    });
+    let Image { name, width, height, .. } = image;
+    let (width, height) = (*width, *height);
+    let texels = Texels::U8(texels.collect());
+    Image { name: name.clone(), width, height, channels: Channels::Rgba, texels, mips: MipMaps::default() }
+}
+
 /// Returns an opaque image with stored colours multiplied by alpha, rounded down.
 fn over_black(image: &Image) -> Image {
     fn premultiply<T: Copy>(texels: &[T], product: impl Fn(T, T) -> T) -> Vec<T> {
@@ -226,7 +276,31 @@ fn over_black(image: &Image) -> Image {
     Image { name: name.clone(), width, height, channels: Channels::Rgb, texels, mips: MipMaps::default() }
 }
 
-/// Returns true for image formats whose colours Blender does not multiply by alpha.
+/// The image of a file, and what decides on its colours.
+struct DecodedFile {
+    image: Image,
+    /// See [`has_straight_alpha`].
+    straight: bool,
+    ignored_alpha: Option<Vec<u8>>,
+    color_space: Option<ColorSpace>,
+}
+
+impl DecodedFile {
+    fn new(name: &str, bytes: &[u8], limits: &Limits) -> Result<DecodedFile, String> {
+        let image = decode(name, bytes, limits)?;
+        let texels = image.width as usize * image.height as usize;
+        let is_translucent = |alpha: &Vec<u8>| alpha.len() == texels && alpha.iter().any(|&a| a != 0xff);
+        Ok(DecodedFile {
+            ignored_alpha: bmp::fourth_bytes(bytes)
+                .filter(|alpha| image.channels == Channels::Rgb && is_translucent(alpha)),
+            image,
+            straight: has_straight_alpha(bytes),
+            color_space: ColorSpace::of_png(bytes),
+        })
+    }
+}
+
+/// Returns true for image formats whose colours Blender before 5.1 does not multiply by alpha.
 fn has_straight_alpha(bytes: &[u8]) -> bool {
     matches!(guess_format(bytes), Ok(ImageFormat::WebP | ImageFormat::Bmp))
 }

@@ -234,6 +234,10 @@ fn file_names_match_in_any_unicode_normal_form() {
 fn colours_of_blender_are_multiplied_by_unused_alpha() {
     let obj = format!("{SQUARE}mtllib a.mtl\nusemtl m\nf 1/1 2/2 3/3\n");
     let soft = &png([255, 200, 0, 128])[..];
+    // 1 × 1 texels of 32 bits, not compressed.
+    let mut bmp = b"BM\x3a\0\0\0\0\0\0\0\x36\0\0\0\x28\0\0\0\x01\0\0\0\x01\0\0\0\x01\0\x20\0".to_vec();
+    bmp.resize(54, 0);
+    bmp.extend([50, 100, 200, 128]);
     let grey = include_bytes!("../../../../models/tests/images/grey_alpha.png");
     let webp = include_bytes!("../../../../models/tests/images/lossless.webp");
     for (head, map_d, image, expected) in [
@@ -243,6 +247,12 @@ fn colours_of_blender_are_multiplied_by_unused_alpha() {
         // Blender ignores alpha in these formats.
         ("# Blender 5.0.1", "", grey, [51; 4]),
         ("# Blender 5.0.1", "", webp, [0, 255, 0, 51]),
+        ("# Blender 5.0.1", "", &bmp, [200, 100, 50, 255]),
+        // From 5.1 on, it multiplies them.
+        ("# Blender 5.1.2 MTL File: 'a.blend'", "", webp, [0, 51, 0, 255]),
+        ("# Blender 5.2.3 LTS MTL File: 'a.blend'", "", &bmp, [100, 50, 25, 255]),
+        ("# Blender 5.2.3 LTS MTL File: 'a.blend'", "map_d t.png", &bmp, [200, 100, 50, 255]),
+        ("# Blender 5.2.3 LTS MTL File: 'a.blend'", "", grey, [51; 4]),
     ] {
         let mtl = format!("{head}\nnewmtl m\nmap_Kd t.png\n{map_d}\n");
         let (scene, _) = read(&obj, &[("a.mtl", mtl.as_bytes()), ("t.png", image)]).unwrap();
@@ -385,4 +395,26 @@ fn warnings_about_paths_outside_the_folder_name_the_flag() {
     assert!(warnings.len() == 1 && warnings[0].contains("allow-outside"), "{warnings:?}");
     let (_, warnings) = with_mtl("newmtl m\nmap_Kd /home/else/where.png\n");
     assert!(warnings.len() == 1 && warnings[0].contains("allow-outside"), "{warnings:?}");
+}
+
+/// Blender shows colours in the space that a PNG names in its cICP chunk, but not other values.
+#[test]
+fn colours_of_a_png_in_another_space_become_srgb() {
+    let plain = png([200, 100, 50, 128]);
+    // Display P3, after the IHDR chunk.
+    let cicp = [0, 0, 0, 4, b'c', b'I', b'C', b'P', 12, 13, 0, 1, 0x6e, 0x03, 0xe3, 0xef];
+    let p3 = [&plain[..33], &cicp, &plain[33..]].concat();
+    let obj = format!("{SQUARE}mtllib a.mtl\nusemtl m\nf 1/1 2/2 3/3\n");
+    let mtl = "# Blender 5.2.3 LTS MTL File: 'a.blend'\nnewmtl m\nNs 250\nmap_Kd t.png\nmap_d t.png\nmap_Ns t.png\n";
+    for (file, expected) in [(&plain, [0.5776, 0.1274, 0.0319]), (&p3, [0.6788, 0.1085, 0.0137])] {
+        let (scene, warnings) = read(&obj, &[("a.mtl", mtl.as_bytes()), ("t.png", file)]).unwrap();
+        assert!(warnings.is_empty(), "{warnings:?}");
+        let material = &scene.materials[0];
+        let image = |texture: u32| &scene.images[scene.textures[texture as usize].image as usize];
+        let color = image(material.base_color.texture.unwrap().texture).decoded(0).truncate();
+        assert!(color.abs_diff_eq(expected.into(), 3e-4), "{color}");
+        let Reflectance::MetallicRoughness { roughness, .. } = &material.reflectance else { panic!() };
+        let texel = (image(roughness.texture.unwrap().0.texture).stored(0) * 255.0).round();
+        assert_eq!(texel.to_array(), [200.0, 100.0, 50.0, 128.0]);
+    }
 }
