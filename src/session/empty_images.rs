@@ -71,6 +71,10 @@ fn find_reason(
         cancel.check()?;
         return Ok(if is_shown_later { EmptyReason::HiddenNow } else { EmptyReason::NoArea });
     }
+    // Surfaces are found whatever their alpha.
+    if shows_object(frame, settings, cancel)? {
+        return Ok(EmptyReason::Transparent);
+    }
     let small = smaller(settings);
     let shows = |clip: ClipPlanes, cull_back_faces: bool| {
         let camera = Camera { clip, ..frame.camera };

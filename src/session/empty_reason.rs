@@ -9,6 +9,8 @@ pub enum EmptyReason {
     NoArea,
     /// All objects are hidden or scaled to 0 at this time.
     HiddenNow,
+    /// Alpha hides everything in view.
+    Transparent,
     /// The rendered region shows only background.
     Crop,
     /// The near plane cuts off everything in view.
@@ -37,6 +39,9 @@ impl EmptyReason {
             }
             EmptyReason::HiddenNow => {
                 "all objects are hidden or scaled to 0 at this time; use another `time` or `frame`"
+            }
+            EmptyReason::Transparent => {
+                "alpha hides everything in view; use another `time` or `frame`, or check the file with blinn info"
             }
             EmptyReason::Crop => "the region of `crop` shows only background; move it",
             EmptyReason::NearPlane => "the near plane cuts off everything in view; use `clip off`",

@@ -103,6 +103,33 @@ fn the_reason_and_the_flag_that_helps_are_named() {
     }
 }
 
+/// The cube's alpha is 0 from 1 s on, but not at the start, so that the camera sees it in bounds of the clip.
+#[test]
+fn animated_alpha_is_named_as_the_reason() {
+    let (_dir, at) = folder();
+    let mut fixture = cube(perspective(0.1, 100.0), json!({"translation": [0, 0, 5]}));
+    fixture.push("materials", json!({"alphaMode": "BLEND"}));
+    fixture.primitive()["material"] = json!(0);
+    let times = fixture.floats("SCALAR", 1, &[0.0, 1.0]);
+    let colors = fixture.vec4(&[[1.0; 4], [1.0, 1.0, 1.0, 0.0]]);
+    let pointer = json!({"pointer": "/materials/0/pbrMetallicRoughness/baseColorFactor"});
+    let target = json!({"path": "pointer", "extensions": {"KHR_animation_pointer": pointer}});
+    fixture.push(
+        "animations",
+        json!({"samplers": [{"input": times, "output": colors}],
+            "channels": [{"sampler": 0, "target": target}]}),
+    );
+    write(&at, &fixture);
+    assert!(warnings(&at, "--time 0.5").is_empty());
+    for flags in ["--time 1", "--time 1 --clip off", "--time 1 --cull off", "--time 1 --crop 14,7,4,4"] {
+        let lines = warnings(&at, flags);
+        assert!(
+            lines.len() == 1 && lines[0].contains("alpha hides everything in view"),
+            "{flags}: {lines:?}"
+        );
+    }
+}
+
 /// The cube is visible from 2 s on: six frames of ten show nothing.
 #[test]
 fn one_line_counts_the_frames_of_a_scene() {
