@@ -3,7 +3,7 @@
 use glam::{DVec2, DVec3};
 
 use super::base_view::BaseView;
-use super::{Camera, OrbitAngles, PosedScene, Projection, Scene, View, ViewError, ViewRect};
+use super::{Camera, FileCamera, OrbitAngles, PosedScene, Projection, Scene, View, ViewError, ViewRect};
 use blinn_core::geometry::Basis;
 
 /// Information beside the camera of a resolved view.
@@ -28,6 +28,28 @@ impl From<ViewRect> for ViewExtent {
     }
 }
 
+/// Camera names in a warning.
+const MAX_NAMES: usize = 4;
+
+/// Returns a warning that the first of several cameras was used. Their order may differ between two exports of a scene:
+/// Blender sorts nodes by name from version 5.2 on.
+fn choice_of_camera(scene: &Scene) -> Option<String> {
+    let count = scene.cameras.len();
+    if count < 2 {
+        return None;
+    }
+    let name =
+        |(i, camera): (usize, &FileCamera)| format!("{i} '{}'", scene.nodes[camera.node as usize].name);
+    let mut names: Vec<String> = scene.cameras.iter().enumerate().take(MAX_NAMES).map(name).collect();
+    if count > MAX_NAMES {
+        names.push("…".into());
+    }
+    Some(format!(
+        "the file has {count} cameras: {}; used the first; select one with `camera`",
+        names.join(", ")
+    ))
+}
+
 impl View {
     /// Returns the camera for a picture of `n_x` by `n_y` pixels of `posed`.
     ///
@@ -48,6 +70,9 @@ impl View {
         let base = self.base(posed, picture)?;
         let mut notes =
             ViewNotes { description: self.describe(posed.scene, base.camera), warnings: Vec::new() };
+        if self.camera.is_none() && base.camera.is_some() {
+            notes.warnings.extend(choice_of_camera(posed.scene));
+        }
         let projection = self.projection.unwrap_or(base.projection);
         let basis = self.basis(&base, self.view_point)?;
         let orbit_distance = self.orbit.and_then(|o| o.distance);
