@@ -14,6 +14,11 @@ pub trait SessionLog: Sync {
     /// An error, such as [`SessionError::Warning`], ends the work on the scene.
     fn warn(&self, notice: Notice) -> Result<(), SessionError>;
 
+    /// Receives a remark that users may need, and that is no defect.
+    fn hint(&self, notice: Notice) {
+        let _ = notice;
+    }
+
     /// Receives a choice that the session made.
     fn note(&self, notice: Notice) {
         let _ = notice;

@@ -74,6 +74,8 @@ pub enum Notice {
         /// The factor of the file's lights, if their unit is unusual.
         light_scale: Option<f32>,
     },
+    /// Neither camera nor lights are in a file of Blender, whose exporter leaves them out unless it is told to write them.
+    NoCameraAndLights,
     /// Animations that do not play, as others have the same targets.
     IdleAnimations {
         /// Names of those that play.
@@ -143,6 +145,10 @@ impl fmt::Display for Notice {
             Notice::Exposure { ev, light_scale: Some(scale) } => {
                 write!(f, "exposure: `exposure {ev}` `light-scale {scale}`")
             }
+            Notice::NoCameraAndLights => f.write_str(
+                "the file has neither camera nor lights: view and lights are blinn's own; to keep Blender's, export with \
+                 Include › Data › Cameras and Punctual Lights",
+            ),
             Notice::IdleAnimations { active, idle } => write!(
                 f,
                 "animation: {active}; not played: {idle}, which have the same targets; use `animation`"

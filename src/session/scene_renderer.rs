@@ -33,7 +33,7 @@ use blinn_render::{
 use blinn_scene::{
     Animation, AnimationChoice, AxisRotation, Camera, ClipBoundsCache, Environment, GroundKind,
     LightRotation, LightSet, Lighting, Material, Normalization, PoseSettings, PosedScene, ResolvedLighting,
-    Scene,
+    Scene, SourceFormat, View,
 };
 use blinn_scene::{active_animations, clip_duration, pose};
 
@@ -119,6 +119,9 @@ impl<'a> SceneRenderer<'a> {
         let camera = framing.camera;
         let lit = options.lighting.resolve(&first.posed, &camera);
         log.note(Notice::Lights(lit.description.clone()));
+        if uses_own_view_and_lights(&plan, scene) {
+            log.hint(Notice::NoCameraAndLights);
+        }
         let lighting = fixed_lighting(options.lighting.clone(), &lit, scene);
         let clip_duration = clip_duration(scene, &animation)?;
         let background = background(options, &lit)?;
@@ -439,6 +442,23 @@ fn fixed_lighting(lighting: Lighting, lit: &ResolvedLighting, scene: &Scene) -> 
 }
 
 /// Notes the animations that do not play because they have the same targets as others.
+/// True if a glTF file of Blender has neither camera nor lights, and the options give none.
+fn uses_own_view_and_lights(plan: &SessionPlan, scene: &Scene) -> bool {
+    let is_blender = scene.source.format == SourceFormat::Gltf && scene.source.is_blender();
+    let has_light =
+        !(scene.lights.is_empty() && scene.area_lights.is_empty() && scene.lost_lights.is_empty());
+    let View { camera, complete, view_point, orbit, .. } = &plan.options.view;
+    let Lighting { sets, user_lights, environment, .. } = &plan.options.lighting;
+    is_blender
+        && !has_light
+        && scene.cameras.is_empty()
+        && scene.environment.is_none()
+        && plan.cameras.is_none()
+        && plan.dataset.is_none()
+        && (camera.is_none() && complete.is_none() && view_point.is_none() && orbit.is_none())
+        && (sets.is_none() && user_lights.is_empty() && environment.is_none())
+}
+
 fn log_idle_animations(
     scene: &Scene,
     choice: &AnimationChoice,

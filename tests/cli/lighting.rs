@@ -258,3 +258,21 @@ fn radii_of_the_file_soften_shadows() {
     assert!(picture(soft.clone(), "") != sharp);
     assert!(picture(soft, "--light-radius 0") == sharp && picture(none, "--light-radius 0") == sharp);
 }
+
+/// The exporter leaves cameras and lights out by default.
+#[test]
+fn a_file_of_blender_without_camera_and_lights_gets_a_line() {
+    let (_dir, at) = folder();
+    let lines = |name: &str, flags: &str| {
+        let scene = model(name);
+        let messages = runs(&at, &format!("render {scene} -o a.png --size 8x8 -s 1 --strict {flags}"));
+        messages.lines().filter(|line| line.contains("Include › Data › Cameras and Punctual Lights")).count()
+    };
+    assert_eq!(lines("tests/gltf/blender_plain.glb", ""), 1);
+    for flags in ["--quiet", "--orbit 30,20", "--lights headlight", "--hdri sky"] {
+        assert_eq!(lines("tests/gltf/blender_plain.glb", flags), 0, "{flags}");
+    }
+    for name in ["tower/tower.glb", "tests/cube.obj"] {
+        assert_eq!(lines(name, ""), 0, "{name}");
+    }
+}

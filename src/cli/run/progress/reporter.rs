@@ -20,6 +20,8 @@ pub struct Reporter {
     quiet: bool,
     verbose: bool,
     perf: bool,
+    /// True if there are several scenes.
+    is_batch: bool,
     bar: Option<ProgressBar>,
     progress: Mutex<WorkProgress>,
     /// Reported steps of progress.
@@ -61,6 +63,7 @@ impl Reporter {
             quiet,
             verbose: args.verbose,
             perf: args.perf,
+            is_batch: scenes > 1,
             bar: (style == Style::Bar).then(progress_bar),
             progress: Mutex::new(WorkProgress::new(scenes)),
             steps: AtomicU64::new(0),
@@ -100,6 +103,13 @@ impl Reporter {
             _ => {}
         }
         self.line(&format!("blinn: {line}"));
+    }
+
+    /// Reports a remark on a scene; in batches, with --verbose only.
+    pub fn hint(&self, scene: &Path, text: &str) {
+        if !self.quiet && (self.verbose || !self.is_batch) {
+            self.remark(&format!("note: {}: {}", scene.display(), single_line(&with_flags(text))));
+        }
     }
 
     /// Reports a choice, for --verbose.

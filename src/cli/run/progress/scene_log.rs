@@ -114,6 +114,10 @@ impl SessionLog for SceneLog<'_> {
         Ok(())
     }
 
+    fn hint(&self, notice: Notice) {
+        self.reporter.hint(self.scene, &notice.to_string());
+    }
+
     /// Reports a choice, for --verbose.
     fn note(&self, notice: Notice) {
         self.reporter.note(&notice.to_string());
