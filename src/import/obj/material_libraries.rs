@@ -1,6 +1,7 @@
 //! Material libraries: finds and reads the MTL files of an OBJ and looks up materials by name.
 
 use std::collections::HashMap;
+use std::ops::Range;
 
 use super::super::Limits;
 use super::super::error::Warnings;
@@ -83,9 +84,8 @@ impl MaterialLibraries {
                 Ok(Some((name.to_string(), bytes?)))
             };
             let read = read_mtllib(line, read);
-            for (name, bytes) in read.found.into_iter().flatten() {
-                self.parse(&name, &bytes, warnings);
-            }
+            let files: Vec<_> = read.found.into_iter().flatten().collect();
+            self.add_line(&files, warnings);
             all_missing.extend(read.missing);
         }
         all_missing
@@ -106,7 +106,7 @@ impl MaterialLibraries {
         let Ok(bytes) = find_file(folder, "", name, limits.file_bytes) else { return false };
         let mut library = MaterialLibraries::default();
         let mut its_warnings = Warnings::default();
-        library.parse(name, &bytes, &mut its_warnings);
+        library.add_line(&[(name.to_string(), bytes)], &mut its_warnings);
         if missing.iter().all(|name| library.material(name).is_none()) {
             return false;
         }
@@ -121,27 +121,37 @@ impl MaterialLibraries {
         names.filter(|name| !name.is_empty() && self.material(name).is_none()).collect()
     }
 
-    /// Adds the materials of an MTL file.
-    fn parse(&mut self, name: &str, bytes: &[u8], warnings: &mut Warnings) {
-        let (text, guessed) = text::decode(bytes);
-        let place = printable(name);
-        if guessed {
-            warnings.add(&place, "decoded lines that are not UTF-8 as Windows-1252");
-        }
-        let unified = name.replace('\\', "/");
-        let beside = unified.rsplit_once('/').map_or("", |(folder, _)| folder);
-        for material in mtl::parse(&text, &place, beside, warnings) {
-            self.add(material, &place, warnings);
+    /// Adds the materials of the files, with their names, of one `mtllib` line.
+    fn add_line(&mut self, files: &[(String, Vec<u8>)], warnings: &mut Warnings) {
+        let parsed: Vec<_> = files.iter().map(|(name, bytes)| parse(name, bytes, warnings)).collect();
+        let line = self.all.len();
+        // The first file of a line is searched first, so it is added last.
+        for (place, materials) in parsed.into_iter().rev() {
+            let others = line..self.all.len();
+            for material in materials {
+                self.add(material, &place, &others, warnings);
+            }
         }
     }
 
-    /// Adds a material. A repeated name replaces the earlier material, as in other programs.
-    fn add(&mut self, material: MtlMaterial, place: &str, warnings: &mut Warnings) {
+    /// Adds a material. A repeated name replaces the earlier material, as in other programs. `others` are the materials
+    /// of the files that the same line names after this one.
+    fn add(&mut self, material: MtlMaterial, place: &str, others: &Range<usize>, warnings: &mut Warnings) {
         let new = self.all.len();
         let exact = material.name.clone();
         let bare = material.name.trim_matches('"').to_string();
-        if self.by_name[0].contains_key(&exact) {
-            warnings.add(place, format!("material '{}' occurs again: used the later one", printable(&exact)));
+        if let Some(replaced) = self.by_name[0].get(&exact) {
+            let name = printable(&exact);
+            warnings.add(
+                place,
+                if others.contains(replaced) {
+                    format!(
+                        "material '{name}' is in a later file of the same mtllib too: used that of the first"
+                    )
+                } else {
+                    format!("material '{name}' occurs again: used the later one")
+                },
+            );
         }
         if let Some(name) = text::strip_comment(&bare) {
             self.by_name[2].entry(fold_case(name)).or_insert(new);
@@ -164,6 +174,19 @@ impl MaterialLibraries {
         let fallback = || self.same_name.as_ref()?.material(name);
         text::name_candidates(name).find_map(find).or_else(fallback)
     }
+}
+
+/// Parses an MTL file. Returns its name for warnings, and its materials.
+fn parse(name: &str, bytes: &[u8], warnings: &mut Warnings) -> (String, Vec<MtlMaterial>) {
+    let (text, guessed) = text::decode(bytes);
+    let place = printable(name);
+    if guessed {
+        warnings.add(&place, "decoded lines that are not UTF-8 as Windows-1252");
+    }
+    let unified = name.replace('\\', "/");
+    let beside = unified.rsplit_once('/').map_or("", |(folder, _)| folder);
+    let materials = mtl::parse(&text, &place, beside, warnings);
+    (place, materials)
 }
 
 /// The files of a `mtllib` line.
@@ -271,7 +294,7 @@ mod tests {
         let mut libraries = MaterialLibraries::default();
         for name in ["a", "a # b"] {
             let material = MtlMaterial { name: name.into(), ..MtlMaterial::default() };
-            libraries.add(material, "a.mtl", &mut Warnings::default());
+            libraries.add(material, "a.mtl", &(0..0), &mut Warnings::default());
         }
         let found = |name: &str| libraries.material(name).map(|m| m.name.clone());
         assert_eq!(found("a # b # c").as_deref(), Some("a # b"));
@@ -285,7 +308,7 @@ mod tests {
         let mut libraries = MaterialLibraries::default();
         for name in ["Ka\u{308}se", "ka\u{308}se", "\u{fc}", "u\u{308}"] {
             let material = MtlMaterial { name: name.into(), ..MtlMaterial::default() };
-            libraries.add(material, "a.mtl", &mut Warnings::default());
+            libraries.add(material, "a.mtl", &(0..0), &mut Warnings::default());
         }
         let found = |name: &str| libraries.material(name).map(|m| m.name.clone());
         for (name, expected) in [("K\u{e4}se", "Ka\u{308}se"), ("\"k\u{e4}se\"", "ka\u{308}se")] {
@@ -309,6 +332,33 @@ mod tests {
         let warnings = warnings.into_vec();
         assert_eq!(warnings.iter().filter(|w| w.message.contains("'b.mtl'")).count(), 1, "{warnings:?}");
         assert!(warnings.iter().all(|w| !w.message.contains("again")), "{warnings:?}");
+    }
+
+    /// The specification: "the first file listed is searched first for the material definition". Later lines and later
+    /// definitions of one file replace earlier ones.
+    #[test]
+    fn the_first_file_of_a_line_is_searched_first() {
+        let dir = tempfile::tempdir().unwrap();
+        for (file, text) in [
+            ("a.mtl", "newmtl m\nNs 1\nnewmtl a\nNs 2\nnewmtl a\nNs 3\n"),
+            ("b.mtl", "newmtl M\nNs 4\nnewmtl m\nNs 5\nnewmtl b\nNs 6\n"),
+        ] {
+            std::fs::write(dir.path().join(file), text).unwrap();
+        }
+        let folder = SceneFolder::of(&dir.path().join("scene.obj"), false);
+        let ns = |lines: &[&str], names: &[&str]| {
+            let lines: Vec<String> = lines.iter().map(ToString::to_string).collect();
+            let mut warnings = Warnings::default();
+            let libraries = MaterialLibraries::read(&lines, &[], &folder, &Limits::default(), &mut warnings);
+            let ns = names.iter().map(|name| libraries.material(name).and_then(|m| m.ns).unwrap_or(0.0));
+            let repeated = warnings.into_vec().iter().filter(|w| w.message.contains("of the first")).count();
+            (ns.collect::<Vec<_>>(), repeated)
+        };
+        let names = ["m", "a", "b", "M"];
+        assert_eq!(ns(&["a.mtl b.mtl"], &names), (vec![1.0, 3.0, 6.0, 4.0], 1));
+        assert_eq!(ns(&["b.mtl a.mtl"], &names), (vec![5.0, 3.0, 6.0, 4.0], 1));
+        assert_eq!(ns(&["a.mtl", "b.mtl"], &names), (vec![5.0, 3.0, 6.0, 4.0], 0));
+        assert_eq!(ns(&["b.mtl", "a.mtl b.mtl"], &["m"]), (vec![1.0], 0));
     }
 
     /// The name as written takes precedence.
