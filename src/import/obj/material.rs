@@ -14,9 +14,10 @@ use blinn_scene::{
     Reflection, ScalarInput, TextureChannel, TextureRef,
 };
 
-/// Returns the material of faces without one: matte white.
-pub(super) fn default_material() -> Material {
+/// Returns a material that no library defines: matte white.
+pub(super) fn undefined_material(name: &str) -> Material {
     Material {
+        name: name.to_string(),
         reflectance: Reflectance::Mtl(MtlReflectance::default()),
         double_sided: true,
         ..Default::default()

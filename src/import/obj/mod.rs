@@ -195,8 +195,9 @@ fn build_scene(
     let local = LocalTransform::Matrix(to_world(options.up, origin));
     scene.nodes.push(Node { name: String::new(), local, visible: true, ..Default::default() });
     options.cancel.check()?;
+    let names = std::mem::take(&mut geometry.materials);
     let meshes = meshes::build_meshes(geometry, &options.limits)?;
-    // Materials in order of first use; `None` is the default material.
+    // Materials in order of first use; `None` is the material of faces without a name.
     let mut material_of: HashMap<Option<u32>, u32> = HashMap::new();
     let keeps_normal_side = scene.source.blender_version() >= Some(CONSISTENT_NORMALS);
     let mut black = 0;
@@ -204,11 +205,13 @@ fn build_scene(
     for (i, (key, mut mesh)) in meshes.into_iter().enumerate() {
         options.cancel.check()?;
         let mtl = key.material.and_then(|m| used[m as usize]);
-        let slot = key.material.filter(|_| mtl.is_some());
+        // `usemtl` names a part even if no library defines the material.
+        let name = key.material.map_or("", |m| names[m as usize].as_str());
+        let slot = key.material.filter(|_| !name.is_empty());
         mesh.material = *material_of.entry(slot).or_insert_with(|| {
             scene.materials.push(match mtl {
                 Some(mtl) => material::build_material(mtl, &mut images, &mut warnings),
-                None => material::default_material(),
+                None => material::undefined_material(name),
             });
             scene.materials.len() as u32 - 1
         });

@@ -183,3 +183,20 @@ fn an_empty_material_name_is_looked_up() {
     let (scene, warnings) = read(&obj, &[("a.mtl", b"newmtl b\nKd 0 1 0\n")]).unwrap();
     assert!(warnings.is_empty() && scene.materials[0].base_color.factor == Rgb::ONE, "{warnings:?}");
 }
+
+/// Segmentation needs the parts of files without an MTL.
+#[test]
+fn undefined_materials_keep_their_names() {
+    let faces = "usemtl red\nf 1 2 3\nusemtl blue\nf 1 2 3\nusemtl\nf 1 2 3\nusemtl red\nf 2 3 1\n";
+    for (mtllib, mtl) in [("", ""), ("mtllib a.mtl\n", "newmtl other\n"), ("mtllib b.mtl\n", "")] {
+        let obj = format!("{SQUARE}f 1 2 3\n{mtllib}{faces}");
+        let (scene, warnings) = read(obj, &[("a.mtl", mtl.as_bytes())]).unwrap();
+        let names: Vec<&str> = scene.materials.iter().map(|m| m.name.as_str()).collect();
+        assert_eq!((names, warnings.is_empty()), (vec!["", "red", "blue"], false), "{mtllib}");
+        assert!(scene.materials.iter().all(|m| m.base_color.factor == Rgb::ONE));
+    }
+    let (scene, _) =
+        read(format!("{SQUARE}mtllib a.mtl\n{faces}"), &[("a.mtl", b"newmtl red\nKd 1 0 0\n")]).unwrap();
+    let colors: Vec<_> = scene.materials.iter().map(|m| (m.name.as_str(), m.base_color.factor)).collect();
+    assert_eq!(colors, [("red", Rgb::X), ("blue", Rgb::ONE), ("", Rgb::ONE)]);
+}
