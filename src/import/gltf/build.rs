@@ -16,8 +16,8 @@ use super::objects::ObjectBuilder;
 use super::primitive;
 use super::primitive::PrimitiveId;
 use super::{
-    animation, blender, extensions, forest, graph, image_based_light, instancing, lost_lights, sun_strengths,
-    topology, variants,
+    animation, blender, extensions, forest, graph, image_based_light, instancing, levels_of_detail,
+    lost_lights, sun_strengths, topology, variants,
 };
 use crate::error::{LoadError, Warnings};
 use crate::options::{LoadOptions, UpAxis};
@@ -32,7 +32,8 @@ pub(super) fn scene(
 ) -> Result<Scene, LoadError> {
     let root = doc.root();
     let roots = graph::roots(root, &options.scene, warnings)?;
-    let nodes = forest::nodes(root, &roots, warnings);
+    let mut nodes = forest::nodes(root, &roots, warnings);
+    levels_of_detail::hide_coarser_levels(root, &mut nodes);
     LoadError::check_limit("nodes", nodes.len() as u64, doc.limits.nodes)?;
     graph::warn_of_empty_scene(root, &options.scene, &nodes, warnings);
     check_instances(doc, &nodes)?;
@@ -101,7 +102,7 @@ fn check_instances(doc: &Document<'_>, nodes: &[SceneNode]) -> Result<(), LoadEr
     let root = doc.root();
     let instances = |n: &SceneNode| {
         let node = &root.nodes[n.node];
-        let primitives = node.mesh.map_or(0, |m| root.meshes[m.value()].primitives.len() as u64);
+        let primitives = n.mesh(root).map_or(0, |m| root.meshes[m].primitives.len() as u64);
         primitives.saturating_mul(instancing::count(doc, node).unwrap_or(1))
     };
     let total = nodes.iter().fold(0u64, |sum, n| sum.saturating_add(instances(n)));
@@ -122,7 +123,7 @@ fn used_primitives(
     let mut ignored = 0usize;
     let mut vertices = 0u64;
     let mut triangles = 0u64;
-    for mesh in nodes.iter().filter_map(|n| root.nodes[n.node].mesh).map(|m| m.value()) {
+    for mesh in nodes.iter().filter_map(|n| n.mesh(root)) {
         if std::mem::replace(&mut is_used[mesh], true) {
             continue;
         }

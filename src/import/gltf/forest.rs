@@ -116,8 +116,11 @@ impl Builder<'_> {
     /// The nodes of the forest in depth-first order.
     fn in_order(&self, starts: impl DoubleEndedIterator<Item = usize>) -> Vec<SceneNode> {
         let is_root = |node: &usize| self.places.get(*node) == Some(&Place::Root);
-        let mut stack: Vec<SceneNode> =
-            starts.filter(is_root).map(|node| SceneNode { node, parent: None }).rev().collect();
+        let mut stack: Vec<SceneNode> = starts
+            .filter(is_root)
+            .map(|node| SceneNode { node, parent: None, is_drawn: true })
+            .rev()
+            .collect();
         let mut is_listed = vec![false; self.places.len()];
         let mut out: Vec<SceneNode> = Vec::new();
         while let Some(next) = stack.pop() {
@@ -128,7 +131,7 @@ impl Builder<'_> {
             out.push(next);
             let is_below = |child: &usize| self.places.get(*child) == Some(&Place::Below(next.node));
             let below = children(self.root, next.node).iter().map(|child| child.value()).filter(is_below);
-            stack.extend(below.rev().map(|node| SceneNode { node, parent }));
+            stack.extend(below.rev().map(|node| SceneNode { node, parent, is_drawn: true }));
         }
         out
     }

@@ -13,6 +13,15 @@ pub(super) struct SceneNode {
     pub node: usize,
     /// Index of the parent among the scene's nodes, which precedes this node.
     pub parent: Option<u32>,
+    /// False for coarser levels of detail: what is at the node is left out.
+    pub is_drawn: bool,
+}
+
+impl SceneNode {
+    /// Returns the mesh that is drawn at the node.
+    pub fn mesh(&self, root: &Root) -> Option<usize> {
+        root.nodes.get(self.node)?.mesh.filter(|_| self.is_drawn).map(|mesh| mesh.value())
+    }
 }
 
 /// Names of the file's scenes; the index stands in for a missing name.
@@ -77,7 +86,7 @@ pub(super) fn warn_of_empty_scene(
     warnings: &mut Warnings,
 ) {
     let has_mesh = |node: usize| root.nodes.get(node).is_some_and(|node| node.mesh.is_some());
-    if *choice != SceneChoice::Default || nodes.iter().any(|node| has_mesh(node.node)) {
+    if *choice != SceneChoice::Default || nodes.iter().any(|node| node.mesh(root).is_some()) {
         return;
     }
     // Nodes below which there is no mesh.

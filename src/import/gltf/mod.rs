@@ -26,6 +26,7 @@ mod image_based_light;
 mod instancing;
 mod json_tree;
 mod keys;
+mod levels_of_detail;
 mod light;
 mod lost_lights;
 mod material;

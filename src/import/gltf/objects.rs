@@ -53,12 +53,17 @@ impl<'a, 'd> ObjectBuilder<'a, 'd> {
         let offset = (scene.nodes.len() - nodes.len()) as u32;
         for (id, node) in (offset..).zip(nodes) {
             let json = &root.nodes[node.node];
-            self.attach_mesh(scene, node.node, id, warnings)?;
+            if node.is_drawn {
+                self.attach_mesh(scene, node.node, id, warnings)?;
+            }
             if let Some(index) = json.camera.map(|c| c.value())
                 && let Some(camera) = light::camera(&root.cameras[index], index, id, warnings)
             {
                 attached.cameras.entry(index).or_default().push(scene.cameras.len() as u32);
                 scene.cameras.push(camera);
+            }
+            if !node.is_drawn {
+                continue;
             }
             let light = json.extensions.as_ref().and_then(|e| e.khr_lights_punctual.as_ref());
             let lights = root.extensions.as_ref().and_then(|e| e.khr_lights_punctual.as_ref());

@@ -176,3 +176,49 @@ fn an_empty_default_scene_beside_a_full_one_names_the_flag() {
     fixture.json["scenes"][1]["nodes"] = json!([]);
     assert!(fixture.load().1.is_empty());
 }
+
+/// Loads nodes with a mesh at those named in capitals. Returns the names of the nodes that show it.
+fn drawn(mut nodes: Value, roots: Value) -> Vec<String> {
+    let mut fixture = Fixture::triangle();
+    for node in nodes.as_array_mut().unwrap() {
+        if node["name"].as_str().unwrap().starts_with(char::is_uppercase) {
+            node["mesh"] = json!(0);
+        }
+    }
+    fixture.json["nodes"] = nodes;
+    fixture.json["scenes"][0]["nodes"] = roots;
+    let (scene, _) = fixture.load();
+    scene.instances.iter().map(|i| scene.nodes[i.node as usize].name.clone()).collect()
+}
+
+fn lod(ids: &[u64]) -> Value {
+    json!({"MSFT_lod": {"ids": ids}})
+}
+
+#[test]
+fn coarser_levels_of_detail_in_the_scene_are_not_drawn() {
+    // Siblings, with what is below them; and children of the level with the extension.
+    let nodes = json!([{"name": "A", "extensions": lod(&[1, 2])}, {"name": "B"},
+        {"name": "c", "children": [3]}, {"name": "D"}, {"name": "E"}]);
+    assert_eq!(drawn(nodes, json!([2, 0, 1, 4])), ["A", "E"]);
+    let nodes = json!([{"name": "a", "children": [1, 2, 3], "extensions": lod(&[2, 3])}, {"name": "B"},
+        {"name": "C"}, {"name": "D"}]);
+    assert_eq!(drawn(nodes, json!([0])), ["B"]);
+    // A node without a mesh only lists its levels.
+    let nodes = json!([{"name": "a", "children": [1, 2, 3], "extensions": lod(&[1, 2, 3])}, {"name": "b"},
+        {"name": "C"}, {"name": "D"}]);
+    assert_eq!(drawn(nodes, json!([0])), ["C"]);
+}
+
+#[test]
+fn malformed_levels_of_detail_hide_nothing_else() {
+    let nodes = json!([{"name": "A", "children": [1], "extensions": lod(&[0, 9, u64::MAX])},
+        {"name": "B", "extensions": lod(&[0, 1])}, {"name": "C", "extensions": {"MSFT_lod": {"ids": "x"}}}]);
+    assert_eq!(drawn(nodes, json!([0, 2])), ["A", "B", "C"]);
+    // Two nodes that name each other.
+    let nodes = json!([{"name": "A", "extensions": lod(&[1, 1])}, {"name": "B", "extensions": lod(&[0])}]);
+    assert_eq!(drawn(nodes, json!([0, 1])), ["A"]);
+    // A level of a node outside the scene.
+    let nodes = json!([{"name": "A", "extensions": lod(&[1])}, {"name": "B"}]);
+    assert_eq!(drawn(nodes, json!([1])), ["B"]);
+}
