@@ -118,7 +118,8 @@ impl Keyframes {
     /// Returns the keyframe or the pair of keyframes around `time`.
     fn span(&self, time: f64) -> Span {
         // Compares in f32: the keyframe of frame 4 at 30 frames/s may be slightly after 4/30 s.
-        let after = self.times.partition_point(|&t| t <= time as f32);
+        let until = if self.interpolation == Interpolation::Step { time + step_slack(time) } else { time };
+        let after = self.times.partition_point(|&t| t <= until as f32);
         if after == 0 {
             return Span::At(0);
         }
@@ -163,6 +164,16 @@ impl Keyframes {
             })
             .collect()
     }
+}
+
+/// Returns how far after `time` a step may be that happens at `time`, in seconds.
+///
+/// Exporters compute the times of frames in f32, as i·(1/30) or as sums of 1/30, and so write some of them a few
+/// rounding errors late. The slack is far below the distance of frames: 240 of them take a second at most.
+fn step_slack(time: f64) -> f64 {
+    const ABSOLUTE: f64 = 5e-5;
+    let relative = 4.0 * f64::from(f32::EPSILON);
+    ABSOLUTE + relative * time.abs()
 }
 
 /// The position of a time among the keyframes.
@@ -211,6 +222,31 @@ mod tests {
                     Keyframes { times: vec![0.0, time as f32], ..keys(Interpolation::Step, &[2.0, 4.0]) };
                 assert_eq!(keys.sample(time)[0], 4.0, "frame {frame} of {fps}");
                 assert_eq!(keys.sample(time - 1e-4)[0], 2.0, "before frame {frame} of {fps}");
+            }
+        }
+    }
+
+    /// Exporters compute times as i·(1/fps), or as sums of 1/fps.
+    #[test]
+    fn a_step_whose_time_is_rounded_up_happens_at_its_frame() {
+        for fps in [24.0f32, 25.0, 30.0, 60.0, 120.0] {
+            let count = 240;
+            let products: Vec<f32> = (0..count).map(|i| i as f32 * (1.0 / fps)).collect();
+            let mut sum = 0.0;
+            let sums: Vec<f32> = (0..count)
+                .map(|_| {
+                    sum += 1.0 / fps;
+                    sum - 1.0 / fps
+                })
+                .collect();
+            let values: Vec<f32> = (0..count).map(|i| i as f32).collect();
+            for times in [products, sums] {
+                let keys = Keyframes { times, values: values.clone(), ..keys(Interpolation::Step, &[]) };
+                for i in 0..count {
+                    let at = f64::from(i) / f64::from(fps);
+                    assert_eq!(keys.sample(at)[0], f64::from(i), "frame {i} of {fps}");
+                    assert_eq!(keys.sample(at + 0.9 / f64::from(fps))[0], f64::from(i), "after {i} of {fps}");
+                }
             }
         }
     }
