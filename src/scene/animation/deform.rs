@@ -148,7 +148,9 @@ impl<'a> MeshDeformer<'a> {
             }
             if let Some(tangent) = shape.tangents.get_mut(v) {
                 let t = matrix.transform_vector3(tangent.truncate().as_dvec3());
-                *tangent = t.normalize_or_zero().as_vec3().extend(tangent.w);
+                // The bitangent is mirrored with the surface: its sign changes with the cross product.
+                let side = if matrix.matrix3.determinant() < 0.0 { -tangent.w } else { tangent.w };
+                *tangent = t.normalize_or_zero().as_vec3().extend(side);
             }
         }
     }

@@ -4,7 +4,8 @@ use glam::{DMat3, DVec3, Vec3};
 
 use crate::{DeformedMesh, GeneratedFrames, Mesh};
 
-/// Recomputes the generated normals and tangents of `mesh` for its deformed shape.
+/// Recomputes the generated normals and tangents of `mesh` for its deformed shape. Where the deformation mirrors, it has
+/// changed the sign of the bitangents.
 pub(super) fn update_generated_frames(mesh: &Mesh, shape: &mut DeformedMesh) {
     if mesh.generated_frames == GeneratedFrames::None {
         return;
@@ -17,7 +18,9 @@ pub(super) fn update_generated_frames(mesh: &Mesh, shape: &mut DeformedMesh) {
         let motion = deformed * rest.inverse();
         for v in corners {
             if mesh.generated_frames == GeneratedFrames::NormalsAndTangents {
-                shape.normals[v] = deformed.z_axis.as_vec3();
+                let is_mirrored = shape.tangents.get(v).is_some_and(|t| t.w != mesh.tangents[v].w);
+                let side = if is_mirrored { -1.0 } else { 1.0 };
+                shape.normals[v] = (deformed.z_axis * side).as_vec3();
             }
             if let Some(tangent) = tangents.get_mut(v) {
                 *tangent += (motion * mesh.tangents[v].truncate().as_dvec3()).normalize_or_zero();
@@ -94,6 +97,42 @@ mod tests {
         assert!(shape.normals.iter().all(|n| n.abs_diff_eq(Vec3::Y, 1e-6)), "{:?}", shape.normals);
         let along = Vec4::new(0.0, 0.0, -1.0, -1.0);
         assert!(shape.tangents.iter().all(|t| t.abs_diff_eq(along, 1e-6)), "{:?}", shape.tangents);
+    }
+
+    /// A mesh below a mirrored node is the same with a skin as without one: the mirror image of its frames.
+    #[test]
+    fn frames_are_mirrored_by_joints() {
+        for generated_frames in [GeneratedFrames::NormalsAndTangents, GeneratedFrames::None] {
+            let mesh = Mesh {
+                positions: vec![Vec3::ZERO, Vec3::X, Vec3::Y],
+                triangles: vec![[0, 1, 2]],
+                normals: vec![Vec3::Z; 3],
+                tangents: vec![Vec4::new(0.6, 0.8, 0.0, 1.0); 3],
+                influences: Influences { per_vertex: 1, joints: vec![0; 3], weights: vec![1.0; 3] },
+                generated_frames,
+                ..Mesh::default()
+            };
+            let skin = Skin { joints: vec![0], inverse_bind: vec![DAffine3::IDENTITY], ..Skin::default() };
+            for (scale, normal, tangent) in [
+                (DVec3::new(-1.0, 1.0, 1.0), Vec3::Z, Vec4::new(-0.6, 0.8, 0.0, -1.0)),
+                (DVec3::new(1.0, 1.0, -1.0), Vec3::NEG_Z, Vec4::new(0.6, 0.8, 0.0, -1.0)),
+                (DVec3::NEG_ONE, Vec3::NEG_Z, Vec4::new(-0.6, -0.8, 0.0, -1.0)),
+                (DVec3::new(-1.0, -1.0, 1.0), Vec3::Z, Vec4::new(-0.6, -0.8, 0.0, 1.0)),
+            ] {
+                let nodes = [DAffine3::from_scale(scale)];
+                let shape = MeshDeformer::new(&mesh, &[], Some(&skin), &nodes).unwrap().deform();
+                assert!(
+                    shape.normals.iter().all(|n| n.abs_diff_eq(normal, 1e-6)),
+                    "{scale}: {:?}",
+                    shape.normals
+                );
+                assert!(
+                    shape.tangents.iter().all(|t| t.abs_diff_eq(tangent, 1e-6)),
+                    "{scale}: {:?}",
+                    shape.tangents
+                );
+            }
+        }
     }
 
     #[test]
