@@ -47,6 +47,15 @@ impl Mesh {
         self.uvs.get(set as usize).filter(|uvs| !uvs.is_empty()).map(Vec::as_slice)
     }
 
+    /// Returns the vertices without deformation.
+    pub(crate) fn rest_shape(&self) -> DeformedMesh {
+        DeformedMesh {
+            positions: self.positions.clone(),
+            normals: self.normals.clone(),
+            tangents: self.tangents.clone(),
+        }
+    }
+
     /// Returns the texture coordinates at a triangle's corners; zeros if the mesh lacks the set.
     #[inline]
     pub fn uvs_at(&self, corners: [u32; 3], set: u32) -> [Vec2; 3] {

@@ -104,11 +104,7 @@ impl<'a> MeshDeformer<'a> {
     /// Adds the weighted morph targets to the mesh.
     fn blend_morph_targets(&self) -> DeformedMesh {
         let MeshDeformer { mesh, weights, .. } = *self;
-        let mut shape = DeformedMesh {
-            positions: mesh.positions.clone(),
-            normals: mesh.normals.clone(),
-            tangents: mesh.tangents.clone(),
-        };
+        let mut shape = mesh.rest_shape();
         for (target, &w) in mesh.morph_targets.iter().zip(weights).filter(|&(_, &w)| w != 0.0) {
             for (p, d) in shape.positions.iter_mut().zip(&target.positions) {
                 *p += *d * w;

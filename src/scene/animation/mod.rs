@@ -17,4 +17,5 @@ mod pose_bounds;
 pub(super) mod posed_scene;
 mod skinned_cluster_bounds;
 mod tangent_frames;
+mod turned_tangents;
 mod vertex_clusters;

@@ -8,7 +8,10 @@ use crate::animation::bounds_cache::ClipBoundsCache;
 use crate::animation::node_transforms::{InstancePose, NodeTransforms};
 use crate::animation::playback::{AnimationChoice, PoseError, active_animations};
 use crate::animation::posed_scene::{PosedInstance, PosedScene};
-use crate::{Animation, AreaLight, ChannelTarget, DeformedMesh, FileCamera, Light, Material, Scene};
+use crate::animation::turned_tangents::TurnedMap;
+use crate::{
+    Animation, AreaLight, ChannelTarget, DeformedMesh, FileCamera, Instance, Light, Material, Mesh, Scene,
+};
 use blinn_core::geometry::{Aabb, Transform};
 
 /// The time of a pose, and which animations play.
@@ -41,7 +44,7 @@ fn pose_with_cache<'s>(
     let properties = AnimatedProperties::at(scene, &active, at.time);
     let nodes = NodeTransforms::at(scene, &active, at.time);
     let mut deformed = Vec::new();
-    let instances = pose_instances(scene, &nodes, &mut deformed);
+    let instances = pose_instances(scene, &nodes, &properties.materials, &mut deformed);
     let mut posed = PosedScene {
         scene,
         has_reflecting_materials: properties.materials.iter().any(Material::reflects),
@@ -70,12 +73,18 @@ fn pose_with_cache<'s>(
 fn pose_instances(
     scene: &Scene,
     nodes: &NodeTransforms,
+    materials: &[Material],
     deformed: &mut Vec<DeformedMesh>,
 ) -> Vec<PosedInstance> {
-    let pose = |instance| {
+    let pose = |instance: &Instance| {
         let InstancePose { to_world, winding, deformer } = nodes.pose_instance(instance);
-        let index = deformer.map(|deformer| {
-            deformed.push(deformer.deform());
+        let mut shape = deformer.map(|deformer| deformer.deform());
+        let mesh = &scene.meshes[instance.mesh as usize];
+        if let Some(map) = turned_map(scene, mesh, materials) {
+            map.turn(mesh, shape.get_or_insert_with(|| mesh.rest_shape()));
+        }
+        let index = shape.map(|shape| {
+            deformed.push(shape);
             deformed.len() as u32 - 1
         });
         PosedInstance {
@@ -85,6 +94,14 @@ fn pose_instances(
         }
     };
     scene.instances.iter().map(pose).collect()
+}
+
+/// Returns the normal map of a mesh whose tangents an animation turns. In Blender's files, normal maps use the axes of
+/// the untransformed coordinates.
+fn turned_map(scene: &Scene, mesh: &Mesh, materials: &[Material]) -> Option<TurnedMap> {
+    let material = mesh.material as usize;
+    let (rest, now) = (scene.materials.get(material)?, materials.get(material)?);
+    if std::ptr::eq(rest, now) || scene.source.is_blender() { None } else { TurnedMap::of(mesh, rest, now) }
 }
 
 /// Materials, lights and cameras at one time; borrowed where nothing drives them.

@@ -32,6 +32,11 @@ impl UvTransform {
         self.x_axis * by.x + self.y_axis * by.y
     }
 
+    /// Returns the determinant of M, negative where it mirrors.
+    pub(crate) fn determinant(&self) -> f32 {
+        self.x_axis.perp_dot(self.y_axis)
+    }
+
     /// Transforms coordinates.
     #[inline(always)]
     pub fn apply(&self, uv: Vec2) -> Vec2 {
