@@ -37,6 +37,18 @@ pub enum GlassMode {
     Solid,
 }
 
+/// The encoding of colours in MTL files.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum MtlColors {
+    /// By the program that wrote the file: sRGB for those that are known to write it, else linear.
+    #[default]
+    Auto,
+    /// Displayed values.
+    Srgb,
+    /// Linear light.
+    Linear,
+}
+
 /// Options of [`load`](super::load).
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct LoadOptions {
@@ -50,6 +62,8 @@ pub struct LoadOptions {
     pub up: UpAxis,
     /// Name of a material variant (KHR_materials_variants); `none` or `None` selects the default materials.
     pub variant: Option<String>,
+    /// The encoding of colours in MTL files.
+    pub mtl_colors: MtlColors,
     /// Source of the vertex normals.
     pub normals: NormalMode,
     /// The transmissive meshes that refract.

@@ -14,9 +14,10 @@ use blinn_scene::{
     Reflection, ScalarInput, TextureChannel, TextureRef,
 };
 
-/// Returns a material that no library defines: matte white.
-pub(super) fn undefined_material(name: &str) -> Material {
+/// Returns a material that no library defines: matte, and white unless its name is that of a colour.
+pub(super) fn undefined_material(name: &str, color: Option<Rgb>) -> Material {
     Material {
+        base_color: ColorInput::new(color.unwrap_or(Rgb::ONE)),
         name: name.to_string(),
         reflectance: Reflectance::Mtl(MtlReflectance::default()),
         double_sided: true,

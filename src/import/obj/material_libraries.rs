@@ -5,7 +5,7 @@ use std::ops::Range;
 
 use super::super::Limits;
 use super::super::error::Warnings;
-use super::mtl::{self, MtlMaterial};
+use super::mtl::{self, MtlContext, MtlMaterial};
 use super::text;
 use super::texture_files::find_file;
 use crate::files::name_match::{decompose, fold_case};
@@ -30,12 +30,14 @@ impl MaterialLibraries {
         materials: &[String],
         folder: &SceneFolder,
         limits: &Limits,
+        context: MtlContext,
         warnings: &mut Warnings,
     ) -> MaterialLibraries {
         let mut out = MaterialLibraries::default();
-        let missing = out.read_mtllibs(lines, folder, limits, warnings);
+        let missing = out.read_mtllibs(lines, folder, limits, context, warnings);
         let same_name = folder.with_extension("mtl");
-        let found = out.read_same_name(&same_name, &out.missing(materials), folder, limits, warnings);
+        let found =
+            out.read_same_name(&same_name, &out.missing(materials), folder, limits, context, warnings);
         let used = format!("used '{}', which has the name of the OBJ", printable(&same_name));
         let instead = format!("{used}, instead");
         let then = if found { instead.as_str() } else { "its materials are matte white" };
@@ -68,6 +70,7 @@ impl MaterialLibraries {
         lines: &[String],
         folder: &SceneFolder,
         limits: &Limits,
+        context: MtlContext,
         warnings: &mut Warnings,
     ) -> Vec<String> {
         let mut all_missing = Vec::new();
@@ -85,7 +88,7 @@ impl MaterialLibraries {
             };
             let read = read_mtllib(line, read);
             let files: Vec<_> = read.found.into_iter().flatten().collect();
-            self.add_line(&files, warnings);
+            self.add_line(&files, context, warnings);
             all_missing.extend(read.missing);
         }
         all_missing
@@ -98,6 +101,7 @@ impl MaterialLibraries {
         missing: &[&str],
         folder: &SceneFolder,
         limits: &Limits,
+        context: MtlContext,
         warnings: &mut Warnings,
     ) -> bool {
         if missing.is_empty() {
@@ -106,7 +110,7 @@ impl MaterialLibraries {
         let Ok(bytes) = find_file(folder, "", name, limits.file_bytes) else { return false };
         let mut library = MaterialLibraries::default();
         let mut its_warnings = Warnings::default();
-        library.add_line(&[(name.to_string(), bytes)], &mut its_warnings);
+        library.add_line(&[(name.to_string(), bytes)], context, &mut its_warnings);
         if missing.iter().all(|name| library.material(name).is_none()) {
             return false;
         }
@@ -122,8 +126,9 @@ impl MaterialLibraries {
     }
 
     /// Adds the materials of the files, with their names, of one `mtllib` line.
-    fn add_line(&mut self, files: &[(String, Vec<u8>)], warnings: &mut Warnings) {
-        let parsed: Vec<_> = files.iter().map(|(name, bytes)| parse(name, bytes, warnings)).collect();
+    fn add_line(&mut self, files: &[(String, Vec<u8>)], context: MtlContext, warnings: &mut Warnings) {
+        let parsed: Vec<_> =
+            files.iter().map(|(name, bytes)| parse(name, bytes, context, warnings)).collect();
         let line = self.all.len();
         // The first file of a line is searched first, so it is added last.
         for (place, materials) in parsed.into_iter().rev() {
@@ -177,7 +182,12 @@ impl MaterialLibraries {
 }
 
 /// Parses an MTL file. Returns its name for warnings, and its materials.
-fn parse(name: &str, bytes: &[u8], warnings: &mut Warnings) -> (String, Vec<MtlMaterial>) {
+fn parse(
+    name: &str,
+    bytes: &[u8],
+    context: MtlContext,
+    warnings: &mut Warnings,
+) -> (String, Vec<MtlMaterial>) {
     let (text, guessed) = text::decode(bytes);
     let place = printable(name);
     if guessed {
@@ -185,7 +195,7 @@ fn parse(name: &str, bytes: &[u8], warnings: &mut Warnings) -> (String, Vec<MtlM
     }
     let unified = name.replace('\\', "/");
     let beside = unified.rsplit_once('/').map_or("", |(folder, _)| folder);
-    let materials = mtl::parse(&text, &place, beside, warnings);
+    let materials = mtl::parse(&text, &place, beside, context, warnings);
     (place, materials)
 }
 
@@ -326,7 +336,14 @@ mod tests {
         let folder = SceneFolder::of(&dir.path().join("a.obj"), false);
         let lines = ["a.mtl a.mtl b.mtl", "a.mtl", "b.mtl a.mtl", "b.mtl b.mtl b.mtl"].map(String::from);
         let mut warnings = Warnings::default();
-        let libraries = MaterialLibraries::read(&lines, &[], &folder, &Limits::default(), &mut warnings);
+        let libraries = MaterialLibraries::read(
+            &lines,
+            &[],
+            &folder,
+            &Limits::default(),
+            MtlContext::default(),
+            &mut warnings,
+        );
         assert_eq!(libraries.all.len(), 1);
         // No material is reported as repeated, and the missing file is reported once.
         let warnings = warnings.into_vec();
@@ -349,7 +366,14 @@ mod tests {
         let ns = |lines: &[&str], names: &[&str]| {
             let lines: Vec<String> = lines.iter().map(ToString::to_string).collect();
             let mut warnings = Warnings::default();
-            let libraries = MaterialLibraries::read(&lines, &[], &folder, &Limits::default(), &mut warnings);
+            let libraries = MaterialLibraries::read(
+                &lines,
+                &[],
+                &folder,
+                &Limits::default(),
+                MtlContext::default(),
+                &mut warnings,
+            );
             let ns = names.iter().map(|name| libraries.material(name).and_then(|m| m.ns).unwrap_or(0.0));
             let repeated = warnings.into_vec().iter().filter(|w| w.message.contains("of the first")).count();
             (ns.collect::<Vec<_>>(), repeated)
@@ -369,7 +393,14 @@ mod tests {
         let read = || {
             let mut warnings = Warnings::default();
             let lines = ["my%20own.mtl".to_string()];
-            let libraries = MaterialLibraries::read(&lines, &[], &folder, &Limits::default(), &mut warnings);
+            let libraries = MaterialLibraries::read(
+                &lines,
+                &[],
+                &folder,
+                &Limits::default(),
+                MtlContext::default(),
+                &mut warnings,
+            );
             (libraries.all.iter().map(|m| m.name.clone()).collect::<String>(), warnings.into_vec().len())
         };
         assert_eq!(read(), (String::new(), 1));

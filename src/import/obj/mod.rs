@@ -7,6 +7,7 @@
 
 mod chunk;
 mod colors;
+mod css_colors;
 mod decimal_comma;
 mod digits;
 mod ear_clipping;
@@ -19,6 +20,8 @@ mod material;
 mod material_libraries;
 mod meshes;
 mod mtl;
+mod mtl_opacity;
+mod mtl_writer;
 mod number;
 mod plain_text;
 mod polygon;
@@ -49,7 +52,7 @@ use fast_parser::ParsedChunks;
 use geometry::ObjGeometry;
 use line_chunks::CHUNK_BYTES;
 use material_libraries::MaterialLibraries;
-use mtl::MtlMaterial;
+use mtl::{MtlContext, MtlMaterial};
 use textures::TextureLibrary;
 
 /// Version of Blender from which on the exporter winds the faces of mirrored objects as their normals point.
@@ -175,11 +178,17 @@ fn build_scene(
     }
     let has_colors = colors::has_colors(&geometry.colors);
     colors::to_linear(&mut geometry.colors, &mut warnings);
+    // JSCAD writes CSS names of colours, and no MTL.
+    let by_jscad = generator.ends_with("JSCAD");
+    let named_color = |name: &str| if by_jscad { css_colors::named_color(name) } else { None };
+    let defined: Vec<String> =
+        geometry.materials.iter().filter(|name| named_color(name).is_none()).cloned().collect();
     let libraries = MaterialLibraries::read(
         &geometry.libraries,
-        &geometry.materials,
+        &defined,
         folder,
         &options.limits,
+        MtlContext { generator: &generator, colors: options.mtl_colors },
         &mut warnings,
     );
     let used: Vec<Option<&MtlMaterial>> =
@@ -211,7 +220,7 @@ fn build_scene(
         mesh.material = *material_of.entry(slot).or_insert_with(|| {
             scene.materials.push(match mtl {
                 Some(mtl) => material::build_material(mtl, &mut images, &mut warnings),
-                None => material::undefined_material(name),
+                None => material::undefined_material(name, named_color(name)),
             });
             scene.materials.len() as u32 - 1
         });
@@ -264,10 +273,12 @@ fn to_world(up: UpAxis, origin: Option<DVec3>) -> DAffine3 {
     DAffine3 { matrix3: turn, translation: turn * origin.unwrap_or_default() }
 }
 
-/// Returns the first comment, in which exporters name themselves.
+/// Returns the first comment with a word, in which exporters name themselves: some draw lines of `#` around it.
 fn generator(text: &str) -> String {
-    let first = text.trim_start_matches('\u{feff}').split(['\n', '\r']).next().unwrap_or("");
-    first.strip_prefix('#').map(|c| printable(c.trim())).unwrap_or_default()
+    let lines = text.trim_start_matches('\u{feff}').split(['\n', '\r']).map(str::trim);
+    let mut comments = lines.filter(|line| !line.is_empty()).map_while(|line| line.strip_prefix('#'));
+    let first = comments.find(|comment| comment.contains(char::is_alphanumeric));
+    first.map(|comment| printable(comment.trim_matches(['#', ' ', '\t']))).unwrap_or_default()
 }
 
 #[cfg(test)]

@@ -2,11 +2,14 @@
 
 use super::super::error::Warnings;
 use super::decimal_comma::DecimalCommas;
+use super::mtl_opacity::{self, OpacityStatements};
+use super::mtl_writer::MtlWriter;
 use super::text::{logical_lines, split_keyword};
 use super::texture_map::{self, TextureMap};
 use crate::files::escape::printable;
+use crate::options::MtlColors;
 use blinn_core::geometry::Rgb;
-use blinn_scene::BlenderVersion;
+use blinn_scene::{BlenderVersion, srgb_to_linear};
 
 /// The statements of a material; `None` for a statement that is missing.
 #[derive(Clone, Debug, Default, PartialEq)]
@@ -20,8 +23,8 @@ pub(super) struct MtlMaterial {
     pub blender_version: Option<BlenderVersion>,
     /// Written by Blender's exporter up to 2.93, which does not write its version into MTL files.
     pub by_old_blender: bool,
-    /// Written by VTK or PyVista, which write the opacity into Tr.
-    pub by_vtk: bool,
+    /// The program that wrote the file.
+    pub writer: MtlWriter,
     pub ka: Option<Rgb>,
     pub kd: Option<Rgb>,
     pub ks: Option<Rgb>,
@@ -30,7 +33,9 @@ pub(super) struct MtlMaterial {
     pub tf: Option<Rgb>,
     pub ns: Option<f32>,
     pub ni: Option<f32>,
+    /// The opacity: see [`mtl_opacity`].
     pub d: Option<f32>,
+    pub opacity: OpacityStatements,
     pub illum: Option<i64>,
     pub roughness: Option<f32>,
     pub metallic: Option<f32>,
@@ -50,13 +55,28 @@ pub(super) struct MtlMaterial {
     pub normal_is_bump: bool,
 }
 
+/// What the meaning of an MTL file depends on, besides its text.
+#[derive(Clone, Copy, Debug, Default)]
+pub(super) struct MtlContext<'a> {
+    /// Program that wrote the OBJ.
+    pub generator: &'a str,
+    /// The encoding of colours.
+    pub colors: MtlColors,
+}
+
 /// Parses an MTL file. `place` names the file in warnings.
-pub(super) fn parse(text: &str, place: &str, folder: &str, warnings: &mut Warnings) -> Vec<MtlMaterial> {
+pub(super) fn parse(
+    text: &str,
+    place: &str,
+    folder: &str,
+    context: MtlContext,
+    warnings: &mut Warnings,
+) -> Vec<MtlMaterial> {
     let head = text.trim_start_matches('\u{feff}').trim_start();
     let by_blender = head.starts_with("# Blender");
     let by_old_blender = head.starts_with("# Blender MTL File");
     let blender_version = head.lines().next().filter(|_| by_blender).and_then(BlenderVersion::from_generator);
-    let by_vtk = head.starts_with("# wavefront mtl file written by the visualization toolkit");
+    let writer = MtlWriter::find(text, context.generator);
     let mut all: Vec<MtlMaterial> = Vec::new();
     let mut commas = DecimalCommas::default();
     for line in logical_lines(text) {
@@ -68,7 +88,7 @@ pub(super) fn parse(text: &str, place: &str, folder: &str, warnings: &mut Warnin
                 by_blender,
                 blender_version,
                 by_old_blender,
-                by_vtk,
+                writer,
                 ..Default::default()
             });
             continue;
@@ -79,12 +99,17 @@ pub(super) fn parse(text: &str, place: &str, folder: &str, warnings: &mut Warnin
             continue;
         };
         let found_before = commas.found;
-        if let Err(problem) = material.apply(keyword, rest, &mut commas) {
+        if let Err(problem) = material.apply(keyword, rest, line.number as u64, &mut commas) {
             problem.warn(&printable(keyword), &here, place, warnings);
         }
         if commas.found && !found_before {
             warnings.add(&here, "numbers have decimal commas: read as decimal points");
         }
+    }
+    mtl_opacity::resolve(&mut all, writer, place, warnings);
+    all.iter_mut().for_each(MtlMaterial::remove_defaults);
+    if writer.colors_are_srgb(context.colors) {
+        all.iter_mut().for_each(MtlMaterial::decode_colors);
     }
     all
 }
@@ -93,8 +118,6 @@ pub(super) fn parse(text: &str, place: &str, folder: &str, warnings: &mut Warnin
 enum Problem {
     Invalid(String),
     Unknown,
-    /// Both d and Tr, with different values.
-    ConflictingOpacity,
     Unsupported(&'static str),
     Negative,
     /// A colour of bytes, 0 to 255.
@@ -111,7 +134,6 @@ impl Problem {
         match self {
             Problem::Invalid(why) => warnings.add(line, format!("{keyword}: {why}; ignored the line")),
             Problem::Unknown => warnings.add(file, format!("ignored '{keyword}': not supported")),
-            Problem::ConflictingOpacity => warnings.add(line, "both d and Tr are given: used the later one"),
             Problem::Negative => warnings.add(line, format!("{keyword}: used 0 instead of a negative value")),
             Problem::Bytes => {
                 warnings.add(file, format!("{keyword} exceeds 1: read as bytes from 0 to 255"));
@@ -129,7 +151,13 @@ impl Problem {
 
 impl MtlMaterial {
     /// Applies a statement to the material.
-    fn apply(&mut self, keyword: &str, rest: &str, commas: &mut DecimalCommas) -> Result<(), Problem> {
+    fn apply(
+        &mut self,
+        keyword: &str,
+        rest: &str,
+        line: u64,
+        commas: &mut DecimalCommas,
+    ) -> Result<(), Problem> {
         let mut scalar_in = |text: &str| {
             let word = text.split_whitespace().next().unwrap_or("");
             let value = commas.parse(word).filter(|v| v.is_finite());
@@ -137,7 +165,10 @@ impl MtlMaterial {
         };
         match keyword.to_ascii_lowercase().as_str() {
             "ka" => return set_reflectance(&mut self.ka, rest, commas),
-            "kd" => return set_reflectance(&mut self.kd, rest, commas),
+            "kd" => {
+                self.opacity.kd = fourth_share(rest, commas);
+                return set_reflectance(&mut self.kd, rest, commas);
+            }
             "ks" => return set_reflectance(&mut self.ks, rest, commas),
             "ke" => return set_color(&mut self.ke, rest, commas),
             "tf" => return set_color(&mut self.tf, rest, commas),
@@ -148,14 +179,13 @@ impl MtlMaterial {
             "pc" => self.coat = Some(scalar_in(rest)?),
             "pcr" => self.coat_roughness = Some(scalar_in(rest)?),
             "illum" => self.illum = Some(scalar_in(rest)? as i64),
-            key @ ("d" | "tr") => {
-                let value = scalar_in(rest.trim_start_matches("-halo"))?;
-                let value = if key == "d" || self.by_vtk { value } else { 1.0 - value };
-                let before = self.d.replace(value);
-                // 3ds Max writes both with four decimals.
-                if before.is_some_and(|before| (before - value).abs() > 1e-3) {
-                    return Err(Problem::ConflictingOpacity);
-                }
+            "d" => {
+                self.opacity.d = Some(scalar_in(rest.trim_start_matches("-halo"))?);
+                (self.opacity.tr_is_later, self.opacity.line) = (false, line);
+            }
+            "tr" => {
+                self.opacity.tr = Some(scalar_in(rest)?);
+                (self.opacity.tr_is_later, self.opacity.line) = (true, line);
             }
             "map_ka" => return set_color_map(&mut self.map_ka, rest, commas),
             "map_kd" => return set_color_map(&mut self.map_kd, rest, commas),
@@ -195,6 +225,45 @@ impl MtlMaterial {
         }
         Ok(())
     }
+}
+
+impl MtlMaterial {
+    /// Removes what the program writes for every material. trimesh's default is grey .4 for all coefficients, with an
+    /// exponent of 1. It does not darken or veil a texture. VTK always writes the illumination model 3 and has no mirrors.
+    fn remove_defaults(&mut self) {
+        match self.writer {
+            MtlWriter::Vtk if self.illum == Some(3) => self.illum = Some(2),
+            MtlWriter::Trimesh => {
+                const GREY: Option<Rgb> = Some(Rgb::splat(0.4));
+                if self.ks == GREY && self.ns == Some(1.0) {
+                    self.ks = None;
+                }
+                if self.ka == GREY {
+                    self.ka = None;
+                }
+                if self.kd == GREY && self.map_kd.is_some() {
+                    self.kd = None;
+                }
+            }
+            _ => {}
+        }
+    }
+
+    /// Decodes colours from sRGB. Values above 1 are no displayed colours.
+    fn decode_colors(&mut self) {
+        for color in [&mut self.ka, &mut self.kd, &mut self.ks, &mut self.ke].into_iter().flatten() {
+            if color.max_element() <= 1.0 {
+                *color = Rgb::from_array(color.to_array().map(srgb_to_linear));
+            }
+        }
+    }
+}
+
+/// Returns the fourth of four numbers, if it can be an opacity.
+fn fourth_share(rest: &str, commas: &mut DecimalCommas) -> Option<f32> {
+    let mut words = rest.split_whitespace();
+    let fourth = words.nth(3)?;
+    commas.parse(fourth).filter(|share| words.next().is_none() && (0.0..=1.0).contains(share))
 }
 
 /// Returns true if all words are the number 0.
@@ -280,7 +349,7 @@ mod tests {
 
     fn one(text: &str) -> (MtlMaterial, Vec<String>) {
         let mut warnings = Warnings::default();
-        let all = parse(text, "a.mtl", "", &mut warnings);
+        let all = parse(text, "a.mtl", "", MtlContext::default(), &mut warnings);
         (all.into_iter().next().unwrap(), warnings.into_vec().iter().map(ToString::to_string).collect())
     }
 
@@ -295,7 +364,7 @@ mod tests {
         assert_eq!((m.ks, m.d), (None, Some(0.75)));
         assert_eq!(warnings.len(), 3, "{warnings:?}");
         assert!(
-            warnings[0].contains("line 3") && warnings[1].contains("line 7") && warnings[2].contains("what")
+            warnings[0].contains("line 3") && warnings[1].contains("what") && warnings[2].contains("line 7")
         );
     }
 
@@ -400,7 +469,7 @@ mod tests {
             let (_, warnings) = one(&format!("newmtl a\n{text}"));
             assert!(warnings.is_empty(), "{text}: {warnings:?}");
         }
-        for text in ["Ps .5\nanisor .03\n", "d 1\nTr 1\n", "ao 0 .5 0\n", "ao\n"] {
+        for text in ["Ps .5\nanisor .03\n", "d 1\nTr .5\n", "ao 0 .5 0\n", "ao\n"] {
             let (_, warnings) = one(&format!("newmtl a\n{text}"));
             assert_eq!(warnings.len(), 1, "{text}: {warnings:?}");
         }
@@ -417,6 +486,41 @@ mod tests {
     }
 
     #[test]
+    fn defaults_of_trimesh_and_vtk_do_not_count() {
+        let grey = "Ka .4 .4 .4\nKd .4 .4 .4\nKs .4 .4 .4\nNs 1\n";
+        let trimesh = "# https://github.com/mikedh/trimesh\n";
+        let colors = |text: &str| {
+            let (m, _) = one(text);
+            (m.ka, m.kd, m.ks)
+        };
+        let all = Some(Rgb::splat(0.4));
+        assert_eq!(colors(&format!("{trimesh}newmtl a\n{grey}map_Kd a.png\n")), (None, None, None));
+        assert_eq!(colors(&format!("{trimesh}newmtl a\n{grey}")), (None, all, None));
+        assert_eq!(colors(&format!("newmtl a\n{grey}map_Kd a.png\n")), (all, all, all));
+        let vtk = "# wavefront mtl file written by the visualization toolkit\n";
+        assert_eq!(one(&format!("{vtk}newmtl a\nillum 3\n")).0.illum, Some(2));
+        assert_eq!(one("newmtl a\nillum 3\n").0.illum, Some(3));
+    }
+
+    #[test]
+    fn colours_of_programs_that_write_displayed_values_are_decoded() {
+        let kd = |text: &str, colors| {
+            let context = MtlContext { generator: "", colors };
+            parse(text, "a.mtl", "", context, &mut Warnings::default())[0].kd.unwrap().x
+        };
+        let jmol = "# Created by Jmol 14\nnewmtl a\nKd .5 1 0\n";
+        let blender = "# Blender 5.0.1 MTL File\nnewmtl a\nKd .5 1 0\n";
+        let unknown = "newmtl a\nKd .5 1 0\n";
+        let decoded = srgb_to_linear(0.5);
+        for (text, auto) in [(jmol, decoded), (blender, 0.5), (unknown, 0.5)] {
+            assert_eq!(kd(text, MtlColors::Auto), auto, "{text}");
+            assert_eq!((kd(text, MtlColors::Srgb), kd(text, MtlColors::Linear)), (decoded, 0.5), "{text}");
+        }
+        // Beyond what a display shows.
+        assert_eq!(kd("newmtl a\nKd .5 2 0\n", MtlColors::Srgb), 0.5);
+    }
+
+    #[test]
     fn norm_takes_precedence_over_bump() {
         for text in ["newmtl a\nnorm n.png\nbump b.png\n", "newmtl a\nbump b.png\nnorm n.png\n"] {
             let (m, _) = one(text);
@@ -428,7 +532,7 @@ mod tests {
     fn truncated_text_does_not_panic() {
         let text = "# Blender\nnewmtl é\nKd 1 1 1\nmap_Kd -s 1 1 a.png\nbump -bm\nd\nillum 1e300\nNs nan\n";
         for end in (0..text.len()).filter(|&i| text.is_char_boundary(i)) {
-            parse(&text[..end], "", "", &mut Warnings::default());
+            parse(&text[..end], "", "", MtlContext::default(), &mut Warnings::default());
         }
     }
 }

@@ -18,7 +18,12 @@ impl TurnedMap {
         let (rest, now) = rest.normal.as_ref().zip(now.normal.as_ref())?;
         let axes = |map: &NormalMap| (map.texture.transform.rotation(), map.texture.transform.scale());
         let is_generated = mesh.generated_frames != GeneratedFrames::None && !mesh.tangents.is_empty();
-        (is_generated && axes(rest) != axes(now)).then_some(TurnedMap {
+        let is_regular = |map: &NormalMap| {
+            let determinant = map.texture.transform.determinant();
+            determinant.is_finite() && determinant != 0.0
+        };
+        let is_turned = axes(rest) != axes(now) && is_regular(rest) && is_regular(now);
+        (is_generated && is_turned).then_some(TurnedMap {
             uv_set: now.texture.uv_set,
             rest: rest.texture.transform,
             now: now.texture.transform,
@@ -132,8 +137,7 @@ mod tests {
         assert_eq!(turned(FRAC_PI_2, Vec2::ONE, GeneratedFrames::None), None);
         assert_eq!(turned(0.0, Vec2::ONE, GeneratedFrames::Tangents), None);
         for scale in [Vec2::ZERO, Vec2::new(0.0, 1.0), Vec2::NAN, Vec2::INFINITY] {
-            let tangent = turned(1.0, scale, GeneratedFrames::Tangents).unwrap();
-            assert_eq!(tangent, Vec4::new(1.0, 0.0, 0.0, 1.0), "{scale}");
+            assert_eq!(turned(1.0, scale, GeneratedFrames::Tangents), None, "{scale}");
         }
     }
 }

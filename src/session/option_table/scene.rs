@@ -2,7 +2,7 @@
 
 use super::{Choices, Effect, Heading, OptionDef, choose, names, store};
 use crate::values;
-use blinn_import::{GlassMode, SceneChoice, UpAxis};
+use blinn_import::{GlassMode, MtlColors, SceneChoice, UpAxis};
 use blinn_scene::SourceFormat;
 
 const BASE: OptionDef = OptionDef { heading: Heading::Scene, ..OptionDef::BASE };
@@ -12,8 +12,10 @@ const FORMATS: Choices<Option<SourceFormat>, 3> =
 const UP_AXES: Choices<UpAxis, 2> = [("y", UpAxis::Y), ("z", UpAxis::Z)];
 const GLASS_MODES: Choices<GlassMode, 3> =
     [("auto", GlassMode::Auto), ("thin", GlassMode::Thin), ("solid", GlassMode::Solid)];
+const MTL_COLORS: Choices<MtlColors, 3> =
+    [("auto", MtlColors::Auto), ("srgb", MtlColors::Srgb), ("linear", MtlColors::Linear)];
 
-pub static SCENE: [OptionDef; 6] = [
+pub static SCENE: [OptionDef; 7] = [
     OptionDef {
         name: "format",
         value_name: "FORMAT",
@@ -45,6 +47,15 @@ pub static SCENE: [OptionDef; 6] = [
         default: Some("y"),
         help: "Up axis of the file",
         effect: Effect::Value(|options, text| choose(&mut options.load.up, text, &UP_AXES)),
+        ..BASE
+    },
+    OptionDef {
+        name: "mtl-colors",
+        value_name: "COLORS",
+        choices: &names(&MTL_COLORS),
+        default: Some("auto"),
+        help: "Encoding of the colours in MTL files: srgb, linear, or auto to decide by the exporter",
+        effect: Effect::Value(|options, text| choose(&mut options.load.mtl_colors, text, &MTL_COLORS)),
         ..BASE
     },
     OptionDef {

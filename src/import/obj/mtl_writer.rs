@@ -1,0 +1,93 @@
+//! The programs that write MTL files, as far as their files mean something of their own.
+
+use crate::options::MtlColors;
+
+/// The program that wrote an MTL file.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub(super) enum MtlWriter {
+    #[default]
+    Unknown,
+    Blender,
+    /// VTK, PyVista and ParaView.
+    Vtk,
+    Jmol,
+    MolStar,
+    /// MeshLab and PyMeshLab.
+    MeshLab,
+    /// Open CASCADE, and with it cascadio.
+    OpenCascade,
+    SweetHome3d,
+    LeoCad,
+    Trimesh,
+}
+
+/// Text in the head of a file that names its program.
+const MARKS: [(&str, MtlWriter); 8] = [
+    ("written by the visualization toolkit", MtlWriter::Vtk),
+    ("Created by Jmol", MtlWriter::Jmol),
+    ("by Meshlab", MtlWriter::MeshLab),
+    ("by MeshLab", MtlWriter::MeshLab),
+    ("Open CASCADE", MtlWriter::OpenCascade),
+    ("Sweet Home 3D", MtlWriter::SweetHome3d),
+    ("LeoCAD", MtlWriter::LeoCad),
+    ("mikedh/trimesh", MtlWriter::Trimesh),
+];
+
+/// Lines of a file's head.
+const HEAD_LINES: usize = 20;
+
+impl MtlWriter {
+    /// Finds the program by the first lines of the MTL, or else by the generator of the OBJ.
+    pub fn find(mtl: &str, generator: &str) -> MtlWriter {
+        let text = mtl.trim_start_matches('\u{feff}').trim_start();
+        if text.starts_with("# Blender") {
+            return MtlWriter::Blender;
+        }
+        let lines =
+            || text.split(['\n', '\r']).map(str::trim).filter(|line| !line.is_empty()).take(HEAD_LINES);
+        let marked =
+            |line: &str| MARKS.iter().find(|(mark, _)| line.contains(mark)).map(|&(_, writer)| writer);
+        let mut comments = lines().take_while(|line| line.starts_with('#'));
+        if let Some(writer) = comments.find_map(marked).or_else(|| marked(generator)) {
+            return writer;
+        }
+        // Mol* names itself in neither file. These constants are those of Jmol.
+        let has = |statement: &str| lines().any(|line| line == statement);
+        if has("Ns 163") && has("Ni 0.001") { MtlWriter::MolStar } else { MtlWriter::Unknown }
+    }
+
+    /// Returns true if colours are displayed (sRGB) values. Blender writes linear ones, and so do files of unknown
+    /// programs: the lecture's k_d.
+    pub fn colors_are_srgb(self, choice: MtlColors) -> bool {
+        match choice {
+            MtlColors::Auto => !matches!(self, MtlWriter::Unknown | MtlWriter::Blender | MtlWriter::Trimesh),
+            MtlColors::Srgb => true,
+            MtlColors::Linear => false,
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn programs_are_found_by_their_heads() {
+        for (mtl, generator, expected) in [
+            ("# Blender 5.0.1 MTL File: 'None'\nnewmtl a", "", MtlWriter::Blender),
+            ("#\n# Wavefront material file\n# Converted by Meshlab Group\n#\n", "", MtlWriter::MeshLab),
+            (
+                "\u{feff}\r\n# Created by Jmol 14.32.83\r\n\r\nnewmtl a\n Ns 163\n Ni 0.001\n",
+                "",
+                MtlWriter::Jmol,
+            ),
+            ("newmtl 0xff8040\nillum 2\nNs 163\nNi 0.001\n", "", MtlWriter::MolStar),
+            ("newmtl a\n", "Model exported from LeoCAD", MtlWriter::LeoCad),
+            ("# https://github.com/mikedh/trimesh\n", "", MtlWriter::Trimesh),
+            ("newmtl a\n# Created by Jmol\nNs 163\n", "Blender 5.0", MtlWriter::Unknown),
+            ("", "", MtlWriter::Unknown),
+        ] {
+            assert_eq!(MtlWriter::find(mtl, generator), expected, "{mtl}");
+        }
+    }
+}
