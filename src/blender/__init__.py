@@ -1,0 +1,45 @@
+"""Blender extension of blinn: File > Export > glTF also writes what the renderer needs to show the scene as Blender does."""
+
+from __future__ import annotations
+
+import bpy
+
+from .export_hook import ENABLED, glTF2ExportUserExtension
+
+__all__ = ["glTF2ExportUserExtension", "register", "unregister"]
+
+PANEL = "blinn"
+
+
+def draw_export(context: bpy.types.Context, layout: bpy.types.UILayout) -> None:
+    """Draws the checkbox in the export dialog."""
+    header, body = layout.panel("BLINN_export", default_closed=False)
+    header.prop(context.scene, ENABLED, text="")
+    header.label(text="blinn")
+    if body is not None:
+        body.active = getattr(context.scene, ENABLED)
+        body.label(text="Area lights, world and render settings")
+
+
+def export_panels() -> dict:
+    """Returns the panels of the exporter's dialog; an empty dictionary if the exporter is disabled."""
+    try:
+        from io_scene_gltf2 import exporter_extension_layout_draw
+    except ImportError:
+        return {}
+    return exporter_extension_layout_draw
+
+
+def register() -> None:
+    enabled = bpy.props.BoolProperty(
+        name="blinn",
+        description="Also write area lights (EXT_lights_area), the world and render settings (extras.blinn)",
+        default=True,
+    )
+    setattr(bpy.types.Scene, ENABLED, enabled)
+    export_panels()[PANEL] = draw_export
+
+
+def unregister() -> None:
+    export_panels().pop(PANEL, None)
+    delattr(bpy.types.Scene, ENABLED)

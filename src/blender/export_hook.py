@@ -1,0 +1,47 @@
+"""Hooks that Blender's glTF exporter calls. The exporter logs an exception in a hook and goes on without it."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import bpy
+
+from . import area_light, camera, punctual_light, scene_settings
+from .gltf_types import add_extras
+
+ENABLED = "blinn_export"
+
+
+class glTF2ExportUserExtension:
+    """Made by the exporter at the start of an export."""
+
+    is_critical = False
+
+    def __init__(self) -> None:
+        self.is_enabled = getattr(bpy.context.scene, ENABLED, True)
+        # The exporter of some versions multiplies the colours of lights by their temperature while it reads them.
+        self.colors = {light.name_full: tuple(light.color) for light in bpy.data.lights}
+
+    def gather_node_hook(self, node: Any, blender_object: bpy.types.Object | None, settings: dict[str, Any]) -> None:
+        """Adds what a light or a camera lacks. Objects that the exporter leaves out never come here."""
+        if not self.is_enabled or blender_object is None:
+            return
+        if blender_object.type == "LIGHT" and settings["gltf_lights"]:
+            color = self.colors.get(blender_object.data.name_full, tuple(blender_object.data.color))
+            if blender_object.data.type == "AREA":
+                area_light.write(node, blender_object, color, settings)
+            else:
+                punctual_light.write(node, blender_object, color)
+        elif blender_object.type == "CAMERA" and node.camera is not None:
+            add_extras(node.camera, camera.extras(blender_object))
+            if any(scene.camera == blender_object for scene in bpy.data.scenes):
+                add_extras(node, {"activeCamera": True})
+
+    def gather_gltf_hook(self, active_scene: int, scenes: list, animations: list, settings: dict[str, Any]) -> None:
+        """Adds world and render settings to each scene."""
+        if not self.is_enabled:
+            return
+        for gltf_scene in scenes:
+            scene = bpy.data.scenes.get(gltf_scene.name)
+            if scene is not None:
+                add_extras(gltf_scene, scene_settings.extras(scene, settings))

@@ -1,0 +1,42 @@
+"""Emission of a light in Blender: strength, colour and the light's nodes."""
+
+from __future__ import annotations
+
+import bpy
+
+from .node_links import linked_node
+
+WHITE = (1.0, 1.0, 1.0)
+
+
+def strength(light: bpy.types.Light) -> float:
+    """Returns the strength with its exposure: W/m² of a sun, else W."""
+    return light.energy * 2.0 ** getattr(light, "exposure", 0.0)
+
+
+def tint(light: bpy.types.Light) -> tuple[float, float, float]:
+    """Returns the colour of the light's temperature, linear; white without one."""
+    if not getattr(light, "use_temperature", False):
+        return WHITE
+    return tuple(light.temperature_color)
+
+
+def node_emission(light: bpy.types.Light) -> tuple[float, float, float]:
+    """Returns the factor of the light's nodes, which only Cycles evaluates. Linked values count as 1."""
+    if bpy.context.scene.render.engine != "CYCLES" or not light.use_nodes or light.node_tree is None:
+        return WHITE
+    output = light.node_tree.get_output_node("CYCLES")
+    emission = output and linked_node(output.inputs["Surface"])
+    if emission is None or emission.bl_idname != "ShaderNodeEmission":
+        return WHITE
+    color, factor = emission.inputs["Color"], emission.inputs["Strength"]
+    power = 1.0 if factor.is_linked else factor.default_value
+    return tuple(power * (1.0 if color.is_linked else channel) for channel in color.default_value[:3])
+
+
+def product(*colors: tuple[float, ...]) -> list[float]:
+    """Returns the product of colours by channel."""
+    result = [1.0, 1.0, 1.0]
+    for color in colors:
+        result = [a * b for a, b in zip(result, color)]
+    return result

@@ -1,0 +1,74 @@
+"""Pictures of the world as files: the original if it is a linear OpenEXR or Radiance picture, else a new Radiance picture."""
+
+from __future__ import annotations
+
+import os
+from typing import NamedTuple
+
+import bpy
+import numpy
+
+EXR_MAGIC = b"\x76\x2f\x31\x01"
+RADIANCE_MAGICS = (b"#?RADIANCE", b"#?RGBE")
+LINEAR = {"Linear Rec.709", "Linear", "Non-Color", "Raw"}
+
+
+class EncodedImage(NamedTuple):
+    """The bytes of a picture file."""
+
+    data: bytes
+    mime_type: str
+
+
+def encode(image: bpy.types.Image) -> EncodedImage | None:
+    """Returns a picture as a file; None if it has no pixels."""
+    data = original_bytes(image)
+    if data is not None and not image.is_dirty and image.colorspace_settings.name in LINEAR:
+        if data.startswith(EXR_MAGIC):
+            return EncodedImage(data, "image/x-exr")
+        if data.startswith(RADIANCE_MAGICS):
+            return EncodedImage(data, "image/vnd.radiance")
+    texels = linear_texels(image)
+    return None if texels is None else EncodedImage(radiance_bytes(texels), "image/vnd.radiance")
+
+
+def original_bytes(image: bpy.types.Image) -> bytes | None:
+    """Returns the file of a picture, packed or on disk."""
+    if image.source != "FILE":
+        return None
+    if image.packed_file is not None:
+        return bytes(image.packed_file.data)
+    path = bpy.path.abspath(image.filepath, library=image.library)
+    if not os.path.isfile(path):
+        return None
+    with open(path, "rb") as file:
+        return file.read()
+
+
+def linear_texels(image: bpy.types.Image) -> numpy.ndarray | None:
+    """Returns linear radiance, height x width x 3, with the uppermost row first; None if there are no pixels."""
+    width, height = image.size
+    if not image.has_data and width * height == 0 or width * height == 0:
+        return None
+    texels = numpy.empty(width * height * image.channels, dtype=numpy.float32)
+    image.pixels.foreach_get(texels)
+    texels = texels.reshape(height, width, image.channels)[::-1]
+    colors = texels[..., :3] if image.channels >= 3 else numpy.repeat(texels[..., :1], 3, axis=2)
+    # Blender holds pictures of floats in linear light, and pictures of bytes in their own colour space.
+    if image.is_float or image.colorspace_settings.name in LINEAR:
+        return colors
+    return numpy.where(colors <= 0.04045, colors / 12.92, ((colors + 0.055) / 1.055) ** 2.4)
+
+
+def radiance_bytes(texels: numpy.ndarray) -> bytes:
+    """Returns a Radiance picture without run-length encoding, with 8 bits of mantissa."""
+    height, width, _ = texels.shape
+    texels = numpy.nan_to_num(numpy.maximum(texels, 0.0), posinf=65504.0)
+    peak = texels.max(axis=2)
+    _, exponent = numpy.frexp(peak)
+    scale = numpy.where(peak > 1e-32, numpy.ldexp(1.0, 8 - exponent), 0.0)
+    rgbe = numpy.empty((height, width, 4), dtype=numpy.uint8)
+    rgbe[..., :3] = numpy.clip(texels * scale[..., None], 0, 255)
+    rgbe[..., 3] = numpy.where(peak > 1e-32, numpy.clip(exponent + 128, 0, 255), 0)
+    header = f"#?RADIANCE\nFORMAT=32-bit_rle_rgbe\n\n-Y {height} +X {width}\n"
+    return header.encode("ascii") + rgbe.tobytes()
