@@ -127,3 +127,19 @@ soak:
 # Rewrite the expected results of bad files. Check what changed.
 bad-files:
     GOLDEN=update cargo test --locked --test robustness bad_files::
+
+# Build the Blender extension: target/blender/blinn-VERSION.zip, for Edit > Preferences > Get Extensions > Install
+# from Disk.
+blender:
+    #!/usr/bin/env bash
+    set -euo pipefail
+    version=$(sed -n 's/^version = "\(.*\)"/\1/p' src/blender/blender_manifest.toml)
+    mkdir -p target/blender
+    zip=$PWD/target/blender/blinn-$version.zip
+    rm -f "$zip"
+    (cd src/blender && python3 -m zipfile -c "$zip" blender_manifest.toml *.py ../../LICENSE-MIT ../../LICENSE-APACHE)
+    echo "$zip"
+
+# Test the Blender extension with a Python that has bpy and pytest: `just blender-test .venv/bin/python`.
+blender-test python="python3" *words:
+    {{python}} -m pytest tests/blender {{words}}

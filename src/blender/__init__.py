@@ -1,4 +1,4 @@
-"""Blender extension of blinn: File > Export > glTF also writes what the renderer needs to show the scene as Blender does."""
+"""Blender extension of blinn: File > Export > glTF also writes what glTF has no field for."""
 
 from __future__ import annotations
 

@@ -25,18 +25,17 @@ def write(node: Any, light_object: bpy.types.Object, color: tuple[float, ...], s
     node.extensions = {**(node.extensions or {}), EXTENSION: Extension(EXTENSION, {"light": light}, False)}
 
 
-def description(
-    light_object: bpy.types.Object, color: tuple[float, ...], lighting_mode: str
-) -> dict[str, Any] | None:
+def description(light_object: bpy.types.Object, color: tuple[float, ...], lighting_mode: str) -> dict[str, Any] | None:
     """Returns the light in the extension's terms; None without area.
 
-    Its size is in metres before the node's scale, of which glTF takes the largest component. Its intensity is its radiance
-    in nits, or in W/(m² sr) if the exporter does not convert to lumens.
+    Its size is in metres before the node's scale, of which glTF takes the largest component. Its intensity is its
+    radiance in nits, or in W/(m² sr) if the exporter does not convert to lumens.
     """
     light = light_object.data
     has_height = light.shape in {"RECTANGLE", "ELLIPSE"}
     is_disk = light.shape in {"DISK", "ELLIPSE"}
-    scale = [column.length for column in light_object.matrix_world.to_3x3().col]
+    # Matrices are in single precision: 0.9999999 means 1.
+    scale = [float(f"{column.length:.6g}") for column in light_object.matrix_world.to_3x3().col]
     width = light.size * scale[0]
     height = (light.size_y if has_height else light.size) * scale[1]
     area = width * height * (math.pi / 4.0 if is_disk else 1.0)

@@ -19,8 +19,9 @@ class glTF2ExportUserExtension:
 
     def __init__(self) -> None:
         self.is_enabled = getattr(bpy.context.scene, ENABLED, True)
-        # The exporter of some versions multiplies the colours of lights by their temperature while it reads them.
+        # While the exporter works, it changes the current frame and, in some versions, the colours of lights.
         self.colors = {light.name_full: tuple(light.color) for light in bpy.data.lights}
+        self.current_frames = {scene.name: scene.frame_current for scene in bpy.data.scenes}
 
     def gather_node_hook(self, node: Any, blender_object: bpy.types.Object | None, settings: dict[str, Any]) -> None:
         """Adds what a light or a camera lacks. Objects that the exporter leaves out never come here."""
@@ -44,4 +45,5 @@ class glTF2ExportUserExtension:
         for gltf_scene in scenes:
             scene = bpy.data.scenes.get(gltf_scene.name)
             if scene is not None:
-                add_extras(gltf_scene, scene_settings.extras(scene, settings))
+                current = self.current_frames.get(scene.name, scene.frame_current)
+                add_extras(gltf_scene, scene_settings.extras(scene, current, settings))

@@ -1,4 +1,4 @@
-"""Pictures of the world as files: the original if it is a linear OpenEXR or Radiance picture, else a new Radiance picture."""
+"""Pictures of the world as files: the original if it is linear OpenEXR or Radiance, else a new Radiance picture."""
 
 from __future__ import annotations
 
@@ -22,14 +22,16 @@ class EncodedImage(NamedTuple):
 
 def encode(image: bpy.types.Image) -> EncodedImage | None:
     """Returns a picture as a file; None if it has no pixels."""
+    width, height = image.size
+    if width * height == 0:
+        return None
     data = original_bytes(image)
     if data is not None and not image.is_dirty and image.colorspace_settings.name in LINEAR:
         if data.startswith(EXR_MAGIC):
             return EncodedImage(data, "image/x-exr")
         if data.startswith(RADIANCE_MAGICS):
             return EncodedImage(data, "image/vnd.radiance")
-    texels = linear_texels(image)
-    return None if texels is None else EncodedImage(radiance_bytes(texels), "image/vnd.radiance")
+    return EncodedImage(radiance_bytes(linear_texels(image)), "image/vnd.radiance")
 
 
 def original_bytes(image: bpy.types.Image) -> bytes | None:
@@ -45,11 +47,9 @@ def original_bytes(image: bpy.types.Image) -> bytes | None:
         return file.read()
 
 
-def linear_texels(image: bpy.types.Image) -> numpy.ndarray | None:
-    """Returns linear radiance, height x width x 3, with the uppermost row first; None if there are no pixels."""
+def linear_texels(image: bpy.types.Image) -> numpy.ndarray:
+    """Returns linear radiance, height x width x 3, with the uppermost row first."""
     width, height = image.size
-    if not image.has_data and width * height == 0 or width * height == 0:
-        return None
     texels = numpy.empty(width * height * image.channels, dtype=numpy.float32)
     image.pixels.foreach_get(texels)
     texels = texels.reshape(height, width, image.channels)[::-1]

@@ -12,12 +12,12 @@ VERSION = 1
 LIGHT_UNITS = {"SPEC": "standard", "COMPAT": "unitless", "RAW": "raw"}
 
 
-def extras(scene: bpy.types.Scene, settings: dict[str, Any]) -> dict[str, Any]:
+def extras(scene: bpy.types.Scene, current_frame: int, settings: dict[str, Any]) -> dict[str, Any]:
     """Returns picture size, region, frames, view transform, light paths, film and world."""
     values = {
         "version": VERSION,
         **picture(scene.render),
-        "frames": frames(scene),
+        "frames": frames(scene, current_frame),
         "view": view(scene),
         "filmTransparent": scene.render.film_transparent,
         **light_paths(scene),
@@ -45,13 +45,13 @@ def picture(render: bpy.types.RenderSettings) -> dict[str, Any]:
     return values
 
 
-def frames(scene: bpy.types.Scene) -> dict[str, Any]:
+def frames(scene: bpy.types.Scene, current_frame: int) -> dict[str, Any]:
     """Returns the frame range, the current frame, and frames per second. Frame N is at N / rate seconds."""
     return {
         "start": scene.frame_start,
         "end": scene.frame_end,
         "step": scene.frame_step,
-        "current": scene.frame_current,
+        "current": current_frame,
         "rate": scene.render.fps / scene.render.fps_base,
     }
 

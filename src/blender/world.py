@@ -33,7 +33,9 @@ def extras(world: bpy.types.World | None, settings: dict[str, Any]) -> dict[str,
 
 def background(world: bpy.types.World, settings: dict[str, Any]) -> dict[str, Any]:
     """Returns the world of a Background node."""
-    if not world.use_nodes or world.node_tree is None:
+    # Worlds have nodes from Blender 5.0 on.
+    has_nodes = bpy.app.version >= (5, 0, 0) or world.use_nodes
+    if not has_nodes or world.node_tree is None:
         return {"color": list(world.color)}
     output = world.node_tree.get_output_node("ALL")
     surface = output and linked_node(output.inputs["Surface"])
@@ -49,7 +51,9 @@ def background(world: bpy.types.World, settings: dict[str, Any]) -> dict[str, An
         return {"color": [strength * channel for channel in color.default_value[:3]]}
     texture = linked_node(color)
     if texture is None or texture.bl_idname != "ShaderNodeTexEnvironment":
-        raise UnsupportedWorld(f"its colour comes from '{texture.name if texture else '?'}', not an Environment Texture")
+        raise UnsupportedWorld(
+            f"its colour comes from '{texture.name if texture else '?'}', not an Environment Texture"
+        )
     return picture(texture, strength, settings)
 
 

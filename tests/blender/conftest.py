@@ -1,0 +1,101 @@
+"""Exports with the extension, by a Python that has bpy. Without it, all tests here are skipped."""
+
+from __future__ import annotations
+
+import json
+import struct
+import sys
+from pathlib import Path
+from typing import Any, Callable
+
+import pytest
+
+bpy = pytest.importorskip("bpy")
+ROOT = Path(__file__).resolve().parents[2]
+MODULE = "blinn_extension"
+
+
+@pytest.fixture(scope="session", autouse=True)
+def extension(tmp_path_factory: pytest.TempPathFactory) -> None:
+    """Enables the extension as Blender does, under a name of its own."""
+    import addon_utils
+
+    folder = tmp_path_factory.mktemp("addons")
+    (folder / MODULE).symlink_to(ROOT / "src/blender", target_is_directory=True)
+    sys.path.insert(0, str(folder))
+    sys.dont_write_bytecode = True
+    assert addon_utils.enable(MODULE, default_set=True) is not None
+
+
+@pytest.fixture()
+def scene() -> Any:
+    """An empty scene with a camera."""
+    bpy.ops.wm.read_factory_settings(use_empty=True)
+    import addon_utils
+
+    addon_utils.enable(MODULE, default_set=True)
+    scene = bpy.context.scene
+    camera = bpy.data.objects.new("Camera", bpy.data.cameras.new("Camera"))
+    scene.collection.objects.link(camera)
+    scene.camera = camera
+    return scene
+
+
+@pytest.fixture()
+def add_light(scene: Any) -> Callable[..., Any]:
+    """A function that adds a light with attributes, and returns its object."""
+
+    def add(kind: str, **attributes: Any) -> Any:
+        light = bpy.data.lights.new(kind.title(), kind)
+        for name, value in attributes.items():
+            setattr(light, name, value)
+        light_object = bpy.data.objects.new(kind.title(), light)
+        scene.collection.objects.link(light_object)
+        bpy.context.view_layer.update()
+        return light_object
+
+    return add
+
+
+class Export:
+    """A file that was exported."""
+
+    def __init__(self, path: Path) -> None:
+        data = path.read_bytes()
+        length = struct.unpack("<I", data[12:16])[0]
+        self.json = json.loads(data[20 : 20 + length])
+        self.binary = data[28 + length :]
+
+    @property
+    def settings(self) -> dict[str, Any]:
+        return self.json["scenes"][0]["extras"]["blinn"]
+
+    @property
+    def area_lights(self) -> list[dict[str, Any]]:
+        return self.json.get("extensions", {}).get("EXT_lights_area", {}).get("lights", [])
+
+    @property
+    def lights(self) -> list[dict[str, Any]]:
+        return self.json["extensions"]["KHR_lights_punctual"]["lights"]
+
+    def view(self, index: int) -> bytes:
+        view = self.json["bufferViews"][index]
+        start = view.get("byteOffset", 0)
+        return self.binary[start : start + view["byteLength"]]
+
+    def contains_blinn(self) -> bool:
+        return "blinn" in json.dumps(self.json) or bool(self.area_lights)
+
+
+@pytest.fixture()
+def export(tmp_path: Path) -> Callable[..., Export]:
+    """A function that exports the scene as a GLB."""
+
+    def run(**options: Any) -> Export:
+        bpy.context.view_layer.update()
+        path = tmp_path / "scene.glb"
+        options = {"export_lights": True, "export_cameras": True, **options}
+        assert bpy.ops.export_scene.gltf(filepath=str(path), export_format="GLB", **options) == {"FINISHED"}
+        return Export(path)
+
+    return run
