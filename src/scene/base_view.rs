@@ -1,6 +1,6 @@
 //! The camera that a view starts from: a camera of the file, or the default view that frames the scene.
 
-use glam::DVec3;
+use glam::{DVec2, DVec3};
 
 use super::framing::MARGIN;
 use super::{
@@ -24,6 +24,8 @@ pub(super) struct BaseView<'a> {
     /// Axes of the file's camera, if its node transform mirrors or shears them.
     pub sheared_basis: Option<Basis>,
     view_height: f64,
+    /// Shift of the view rectangle, in units of its larger side.
+    pub shift: DVec2,
     pub proj_distance: f64,
     pub projection: Projection,
     pub clip: ClipPlanes,
@@ -48,6 +50,7 @@ impl View {
                 view_up: DVec3::Y,
                 sheared_basis: None,
                 view_height: 2.0 * libm::tan(0.5 * DEFAULT_YFOV),
+                shift: DVec2::ZERO,
                 proj_distance: 1.0,
                 projection: Projection::Perspective,
                 clip: ClipPlanes::OFF,
@@ -67,6 +70,8 @@ impl View {
             view_up: to_world.matrix3.y_axis,
             sheared_basis: Basis::from_transform(to_world.matrix3).filter(|axes| !axes.is_orthonormal()),
             view_height: camera.view_height(self.fit, picture),
+            // An orbit keeps its centre in the middle of the picture.
+            shift: if orbit { DVec2::ZERO } else { camera.shift },
             proj_distance: 1.0,
             projection: match camera.projection {
                 FileProjection::Perspective { .. } => Projection::Perspective,
@@ -81,7 +86,7 @@ impl View {
     fn base_camera(&self, posed: &PosedScene) -> Result<Option<usize>, ViewError> {
         let scene = posed.scene;
         let Some(name) = &self.camera else {
-            return Ok(if self.uses_file_camera(scene) { Some(0) } else { None });
+            return Ok(scene.default_camera().filter(|_| self.uses_file_camera(scene)));
         };
         if let Some(index) = scene.find_camera(name) {
             return Ok(Some(index));

@@ -1,5 +1,7 @@
 //! Cameras as files describe them: a projection carried by a node.
 
+use glam::DVec2;
+
 /// The extent of a file's camera that is kept where the picture has another aspect ratio than the camera.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Default)]
 pub enum SensorFit {
@@ -25,6 +27,10 @@ pub struct FileCamera {
     pub znear: f64,
     /// Distance of the far plane; infinite where the file gives none.
     pub zfar: f64,
+    /// Shift of the view rectangle to the right and up, in units of its larger side.
+    pub shift: DVec2,
+    /// True if the file describes a depth of field, which is not rendered.
+    pub has_depth_of_field: bool,
 }
 
 /// The projection of a camera of the file.

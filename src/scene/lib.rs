@@ -16,6 +16,7 @@ mod camera;
 mod environment;
 mod file_camera;
 mod file_digest;
+mod file_settings;
 mod framing;
 mod ground;
 mod light;
@@ -55,6 +56,7 @@ pub use environment::{CubeMap, Environment, Panorama, SkyIrradiance, SourceDirec
 pub use file_camera::{FileCamera, FileProjection, SensorFit};
 pub use file_digest::FileDigest;
 pub use file_digest::HashingReader;
+pub use file_settings::{FileFrames, FileSettings, PictureRegion};
 pub use framing::{DEFAULT_VIEW_DIR, DEFAULT_YFOV};
 pub use ground::{Ground, GroundKind};
 pub use light::{Light, LightEval, LightKind, LightSample, LocalLight, PosedLight, PosedLightKind};
@@ -124,6 +126,8 @@ pub struct Scene {
     pub environment: Option<Environment>,
     /// Cameras at nodes, in depth-first order.
     pub cameras: Vec<FileCamera>,
+    /// Render settings of the file.
+    pub settings: FileSettings,
     /// Animations.
     pub animations: Vec<Animation>,
     /// Skins.
@@ -139,6 +143,13 @@ impl Scene {
     /// Returns the names of the empty nodes that were probably area lights.
     pub fn lost_light_names(&self) -> Vec<String> {
         self.lost_lights.iter().map(|&node| self.nodes[node as usize].name.clone()).collect()
+    }
+
+    /// Returns the index of the camera that pictures are taken with unless another is named: the one that the file marks,
+    /// else the first.
+    pub fn default_camera(&self) -> Option<usize> {
+        let marked = self.settings.camera.filter(|&camera| camera < self.cameras.len());
+        marked.or((!self.cameras.is_empty()).then_some(0))
     }
 
     /// Returns the index of the first camera whose node, or else whose own name, is `name`. If no name

@@ -8,7 +8,7 @@ use super::{LightKind, Source};
 /// k_d·(I/r²)·n·l is the physical radiance ρ/π·E.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Default)]
 pub enum LightUnits {
-    /// `Standard` for files written by Blender, `Unitless` for others.
+    /// The unit that the file names, else `Standard` for files written by Blender, `Unitless` for others.
     #[default]
     Auto,
     /// Candela and lux: v/(683π).
@@ -23,8 +23,10 @@ impl LightUnits {
     /// Replaces `Auto` by the unit for files from `source`.
     pub fn resolve(self, source: &Source) -> LightUnits {
         match self {
-            LightUnits::Auto if source.is_blender() => LightUnits::Standard,
-            LightUnits::Auto => LightUnits::Unitless,
+            LightUnits::Auto => source.light_units.unwrap_or(match source.is_blender() {
+                true => LightUnits::Standard,
+                false => LightUnits::Unitless,
+            }),
             given => given,
         }
     }

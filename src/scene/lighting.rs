@@ -164,7 +164,8 @@ impl Lighting {
             let (added, part) = match set {
                 LightSet::File => {
                     uses_file_lights = uses_file;
-                    assumes_blender_world = blender && self.units == LightUnits::Auto;
+                    assumes_blender_world =
+                        blender && self.units == LightUnits::Auto && source.light_units.is_none();
                     let ambient = Rgb::splat(if blender { BLENDER_AMBIENT } else { 0.0 });
                     let units = self.units.resolve(source).name();
                     let count = file_lights.len() + file_area_lights.len();

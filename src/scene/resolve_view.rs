@@ -65,7 +65,7 @@ impl View {
             let description = "a complete camera".to_string();
             return Ok((camera, ViewNotes { description, warnings: Vec::new() }));
         }
-        let picture = f64::from(n_x) / f64::from(n_y);
+        let picture = f64::from(n_x) / f64::from(n_y) * self.pixel_aspect(posed.scene);
         self.check_ranges()?;
         let base = self.base(posed, picture)?;
         let mut notes =
@@ -111,6 +111,12 @@ impl View {
         }
         self.orbit_and_zoom(&mut camera, &base);
         Ok((camera, notes))
+    }
+
+    /// Returns width over height of a pixel: that of the file, where its camera is used.
+    fn pixel_aspect(&self, scene: &Scene) -> f64 {
+        let aspect = scene.settings.pixel_aspect.filter(|_| self.uses_file_camera(scene));
+        aspect.unwrap_or(1.0)
     }
 
     fn check_ranges(&self) -> Result<(), ViewError> {
@@ -170,7 +176,7 @@ impl View {
                 (height * picture, height)
             }
         };
-        ViewExtent { width, height, centre: self.shift * width.max(height) }
+        ViewExtent { width, height, centre: self.shift.unwrap_or(base.shift) * width.max(height) }
     }
 
     /// Returns the basis of the camera.

@@ -1,6 +1,6 @@
 //! Where a scene was loaded from: format, generator, and digests of the files that were read.
 
-use super::{BlenderVersion, FileDigest};
+use super::{BlenderVersion, FileDigest, LightUnits};
 
 /// The file format of a scene. Some defaults depend on it.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Default)]
@@ -27,6 +27,8 @@ pub struct Source {
     pub digest: FileDigest,
     /// Files that the scene refers to, whether they exist or not.
     pub files: Vec<SourceFile>,
+    /// Unit of the light intensities, where the file names it.
+    pub light_units: Option<LightUnits>,
     /// Names of the material variants (KHR_materials_variants).
     pub variants: Vec<String>,
 }

@@ -105,8 +105,9 @@ pub struct View {
     pub view_rect: Option<ViewRect>,
     /// The view rectangle of a perspective camera in pixels, in place of a size or an angle.
     pub intrinsics: Option<Intrinsics>,
-    /// Blender's lens shift: moves the view rectangle to the right and up, in units of its larger side.
-    pub shift: DVec2,
+    /// Blender's lens shift: moves the view rectangle to the right and up, in units of its larger side. `None` for that of
+    /// the file's camera.
+    pub shift: Option<DVec2>,
     /// Perspective or orthographic.
     pub projection: Option<Projection>,
     /// Clipping planes.

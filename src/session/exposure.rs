@@ -112,7 +112,7 @@ struct MeteringCamera {
 /// exposure of their originals.
 fn metering_camera(setup: &SceneSetup, start: &PosedFrame) -> Result<MeteringCamera, SessionError> {
     let scene = start.posed.scene;
-    let (width, height) = natural_size(scene, (!scene.cameras.is_empty()).then_some(0));
+    let (width, height) = natural_size(scene, scene.default_camera());
     let view = if scene.cameras.is_empty() {
         setup.plan.options.view.without_orbit()
     } else {

@@ -3,7 +3,7 @@
 use crate::camera_list::CameraList;
 use crate::error::SessionError;
 use crate::options::Options;
-use crate::planned_frame::PlannedFrame;
+use crate::planned_frame::{DEFAULT_FPS, PlannedFrame};
 
 /// The frames before and after each frame, whichever frames are rendered.
 #[derive(Clone, Debug, PartialEq)]
@@ -12,8 +12,8 @@ pub enum FrameNeighbours {
     None,
     /// Frames of an animation.
     Animation {
-        /// Frames per second.
-        fps: f64,
+        /// Frames per second. `None` for those of the file, or [`DEFAULT_FPS`].
+        fps: Option<f64>,
     },
     /// Frames of a turntable, which starts again after the last frame.
     Turntable {
@@ -63,12 +63,12 @@ impl FrameNeighbours {
         let number = frame.number.saturating_add(step);
         match self {
             FrameNeighbours::None => None,
-            // A whole frame has exactly the time of the frame list.
-            FrameNeighbours::Animation { fps } if frame.time == frame.number as f64 / fps => {
-                Some(PlannedFrame { number, time: number as f64 / fps, ..*frame })
-            }
             FrameNeighbours::Animation { fps } => {
-                Some(PlannedFrame { number, time: frame.time + step as f64 / fps, ..*frame })
+                let fps = fps.unwrap_or(DEFAULT_FPS);
+                // A whole frame has exactly the time of the frame list.
+                let is_whole = frame.time == frame.number as f64 / fps;
+                let time = if is_whole { number as f64 / fps } else { frame.time + step as f64 / fps };
+                Some(PlannedFrame { number, time, ..*frame })
             }
             FrameNeighbours::Turntable { angles } => {
                 let count = i64::try_from(angles.len()).ok().filter(|&count| count > 0)?;
@@ -106,7 +106,7 @@ mod tests {
 
     #[test]
     fn neighbours_are_the_frames_of_the_complete_sequence() {
-        let clip = FrameNeighbours::Animation { fps: 24.0 };
+        let clip = FrameNeighbours::Animation { fps: Some(24.0) };
         let seventh = PlannedFrame::at(7, 7.0 / 24.0);
         assert_eq!(clip.frame(&seventh, 1), Some(PlannedFrame::at(8, 8.0 / 24.0)));
         assert_eq!(clip.frame(&seventh, -1), Some(PlannedFrame::at(6, 6.0 / 24.0)));

@@ -16,7 +16,7 @@ impl SessionPlan {
     pub fn settings_hash(&self, kind: &dyn Debug, frame: &PlannedFrame) -> SettingsHash {
         let has_flow = self.options.aovs.aovs.iter().any(|aov| aov.is_flow());
         let neighbours = has_flow.then(|| [-1, 1].map(|step| self.neighbours.frame(frame, step)));
-        let frame = (frame.time, frame.angle, frame.view);
+        let frame = (frame.time, frame.rate, frame.angle, frame.view);
         SettingsHash::of(&(&self.options, kind, frame, neighbours))
     }
 

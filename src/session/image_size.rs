@@ -18,7 +18,12 @@ pub fn scaled_to(side: u32, (width, height): (u32, u32)) -> (u32, u32) {
 
 /// The default image size for a camera of the file, or for a framed scene.
 pub fn natural_size(scene: &Scene, camera: Option<usize>) -> (u32, u32) {
-    let aspect = camera.and_then(|i| scene.cameras[i].aspect()).filter(|a| (0.01..=100.0).contains(a));
+    if let Some(size) = scene.settings.size.filter(|_| camera.is_some()) {
+        return size;
+    }
+    let pixel_aspect = scene.settings.pixel_aspect.unwrap_or(1.0);
+    let aspect = camera.and_then(|i| scene.cameras[i].aspect()).map(|aspect| aspect / pixel_aspect);
+    let aspect = aspect.filter(|a| (0.01..=100.0).contains(a));
     match aspect {
         None => DEFAULT_SIZE,
         Some(a) => {

@@ -222,10 +222,10 @@ mod tests {
             let options = options.finish().unwrap();
             (options.samples, options.indirect)
         };
-        assert_eq!(set("quality=standard"), (16, 4));
-        assert_eq!(set("samples=9 quality=final"), (9, 8));
-        assert_eq!(set("quality=final samples=9"), (9, 8));
-        assert_eq!(set("indirect=0 samples=9 quality=draft"), (9, 0));
+        assert_eq!(set("quality=standard"), (16, Some(4)));
+        assert_eq!(set("samples=9 quality=final"), (9, Some(8)));
+        assert_eq!(set("quality=final samples=9"), (9, Some(8)));
+        assert_eq!(set("indirect=0 samples=9 quality=draft"), (9, Some(0)));
         assert!(error("quality=best").contains("expected draft, standard, final"));
         assert_eq!(error("quality=draft ao=4"), "`quality` cannot be used with `ao`");
     }

@@ -76,6 +76,8 @@ pub enum Notice {
     },
     /// Neither camera nor lights are in a file of Blender, whose exporter leaves them out unless it is told to write them.
     NoCameraAndLights,
+    /// Settings of the file that images lack.
+    UnsupportedSettings(Vec<String>),
     /// Animations that do not play, as others have the same targets.
     IdleAnimations {
         /// Names of those that play.
@@ -149,6 +151,9 @@ impl fmt::Display for Notice {
                 "the file has neither camera nor lights: view and lights are blinn's own; to keep Blender's, export with \
                  Include › Data › Cameras and Punctual Lights",
             ),
+            Notice::UnsupportedSettings(names) => {
+                write!(f, "ignored settings of the file that are not supported: {}", names.join(", "))
+            }
             Notice::IdleAnimations { active, idle } => write!(
                 f,
                 "animation: {active}; not played: {idle}, which have the same targets; use `animation`"

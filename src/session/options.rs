@@ -26,7 +26,7 @@ pub struct Options {
     pub selection: Selection,
     /// Animation to play: a name, an index, `all` or `none`. `None` plays all that have different targets.
     pub animation: Option<String>,
-    /// Width and height in pixels. `None` for the aspect ratio of the file's camera, or else 16:9.
+    /// Width and height in pixels. `None` for the file's, or the aspect ratio of its camera, or else 16:9.
     pub size: Option<(u32, u32)>,
     /// Longer side in pixels, if there is no size.
     pub max_size: Option<u32>,
@@ -39,15 +39,15 @@ pub struct Options {
     /// Use all samples only where neighbouring pixels differ by more than this, as displayed from 0 to 1, and four
     /// elsewhere.
     pub adaptive: Option<f32>,
-    /// The rendered region.
+    /// The rendered region; `None` for the file's, or all.
     pub crop: Option<PixelRect>,
-    /// The background; `None` for [`DEFAULT_BACKGROUND`], or black for [`Stage::Color`].
+    /// The background; `None` for the file's, or [`DEFAULT_BACKGROUND`], or black for [`Stage::Color`].
     pub background: Option<ImageBackground>,
     /// Blur of the environment as the background, from 0 (sharp) to 1. `None` for 0.
     pub background_blur: Option<f32>,
-    /// Exposure; `None` to meter if the lights are the file's, and else 0.
+    /// Exposure; `None` for the file's, or to meter if the lights are the file's, and else 0.
     pub exposure: Option<Exposure>,
-    /// View transform; `None` to choose by the origin of the scene.
+    /// View transform; `None` for the file's, or to choose by the origin of the scene.
     pub view_transform: Option<ViewTransform>,
     /// Layers beside the colour.
     pub aovs: AovSelection,
@@ -73,10 +73,10 @@ pub struct Options {
     pub overrides: MaterialOverrides,
     /// Maximum reflections along a path.
     pub bounces: u8,
-    /// Maximum diffuse bounces along a path, in place of the ambient light.
-    pub indirect: u8,
-    /// True if indirect light includes what specular surfaces send to matte ones.
-    pub caustics: bool,
+    /// Maximum diffuse bounces along a path, in place of the ambient light. `None` for the file's, or 0.
+    pub indirect: Option<u8>,
+    /// True if indirect light includes what specular surfaces send to matte ones. `None` for the file's choice, or false.
+    pub caustics: Option<bool>,
     /// The noisy light that is reconstructed.
     pub denoise: Denoise,
     /// The back faces that eye rays pass through.
@@ -120,8 +120,8 @@ impl Default for Options {
             stage: Stage::Phong,
             overrides: MaterialOverrides::default(),
             bounces: DEFAULT_BOUNCES,
-            indirect: 0,
-            caustics: false,
+            indirect: None,
+            caustics: None,
             denoise: Denoise::Auto,
             cull: BackFaceCulling::SingleSided,
             normalize: None,
@@ -336,19 +336,24 @@ impl Options {
         pixels.saturating_mul(per_pixel).saturating_mul(frames as u64)
     }
 
-    /// Width and height of the image: [`Options::size`], else the aspect ratio of the file's camera, else 16:9, or square
-    /// for [`Options::max_size`].
+    /// Index of the file's camera that images use.
+    pub(crate) fn file_camera(&self, scene: &Scene) -> Option<usize> {
+        match &self.view.camera {
+            Some(name) => scene.find_camera(name),
+            None if self.view.replaces_file_camera() => None,
+            None => scene.default_camera(),
+        }
+    }
+
+    /// Width and height of the image: [`Options::size`], else the file's, else the aspect ratio of the file's camera, else
+    /// 16:9, or square for [`Options::max_size`].
     pub fn size_for(&self, scene: &Scene) -> (u32, u32) {
         if let Some(size) = self.size {
             return size;
         }
-        let camera = match &self.view.camera {
-            Some(name) => scene.find_camera(name),
-            None if self.view.replaces_file_camera() => None,
-            None => (!scene.cameras.is_empty()).then_some(0),
-        };
+        let camera = self.file_camera(scene);
         match (self.max_size, camera) {
-            (None, _) => natural_size(scene, camera),
+            (None, _) => scene.settings.size.unwrap_or_else(|| natural_size(scene, camera)),
             // Framing shows a sphere.
             (Some(side), None) => (side, side),
             (Some(side), Some(_)) => scaled_to(side, natural_size(scene, camera)),

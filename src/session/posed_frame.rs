@@ -133,8 +133,8 @@ impl SceneSetup<'_> {
         Ok(Frame {
             overrides: self.plan.options.overrides,
             bounces: self.plan.options.bounces,
-            indirect: self.plan.options.indirect,
-            caustics: self.plan.options.caustics,
+            indirect: self.plan.options.indirect.unwrap_or(0),
+            caustics: self.plan.options.caustics.unwrap_or(false),
             emitters: self.emitters(&frame.posed),
             cull_back_faces: self.plan.options.cull != BackFaceCulling::Off,
             shadows: self.plan.options.shadows,
@@ -147,7 +147,7 @@ impl SceneSetup<'_> {
     /// The glowing surfaces that light others, where indirect light is traced.
     fn emitters(&self, posed: &PosedScene) -> Option<Arc<Emitters>> {
         let options = &self.plan.options;
-        if options.indirect == 0 || options.overrides.k_e.is_some() {
+        if options.indirect.unwrap_or(0) == 0 || options.overrides.k_e.is_some() {
             return None;
         }
         Emitters::new(posed).map(Arc::new)

@@ -95,7 +95,8 @@ impl<'a> SceneRenderer<'a> {
         first: &mut PosedFrame<'_>,
         cancel: &CancelToken,
     ) -> Result<SceneRenderer<'a>, SessionError> {
-        let plan = Arc::new(plan.clone());
+        let plan = plan.for_scene(scene);
+        plan.warn_of_unsupported(scene, log)?;
         let options = &plan.options;
         let animation = options.animation(scene)?;
         log_idle_animations(scene, &animation, log)?;

@@ -14,6 +14,7 @@
 //! - `examples`: the programs in docs/examples; they need `cargo build --examples`
 //! - `exit_codes`: wrong files and command lines: one line and an exit code
 //! - `farm`: scripts for render farms, and their tasks run by a stand-in for the engine
+//! - `file_settings`: render settings in `extras.blinn`
 //! - `golden_check`: `render --check`, `--bless` and `--max-size`
 //! - `help`: help pages, usage errors, completions, man pages, docs/reference/command-line.md
 //! - `image_output`: EXR, JPEG, WebP, Cryptomatte and layer previews read back
@@ -51,6 +52,7 @@ mod empty_images;
 mod examples;
 mod exit_codes;
 mod farm;
+mod file_settings;
 mod golden_check;
 mod help;
 mod image_output;

@@ -114,7 +114,7 @@ fn a_shift_moves_the_view_in_units_of_the_larger_side() {
     };
     for projection in [Projection::Perspective, Projection::Orthographic] {
         let plain = View { projection: Some(projection), ..stand.clone() };
-        let shifted = View { shift: DVec2::new(0.125, -0.0625), ..plain.clone() };
+        let shifted = View { shift: Some(DVec2::new(0.125, -0.0625)), ..plain.clone() };
         let (mask, camera) = layer(&scene, &plain, Aov::Mask, None);
         let (moved, other) = layer(&scene, &shifted, Aov::Mask, None);
         assert_eq!((camera.view_point, camera.view_width), (other.view_point, other.view_width));
@@ -153,7 +153,8 @@ fn framed_scenes_are_in_the_middle_of_off_centre_views() {
     for projection in [Projection::Perspective, Projection::Orthographic] {
         for shift in [DVec2::new(0.3, 0.0), DVec2::new(-0.8, 0.5), DVec2::new(0.0, -0.2)] {
             for orbit in [None, Some(Orbit { azimuth: 2.0, elevation: 0.3, distance: None })] {
-                let view = View { shift, orbit, projection: Some(projection), ..View::default() };
+                let view =
+                    View { shift: Some(shift), orbit, projection: Some(projection), ..View::default() };
                 let (mask, _) = layer(&scene, &view, Aov::Mask, None);
                 let hits: Vec<DVec2> = (0..mask.len())
                     .filter(|&i| mask[i] > 0.0)

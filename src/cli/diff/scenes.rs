@@ -62,7 +62,7 @@ pub fn compare(
         &comparable_properties(&old.scene, &old.warnings, mode)?,
         &comparable_properties(&new.scene, &new.warnings, mode)?,
     );
-    let frames = plan.frames.resolve(0.0)?;
+    let frames = plan.frames.resolve(0.0, None)?;
     let planned = *frames.first().context("there is no frame")?;
     plan.session.options.size = Some(size.unwrap_or_else(|| default_size(&old.scene)));
     check_memory(&plan.session, &old.scene, 2)?;

@@ -66,7 +66,7 @@ fn no_stdout() -> UsageError {
 
 /// Arguments of `blinn assemble` for an animation.
 pub fn assemble_args(output: &AnimationOutput) -> Vec<String> {
-    let AnimationOutput { format, fps, loops, quality, clockwise } = *output;
+    let AnimationOutput { format, fps, loops, quality, clockwise, .. } = *output;
     let mut args = vec![format!("--fps={fps}")];
     if !loops {
         args.push("--loop=once".into());
@@ -86,8 +86,14 @@ mod tests {
 
     #[test]
     fn only_html_has_a_direction() {
-        let output =
-            |format| AnimationOutput { format, fps: 24.0, loops: true, quality: 90, clockwise: true };
+        let output = |format| AnimationOutput {
+            format,
+            fps: 24.0,
+            has_file_rate: false,
+            loops: true,
+            quality: 90,
+            clockwise: true,
+        };
         assert_eq!(assemble_args(&output(AnimationFormat::Html)).last().unwrap(), "--direction=cw");
         assert!(!assemble_args(&output(AnimationFormat::Mp4)).concat().contains("direction"));
     }

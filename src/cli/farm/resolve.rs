@@ -13,7 +13,7 @@ use super::job_output::{JobAnimation, JobOutput, assemble_args};
 use super::job_paths::{JobFolder, JobPath};
 use super::job_text::text_args;
 use crate::args::{CAMERA_FLAGS, EngineArgs, ExplicitFlags, JobCommand};
-use crate::plan::RenderPlan;
+use crate::plan::{RenderPlan, frames_of_file};
 use crate::run::imported_scene::load_scene;
 use crate::run::progress::SceneLog;
 use crate::scene_file::is_stdin;
@@ -189,8 +189,12 @@ impl<'a> JobPlan<'a> {
         }
         let args = [text_args(&flags), resolved].concat();
 
-        let numbers: Vec<i64> =
-            plan.frames.resolve(renderer.setup.clip_duration)?.iter().map(|frame| frame.number).collect();
+        let numbers: Vec<i64> = plan
+            .frames
+            .resolve(renderer.setup.clip_duration, frames_of_file(&scene))?
+            .iter()
+            .map(|frame| frame.number)
+            .collect();
         let frames = FrameList::ascending(numbers.iter().copied());
         let mut output_pattern = self.output.pattern;
         let mut assembly = None;
@@ -205,7 +209,9 @@ impl<'a> JobPlan<'a> {
             let identity = format!("{command} {} {args:?} {frames}", self.scene.path);
             let frames_folder = format!("frames-{:08x}", XxHash3_128::oneshot(identity.as_bytes()) as u32);
             output_pattern = format!("{frames_folder}/####.png");
-            let args = assemble_args(&animation.output);
+            let output = animation.output.in_scene(&scene);
+            let output = output.map_err(|text| anyhow!("-o {}: {text}", animation.file))?;
+            let args = assemble_args(&output);
             assembly = Some(Assembly { frames_folder, file: animation.file, args });
         }
         let default_chunk_size = CHUNK_SIZE.max(frames.frames().len().div_ceil(MAX_TASKS)) as u32;

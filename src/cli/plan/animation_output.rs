@@ -2,13 +2,13 @@
 
 use std::path::Path;
 
-use super::frames::DEFAULT_FPS;
 use super::sequence_info::SequenceInfo;
 use crate::args::{LoopArg, OutputArgs};
 use crate::usage::UsageError;
 use blinn_output::{ANIMATION_QUALITY, AnimationFormat};
 use blinn_render::display::Background;
-use blinn_session::{Options, PathTemplate};
+use blinn_scene::Scene;
+use blinn_session::{DEFAULT_FPS, Options, PathTemplate};
 
 /// Settings of an animation file.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -16,6 +16,8 @@ pub struct AnimationOutput {
     pub format: AnimationFormat,
     /// Frames per second.
     pub fps: f64,
+    /// True if the rate of the file takes precedence.
+    pub has_file_rate: bool,
     /// True to loop forever, false to play once.
     pub loops: bool,
     /// 1 to 100, for lossy formats.
@@ -48,10 +50,21 @@ impl AnimationOutput {
         Ok(AnimationOutput {
             format,
             fps: sequence.fps.unwrap_or(DEFAULT_FPS),
+            has_file_rate: sequence.fps.is_none() && sequence.is_clip,
             loops: args.r#loop != Some(LoopArg::Once),
             quality: args.encoder_quality.unwrap_or(ANIMATION_QUALITY),
             clockwise: sequence.clockwise,
         })
+    }
+
+    /// The settings for a scene.
+    ///
+    /// # Errors
+    /// The format cannot have the rate of the scene's file.
+    pub fn in_scene(self, scene: &Scene) -> Result<AnimationOutput, String> {
+        let Some(frames) = scene.settings.frames.filter(|_| self.has_file_rate) else { return Ok(self) };
+        self.format.check_rate(frames.rate)?;
+        Ok(AnimationOutput { fps: frames.rate, ..self })
     }
 }
 

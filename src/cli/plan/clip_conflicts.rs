@@ -4,7 +4,7 @@ use std::path::Path;
 
 use super::command_files::NumberedScene;
 use super::path_conflicts::{PathConflicts, Writer};
-use super::{OutputKind, RenderPlan};
+use super::{OutputKind, RenderPlan, frames_of_file};
 use crate::usage::UsageError;
 use blinn_import::{LoadOptions, load};
 use blinn_scene::clip_duration;
@@ -32,6 +32,7 @@ impl RenderPlan {
     fn frames_of_file(&self, scene: &Path) -> Option<Vec<PlannedFrame>> {
         let limits = load_limits(self.session.max_memory);
         let (scene, _) = load(scene, &LoadOptions { limits, ..self.session.options.load.clone() }).ok()?;
-        self.frames.resolve(clip_duration(&scene, &self.session.options.animation(&scene).ok()?).ok()?).ok()
+        let duration = clip_duration(&scene, &self.session.options.animation(&scene).ok()?).ok()?;
+        self.frames.resolve(duration, frames_of_file(&scene)).ok()
     }
 }

@@ -2,20 +2,18 @@
 
 use std::sync::Arc;
 
-use anyhow::{Result, bail};
+use anyhow::{Result, anyhow, bail};
 
 use crate::args::{CameraListArgs, FrameArgs, TimeArgs};
 use crate::usage::UsageError;
-use blinn_session::{CameraList, Chunk, FrameList, FrameNeighbours, MAX_FRAMES, PlannedFrame};
-
-/// Frames per second without --fps.
-pub const DEFAULT_FPS: f64 = 24.0;
+use blinn_scene::{FileFrames, Scene};
+use blinn_session::{CameraList, Chunk, DEFAULT_FPS, FrameList, FrameNeighbours, MAX_FRAMES, PlannedFrame};
 
 /// The frames before and after those of `render`, for layers of flow.
 pub fn neighbours(args: &FrameArgs) -> FrameNeighbours {
     match (&args.frames, args.frame) {
         (None, None) => FrameNeighbours::None,
-        _ => FrameNeighbours::Animation { fps: args.fps.unwrap_or(DEFAULT_FPS) },
+        _ => FrameNeighbours::Animation { fps: args.fps },
     }
 }
 
@@ -28,10 +26,10 @@ pub enum FrameSet {
     List(Vec<PlannedFrame>),
     /// Frames of an animation.
     Clip {
-        /// `None` for the whole clip.
+        /// `None` for the file's, or the whole clip.
         frames: Option<FrameList>,
-        /// Frames per second.
-        fps: f64,
+        /// Frames per second. `None` for the file's, or [`DEFAULT_FPS`].
+        fps: Option<f64>,
         /// The part of the frames to render.
         chunk: Option<Chunk>,
     },
@@ -70,10 +68,10 @@ impl FrameSet {
         time: &TimeArgs,
         chunk: Option<Chunk>,
     ) -> Result<FrameSet, UsageError> {
-        let fps = frames.fps.unwrap_or(DEFAULT_FPS);
+        let fps = frames.fps;
         match (&frames.frames, frames.frame) {
             (Some(list), _) => Ok(FrameSet::Clip { frames: list.clone(), fps, chunk }),
-            (None, Some(frame)) => Ok(FrameSet::Single(PlannedFrame::at(frame as i64, frame / fps))),
+            (None, Some(frame)) => Ok(FrameSet::Single(frame_at(frame, fps))),
             (None, None) if frames.fps.is_some() => Err(UsageError(
                 "--fps applies only to --frame and --frames; add one of them or remove --fps".into(),
             )),
@@ -90,7 +88,7 @@ impl FrameSet {
     pub fn known(&self) -> Option<Vec<PlannedFrame>> {
         match self {
             FrameSet::Clip { frames: None, .. } => None,
-            _ => self.resolve(0.0).ok(),
+            _ => self.resolve(0.0, None).ok(),
         }
     }
 
@@ -100,19 +98,23 @@ impl FrameSet {
         self.known().unwrap_or_else(|| (1..=count).map(|number| PlannedFrame::at(number, 0.0)).collect())
     }
 
-    /// The frames of a scene whose clip takes `clip_duration` seconds.
+    /// The frames of a scene whose clip takes `clip_duration` seconds. `file` has those of its file.
     ///
     /// # Errors
     /// More frames than a list holds.
-    pub fn resolve(&self, clip_duration: f64) -> Result<Vec<PlannedFrame>> {
+    pub fn resolve(&self, clip_duration: f64, file: Option<&FileFrames>) -> Result<Vec<PlannedFrame>> {
         Ok(match self {
             FrameSet::Single(frame) => vec![*frame],
             FrameSet::List(frames) => frames.clone(),
             FrameSet::Clip { frames, fps, chunk } => {
-                let list = frames.clone().map_or_else(|| clip_frames(clip_duration, *fps), Ok)?;
+                let list = match (frames, file) {
+                    (Some(list), _) => list.clone(),
+                    (None, Some(file)) => file_frames(file)?,
+                    (None, None) => clip_frames(clip_duration, fps.unwrap_or(DEFAULT_FPS))?,
+                };
                 let numbers = list.frames();
                 let part = chunk.map_or(0..numbers.len(), |chunk| chunk.range(numbers.len()));
-                let frame = |&number: &i64| PlannedFrame::at(number, number as f64 / fps);
+                let frame = |&number: &i64| frame_at(number as f64, *fps);
                 numbers[part].iter().map(frame).collect()
             }
             FrameSet::Cameras { cameras, time, only, chunk } => {
@@ -132,6 +134,26 @@ impl FrameSet {
             }
         })
     }
+}
+
+/// The frame at `position`, with a rate from --fps.
+fn frame_at(position: f64, fps: Option<f64>) -> PlannedFrame {
+    match fps {
+        Some(fps) => PlannedFrame::at(position as i64, position / fps),
+        None => PlannedFrame::at_file_rate(position),
+    }
+}
+
+/// The frames that a file gives for its animation; `None` for a scene without animation.
+pub fn frames_of_file(scene: &Scene) -> Option<&FileFrames> {
+    scene.settings.frames.as_ref().filter(|_| !scene.animations.is_empty())
+}
+
+fn file_frames(file: &FileFrames) -> Result<FrameList> {
+    let FileFrames { start, end, step, .. } = file;
+    FrameList::parse(&format!("{start}..{end}:{step}")).map_err(|text| {
+        anyhow!("--frames: the file has the frames {start} to {end} in steps of {step}: {text}; list some")
+    })
 }
 
 /// All frames of a clip from 1; a single one for a scene without animation.
@@ -163,7 +185,7 @@ mod tests {
     fn chunks_keep_the_order_of_the_list() {
         let frames = FrameSet::Clip {
             frames: Some(FrameList::parse("10-1:-3").unwrap()),
-            fps: 10.0,
+            fps: Some(10.0),
             chunk: Some(Chunk::parse("2/2").unwrap()),
         };
         let frames = frames.known().unwrap();

@@ -40,7 +40,7 @@ pub use animation_output::{AnimationOutput, check_animation};
 pub use check::CheckPlan;
 pub use command_files::NumberedScene;
 pub use dataset_formats::{BopFolders, FormatsPlan, coco_file, colmap_folder};
-pub use frames::{DEFAULT_FPS, FrameSet};
+pub use frames::{FrameSet, frames_of_file};
 pub use images::ImagePolicy;
 pub use outputs::{OutputKind, Outputs, Target};
 pub use path_conflicts::{PathConflicts, Writer};
@@ -89,6 +89,7 @@ impl RenderPlan {
             is_sequence: frames.is_sequence(),
             has_cameras: cameras.is_some(),
             fps: args.frames.fps,
+            is_clip: cameras.is_none(),
             subset_flag: args.cameras.only.as_ref().map(|_| "--only").or(chunk.frames.map(|_| "--chunk")),
             clockwise: false,
         };

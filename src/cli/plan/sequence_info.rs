@@ -7,6 +7,8 @@ pub struct SequenceInfo {
     pub is_sequence: bool,
     /// True if the frames are the cameras of a list.
     pub has_cameras: bool,
+    /// True if the frames are those of an animation in the file.
+    pub is_clip: bool,
     /// Frames per second if given.
     pub fps: Option<f64>,
     /// The flag that restricts rendering to some of the frames.

@@ -73,7 +73,7 @@ pub fn sequence_info(args: &TurnArgs, chunk: Option<Chunk>) -> SequenceInfo {
         args.axis.is_some_and(|axis| axis.y < 0.0),
     ];
     let clockwise = reversals.into_iter().fold(false, |clockwise, reversed| clockwise != reversed);
-    SequenceInfo { is_sequence: true, has_cameras: false, fps: args.fps, subset_flag, clockwise }
+    SequenceInfo { is_sequence: true, fps: args.fps, subset_flag, clockwise, ..SequenceInfo::default() }
 }
 
 /// Rotation of a frame in radians.

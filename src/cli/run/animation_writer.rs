@@ -31,7 +31,7 @@ impl AnimationWriter {
         size: (u32, u32),
         overwrite: Overwrite,
     ) -> Result<AnimationWriter> {
-        let AnimationOutput { format, fps, loops, quality, clockwise } = *output;
+        let AnimationOutput { format, fps, loops, quality, clockwise, .. } = *output;
         let (width, height) = size;
         let settings = AnimationSettings { width, height, fps, repeat: loops, quality, overwrite, clockwise };
         let written =

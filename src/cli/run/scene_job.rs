@@ -19,7 +19,7 @@ use super::report::Report;
 use crate::args::values::DatasetFormat;
 use crate::console::print_stdout;
 use crate::files::create_parent_folder;
-use crate::plan::{OutputKind, PathConflicts, RenderPlan, Target, Writer};
+use crate::plan::{OutputKind, PathConflicts, RenderPlan, Target, Writer, frames_of_file};
 use crate::scene_file::is_stdin;
 use crate::watched_files::scene_files;
 use blinn_core::cancellation::CancelToken;
@@ -118,7 +118,7 @@ impl<'a> SceneJob<'a> {
             Some(frames) if is_unchanged => frames,
             _ => {
                 let duration = clip_duration(&scene, &self.plan.session.options.animation(&scene)?)?;
-                self.without_kept(self.plan.frames.resolve(duration)?, views)?
+                self.without_kept(self.plan.frames.resolve(duration, frames_of_file(&scene))?, views)?
             }
         };
         if self.plan.dry_run {
@@ -235,16 +235,18 @@ impl<'a> SceneJob<'a> {
                 _ => Box::new(FileSink { output, report, views_shown: &mut self.views_shown }),
             };
         let images = &mut self.images;
+        // Fingerprints are of the frames as they were planned, which are known before the file is read.
+        let timed: Vec<PlannedFrame> = frames.iter().map(|frame| frame.in_scene(scene)).collect();
         let mut start = Some(start);
         let empty_images = EmptyImages::default();
         let cancel = &self.cancel;
         run_pipeline(
             frames.len(),
-            |i, previous, finished| prepare(&renderer.setup, frames[i].time, previous, finished, &mut start),
+            |i, previous, finished| prepare(&renderer.setup, timed[i].time, previous, finished, &mut start),
             |i, posed_frame| {
                 let since = Instant::now();
-                let monitor = ImageMonitor::new(reporter, path, renderer.frame_pixels(&frames[i])?, cancel);
-                let image = renderer.render(&frames[i], posed_frame, &monitor)?;
+                let monitor = ImageMonitor::new(reporter, path, renderer.frame_pixels(&timed[i])?, cancel);
+                let image = renderer.render(&timed[i], posed_frame, &monitor)?;
                 monitor.finish();
                 if let Some(reason) = image.empty {
                     reporter.count_empty();

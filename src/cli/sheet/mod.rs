@@ -158,7 +158,7 @@ impl Sheet<'_> {
     }
 
     fn planned_frame(&self) -> Result<PlannedFrame> {
-        let frames = self.plan.frames.resolve(0.0)?;
+        let frames = self.plan.frames.resolve(0.0, None)?;
         frames.first().copied().context("there is no frame")
     }
 

@@ -5,8 +5,9 @@ use std::ffi::OsStr;
 use std::path::{Path, PathBuf};
 
 use crate::args::ExplicitFlags;
-use crate::plan::{DEFAULT_FPS, check_animation};
+use crate::plan::check_animation;
 use blinn_output::AnimationFormat;
+use blinn_session::DEFAULT_FPS;
 use blinn_session::Options;
 
 /// Animation formats of turntables. The first that suits the picture is used.

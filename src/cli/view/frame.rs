@@ -81,7 +81,8 @@ pub fn render_frame(
     quality: Quality,
     cancel: &CancelToken,
 ) -> Result<Frame> {
-    let plan = &with_quality(plan, quality);
+    let file_indirect = view_scene.scene()?.settings.indirect;
+    let plan = &with_quality(plan, quality, file_indirect);
     let planned = planned_frame(plan)?;
     let reporter = quiet_reporter();
     let log = SceneLog::new(&reporter, path, false).collecting();
@@ -92,7 +93,7 @@ pub fn render_frame(
         let start = Instant::now();
         let image = renderer.render(&planned, posed, cancel)?;
         let camera = image.view.map(|view| describe_camera(&view.camera));
-        let format = draft_format(plan, quality);
+        let format = draft_format(&image.picture, quality);
         let bytes = match format {
             Some(format) => format.encode(&image.picture, BitDepth::Default)?,
             None => {
@@ -120,8 +121,8 @@ pub fn render_frame(
     Ok(Frame { warnings: log.finish(), ..frame })
 }
 
-/// The plan of a frame of lower quality.
-fn with_quality(plan: &RenderPlan, quality: Quality) -> RenderPlan {
+/// The plan of a frame of lower quality. `file_indirect` is the file's number of diffuse bounces.
+fn with_quality(plan: &RenderPlan, quality: Quality, file_indirect: Option<u8>) -> RenderPlan {
     let mut plan = plan.clone();
     if quality == Quality::Final {
         return plan;
@@ -132,7 +133,7 @@ fn with_quality(plan: &RenderPlan, quality: Quality) -> RenderPlan {
     if let Quality::Coarse { width, height } = quality {
         options.size = Some((width, height));
         options.bounces = options.bounces.min(DRAFT_BOUNCES);
-        options.indirect = options.indirect.min(DRAFT_BOUNCES);
+        options.indirect = options.indirect.or(file_indirect).map(|bounces| bounces.min(DRAFT_BOUNCES));
         options.ao =
             options.ao.map(|ao| OcclusionSampling { samples: ao.samples.min(DRAFT_OCCLUSION), ..ao });
     }
@@ -140,8 +141,8 @@ fn with_quality(plan: &RenderPlan, quality: Quality) -> RenderPlan {
 }
 
 /// A format that is encoded and sent sooner; `None` for the picture itself.
-fn draft_format(plan: &RenderPlan, quality: Quality) -> Option<ImageFormat> {
-    let is_opaque = plan.session.options.fixed_background() != Background::Transparent;
+fn draft_format(picture: &Picture, quality: Quality) -> Option<ImageFormat> {
+    let is_opaque = picture.display.background != Background::Transparent;
     match quality {
         Quality::Final => None,
         _ if is_opaque => Some(ImageFormat::Jpeg(DRAFT_QUALITY)),
@@ -177,6 +178,6 @@ fn describe_camera(camera: &Camera) -> Value {
 
 /// The frame that a plan for one picture has.
 pub fn planned_frame(plan: &RenderPlan) -> Result<PlannedFrame> {
-    let frames = plan.frames.resolve(0.0)?;
+    let frames = plan.frames.resolve(0.0, None)?;
     frames.first().copied().ok_or_else(|| anyhow::anyhow!("there is no frame"))
 }

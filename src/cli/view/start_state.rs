@@ -75,7 +75,8 @@ fn start_camera(plan: &RenderPlan, posed: &PosedScene, camera: &Camera) -> Camer
     let without_lens = View { camera: None, fit: Default::default(), clip: None, ..view.clone() };
     let is_unchanged = without_lens == View::default();
     if is_unchanged && view.uses_file_camera(scene) {
-        let index = view.camera.as_ref().map_or(Some(0), |name| scene.find_camera(name));
+        let index =
+            view.camera.as_ref().map_or_else(|| scene.default_camera(), |name| scene.find_camera(name));
         if let Some(index) = index.and_then(|index| u32::try_from(index).ok()) {
             return CameraState::File { index };
         }

@@ -5,6 +5,7 @@ use glam::Vec3;
 use serde::Deserialize;
 use serde_json::Value;
 
+use super::blinn_extras;
 use crate::error::Warnings;
 use blinn_scene::{AreaLight, AreaLightShape};
 
@@ -28,6 +29,7 @@ pub(super) struct JsonAreaLight {
     #[serde(default = "one")]
     size: f32,
     rect: Option<JsonRect>,
+    extras: Option<Value>,
 }
 
 #[derive(Debug, Deserialize)]
@@ -85,11 +87,15 @@ pub(super) fn read(
         warnings.add(location, "ignored area light without a known type");
         return None;
     };
-    let aspect = match (shape, json.rect) {
-        (AreaLightShape::Rect, Some(rect)) => rect.aspect,
-        _ => 1.0,
+    let [width, height] = match (shape, json.rect, &json.extras) {
+        (AreaLightShape::Rect, Some(rect), _) => [json.size * rect.aspect, json.size],
+        // The size is the diameter of a disc of the same area.
+        (AreaLightShape::Disk, _, Some(extras)) => {
+            let root = blinn_extras::ellipse_aspect(extras, light, warnings).unwrap_or(1.0).sqrt();
+            [json.size * root, json.size / root]
+        }
+        _ => [json.size; 2],
     };
-    let width = json.size * aspect;
     if !width.is_finite() {
         let location = format!("extensions.{NAME}.lights[{light}].rect.aspect");
         warnings.add(location, "ignored area light that is too wide");
@@ -99,7 +105,7 @@ pub(super) fn read(
         name: json.name.unwrap_or_default(),
         node,
         shape,
-        size: [width, json.size],
+        size: [width, height],
         color: Vec3::from(json.color),
         intensity: json.intensity,
     })

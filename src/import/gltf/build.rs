@@ -9,6 +9,7 @@ use rayon::prelude::*;
 
 use super::super::tangents;
 use super::animation::SceneIds;
+use super::blinn_extras::SceneExtras;
 use super::document::Document;
 use super::graph::SceneNode;
 use super::material_table::MaterialTable;
@@ -56,14 +57,19 @@ pub(super) fn scene(
     warnings.extend(mesh_warnings);
     warnings.extend(material_warnings);
 
-    let mut scene = Scene { source, ..Scene::default() };
+    let selected = graph::selected_scene(root, &options.scene)?;
+    let extras = SceneExtras::of(doc, selected, warnings);
+    let source = Source { light_units: extras.light_units(warnings), ..source };
+    let mut scene = Scene { source, settings: extras.settings(warnings), ..Scene::default() };
     let mesh_ids = add_meshes(&mut scene, meshes?, &primitives, &materials);
     let material_ids = materials.by_index;
     scene.materials = materials.materials;
     scene.images = materials.textures.images;
     scene.textures = materials.textures.textures;
-    let selected = graph::selected_scene(root, &options.scene)?;
-    scene.environment = image_based_light::read(doc, selected, options.up, warnings)?;
+    scene.environment = match extras.world(doc, options.up, warnings)? {
+        Some(world) => Some(world),
+        None => image_based_light::read(doc, selected, options.up, warnings)?,
+    };
     let scene_nodes = add_nodes(&mut scene, doc, &nodes, options.up);
     let objects = ObjectBuilder::new(doc, mesh_ids, &scene_nodes);
     let attached = objects.attach_all(&mut scene, &nodes, warnings)?;

@@ -6,8 +6,9 @@ use ::gltf::json::validation::Checked;
 use glam::Vec3;
 use serde_json::Value;
 
+use super::blinn_extras::{self, Lens};
 use crate::error::Warnings;
-use blinn_scene::{FileCamera, FileProjection, Light, LightKind};
+use blinn_scene::{FileCamera, FileProjection, Light, LightKind, LightUnits};
 
 /// Reads the camera of a node; `None`, with a warning, if its projection is invalid.
 pub(super) fn camera(json: &Camera, index: usize, node: u32, warnings: &mut Warnings) -> Option<FileCamera> {
@@ -33,7 +34,10 @@ pub(super) fn camera(json: &Camera, index: usize, node: u32, warnings: &mut Warn
     };
     let znear = f64::from(znear).max(0.0);
     let zfar = if zfar > znear { zfar } else { f64::INFINITY };
-    Some(FileCamera { name: json.name.clone().unwrap_or_default(), node, projection, znear, zfar })
+    let Lens { shift, has_depth_of_field } =
+        blinn_extras::lens(json.extras.as_ref().map(|raw| raw.get()), index, warnings);
+    let name = json.name.clone().unwrap_or_default();
+    Some(FileCamera { name, node, projection, znear, zfar, shift, has_depth_of_field })
 }
 
 /// Names of a light's radius in its `extras`: Blender's exporter writes the custom properties of a light there.
@@ -61,8 +65,14 @@ fn radius(json: &JsonLight, kind: LightKind, index: usize, warnings: &mut Warnin
     0.0
 }
 
-/// Reads the light of a node; `None`, with a warning, if its type is unknown.
-pub(super) fn light(json: &JsonLight, index: usize, node: u32, warnings: &mut Warnings) -> Option<Light> {
+/// Reads the light of a node in a file with lights in `units`; `None`, with a warning, if its type is unknown.
+pub(super) fn light(
+    json: &JsonLight,
+    index: usize,
+    node: u32,
+    units: LightUnits,
+    warnings: &mut Warnings,
+) -> Option<Light> {
     let kind = match json.type_ {
         Checked::Valid(LightType::Point) => LightKind::Point,
         Checked::Valid(LightType::Directional) => LightKind::Directional,
@@ -79,7 +89,7 @@ pub(super) fn light(json: &JsonLight, index: usize, node: u32, warnings: &mut Wa
             return None;
         }
     };
-    Some(Light {
+    let light = Light {
         name: json.name.clone().unwrap_or_default(),
         node,
         kind,
@@ -87,5 +97,7 @@ pub(super) fn light(json: &JsonLight, index: usize, node: u32, warnings: &mut Wa
         intensity: json.intensity,
         range: json.range.filter(|&r| r > 0.0).unwrap_or(f32::INFINITY),
         radius: radius(json, kind, index, warnings),
-    })
+    };
+    let extras = json.extras.as_ref().map(|raw| raw.get());
+    Some(blinn_extras::extended_light(light, extras, index, units, warnings))
 }

@@ -9,6 +9,7 @@ mod animation;
 mod area_light;
 mod attributes;
 mod blender;
+mod blinn_extras;
 mod buffers;
 mod build;
 mod clearcoat;

@@ -6,9 +6,9 @@ use std::collections::{HashMap, HashSet};
 use super::document::Document;
 use super::graph::SceneNode;
 use super::instancing::InstanceAttributes;
-use super::{area_light, instancing, light, skin};
+use super::{area_light, blinn_extras, instancing, light, skin};
 use crate::error::{LoadError, Warnings};
-use blinn_scene::{Instance, Scene};
+use blinn_scene::{Instance, LightUnits, Scene};
 
 /// The scene's cameras and lights for each index of the file: one for each node with it.
 #[derive(Default)]
@@ -51,6 +51,7 @@ impl<'a, 'd> ObjectBuilder<'a, 'd> {
         let root = self.doc.root();
         let mut attached = AttachedIds::default();
         let offset = (scene.nodes.len() - nodes.len()) as u32;
+        let units = LightUnits::Auto.resolve(&scene.source);
         for (id, node) in (offset..).zip(nodes) {
             let json = &root.nodes[node.node];
             if node.is_drawn {
@@ -60,6 +61,10 @@ impl<'a, 'd> ObjectBuilder<'a, 'd> {
                 && let Some(camera) = light::camera(&root.cameras[index], index, id, warnings)
             {
                 attached.cameras.entry(index).or_default().push(scene.cameras.len() as u32);
+                let extras = json.extras.as_ref().map(|raw| raw.get());
+                if blinn_extras::is_active_camera(extras, node.node, warnings) {
+                    scene.settings.camera.get_or_insert(scene.cameras.len());
+                }
                 scene.cameras.push(camera);
             }
             if !node.is_drawn {
@@ -70,7 +75,7 @@ impl<'a, 'd> ObjectBuilder<'a, 'd> {
             if let (Some(light), Some(lights)) = (light, lights)
                 && let index = light.light.value()
                 && let Some(json) = lights.lights.get(index)
-                && let Some(light) = light::light(json, index, id, warnings)
+                && let Some(light) = light::light(json, index, id, units, warnings)
             {
                 attached.lights.entry(index).or_default().push(scene.lights.len() as u32);
                 scene.lights.push(light);

@@ -5,6 +5,7 @@ mod animation;
 mod area_light;
 mod attributes;
 mod blender;
+mod blinn_extras;
 mod extensions;
 mod graph;
 mod image_based_light;

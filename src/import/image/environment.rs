@@ -35,6 +35,22 @@ pub fn load_environment(path: &Path, limits: &Limits) -> Result<Environment, Loa
     Ok(Environment::from_panorama(panorama))
 }
 
+/// Decodes an equirectangular environment map that is part of a scene's file. The inner error is a warning.
+///
+/// # Errors
+/// The map exceeds a limit.
+pub(crate) fn decode_environment(
+    bytes: &[u8],
+    budget: &MemoryBudget,
+    limits: &Limits,
+) -> Result<Result<Environment, String>, LoadError> {
+    match decode(bytes, budget, limits) {
+        Ok(panorama) => Ok(Ok(Environment::from_panorama(panorama))),
+        Err(MapError::Limit(error)) => Err(error),
+        Err(error) => Ok(Err(error.cause())),
+    }
+}
+
 /// The cause why a map cannot be used.
 enum MapError {
     Unsupported,
@@ -47,16 +63,25 @@ impl MapError {
     fn into_load_error(self, path: &Path) -> LoadError {
         let place = path.display();
         match self {
-            MapError::Unsupported => LoadError::Unsupported(format!(
-                "{place}: not a Radiance HDR or OpenEXR file; save the environment map as .hdr or .exr"
-            )),
+            MapError::Unsupported => LoadError::Unsupported(format!("{place}: {}", self.cause())),
+            MapError::Damaged(_) => LoadError::parse(&place, self.cause()),
+            MapError::Invalid(message) => LoadError::invalid(&place, message),
+            MapError::Limit(error) => error,
+        }
+    }
+
+    fn cause(self) -> String {
+        match self {
+            MapError::Unsupported => {
+                "not a Radiance HDR or OpenEXR file; save the environment map as .hdr or .exr".into()
+            }
             MapError::Damaged(cause) => {
                 // Some decoder messages contain line breaks.
                 let cause = cause.split_whitespace().collect::<Vec<_>>().join(" ");
-                LoadError::parse(&place, format!("the environment map cannot be decoded: {cause}"))
+                format!("the environment map cannot be decoded: {cause}")
             }
-            MapError::Invalid(message) => LoadError::invalid(&place, message),
-            MapError::Limit(error) => error,
+            MapError::Invalid(message) => message,
+            MapError::Limit(error) => error.to_string(),
         }
     }
 }

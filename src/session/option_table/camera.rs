@@ -127,7 +127,7 @@ pub static CAMERA: [OptionDef; 21] = [
         value_name: "X,Y",
         help: "Move the view rectangle to the right and up, in units of its larger side: Blender's lens shift",
         conflicts: &["view-rect", "intrinsics"],
-        effect: Effect::Value(|options, text| store(&mut options.view.shift, values::shift(text))),
+        effect: Effect::Value(|options, text| store(&mut options.view.shift, values::shift(text).map(Some))),
         ..BASE
     },
     OptionDef {

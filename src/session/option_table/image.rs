@@ -15,7 +15,8 @@ const FILTERS: Choices<PixelFilter, 4> = [
     ("blackman-harris", PixelFilter::BlackmanHarris),
 ];
 /// Samples and diffuse bounces.
-const QUALITIES: Choices<(u32, u8), 3> = [("draft", (4, 2)), ("standard", (16, 4)), ("final", (128, 8))];
+const QUALITIES: Choices<(u32, Option<u8>), 3> =
+    [("draft", (4, Some(2))), ("standard", (16, Some(4))), ("final", (128, Some(8)))];
 const DENOISING: Choices<Denoise, 3> = [("auto", Denoise::Auto), ("on", Denoise::On), ("off", Denoise::Off)];
 const VIEW_TRANSFORMS: Choices<Option<ViewTransform>, 5> = [
     ("auto", None),

@@ -106,20 +106,21 @@ pub static LIGHTS: [OptionDef; 16] = [
     OptionDef {
         name: "indirect",
         value_name: "N",
-        default: Some("0"),
         help: "Trace up to N diffuse bounces of light between surfaces, in place of the ambient light\n\n\
-               Glowing surfaces light others then.",
+               Glowing surfaces light others then.\n\n\
+               [default: the file's, or 0]",
         conflicts: &["ao"],
-        effect: Effect::Value(|options, text| store(&mut options.indirect, values::whole(text, 0..=64))),
+        effect: Effect::Value(|options, text| {
+            store(&mut options.indirect, values::whole(text, 0..=64).map(Some))
+        }),
         ..BASE
     },
     OptionDef {
         name: "caustics",
-        help: "With `indirect`, add the light that mirrors and glass send to matte surfaces\n\n\
+        help: "With indirect light, add the light that mirrors and glass send to matte surfaces\n\n\
                It needs hundreds of samples. Without it, solid glass casts shadows, as in Blender without caustics; thin \
                glass lets light through.",
-        requires: Some("indirect"),
-        effect: Effect::Flag(|options| options.caustics = true),
+        effect: Effect::Flag(|options| options.caustics = Some(true)),
         ..BASE
     },
     OptionDef {

@@ -27,6 +27,9 @@ impl<'a> AnimationSink<'a> {
         file: &Path,
         size: (u32, u32),
     ) -> Result<AnimationSink<'a>> {
+        let animation = &animation
+            .in_scene(output.scene)
+            .map_err(|text| anyhow::anyhow!("-o {}: {text}", file.display()))?;
         let writer = AnimationWriter::new(file, animation, size, output.plan.outputs.replace)?;
         Ok(AnimationSink { output, report, writer })
     }
