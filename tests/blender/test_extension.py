@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import math
+import re
+from pathlib import Path
 
 import pytest
 
@@ -294,6 +296,14 @@ def test_custom_properties_stay(scene, add_light, export):
     extras = [result.lights[0]["extras"], result.json["scenes"][0]["extras"]]
     extras += [node["extras"] for node in result.json["nodes"] if "camera" in node]
     assert [e["mine"] for e in extras] == [1, 2, 3] and all("blinn" in e for e in extras)
+
+
+def test_the_versions_of_extension_and_program_agree():
+    root = Path(__file__).resolve().parents[2]
+    manifest = (root / "src/blender/blender_manifest.toml").read_text()
+    workspace = (root / "Cargo.toml").read_text()
+    version = re.compile(r'^version = "(.*)"$', re.M)
+    assert version.search(manifest).group(1) == version.search(workspace).group(1)
 
 
 def test_a_failure_never_ends_an_export(scene, export, monkeypatch):
