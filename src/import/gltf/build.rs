@@ -18,7 +18,7 @@ use super::primitive;
 use super::primitive::PrimitiveId;
 use super::{
     animation, blender, extensions, forest, graph, image_based_light, instancing, levels_of_detail,
-    lost_lights, sun_strengths, topology, variants,
+    light_temperature, lost_lights, sun_strengths, topology, variants,
 };
 use crate::error::{LoadError, Warnings};
 use crate::options::{LoadOptions, UpAxis};
@@ -83,6 +83,7 @@ pub(super) fn scene(
     scene.animations = animation::read(doc, &ids, warnings)?;
     if is_blender {
         blender::restore(&mut scene);
+        light_temperature::restore(&mut scene, warnings);
         let offset = (scene.nodes.len() - nodes.len()) as u32;
         scene.lost_lights = lost_lights::find(doc, &nodes, offset);
         sun_strengths::warn_of_lost(&scene, warnings);

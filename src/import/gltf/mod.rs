@@ -29,6 +29,7 @@ mod json_tree;
 mod keys;
 mod levels_of_detail;
 mod light;
+mod light_temperature;
 mod lost_lights;
 mod material;
 mod material_schema;

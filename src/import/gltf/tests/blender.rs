@@ -225,3 +225,48 @@ fn normal_maps_of_heights_are_ignored() {
         assert_eq!(warnings.iter().filter(|w| w.starts_with(expected)).count(), usize::from(!is_kept));
     }
 }
+
+/// The exporter multiplies a light's colour by that of its temperature (here 2500 K), but not the keys of the colour.
+#[test]
+fn keys_of_a_colour_get_the_lights_temperature() {
+    let load = |color: [f32; 3], generator: &str| {
+        let mut fixture = Fixture::triangle();
+        fixture.json["asset"]["generator"] = json!(generator);
+        let light = json!({"type": "point", "color": color, "name": "Lamp"});
+        fixture.json["extensions"] = json!({"KHR_lights_punctual": {"lights": [light]}});
+        fixture.node(json!({"extensions": {"KHR_lights_punctual": {"light": 0}}}));
+        let times = fixture.floats("SCALAR", 1, &[0.0, 1.0]);
+        let colors = fixture.vec3(&[[0.2, 0.4, 0.6], [1.0, 0.5, 0.0]]);
+        let pointer = json!({"pointer": "/extensions/KHR_lights_punctual/lights/0/color"});
+        let target = json!({"path": "pointer", "extensions": {"KHR_animation_pointer": pointer}});
+        fixture.push(
+            "animations",
+            json!({"samplers": [{"input": times, "output": colors}],
+                "channels": [{"sampler": 0, "target": target}]}),
+        );
+        let (scene, warnings) = fixture.load();
+        (scene.animations[0].channels[0].keyframes.values.clone(), warnings)
+    };
+    let blender = "Khronos glTF Blender I/O v5.2.41";
+    let near = |values: &[f32], expected: [f32; 6]| {
+        values.iter().zip(expected).all(|(v, expected)| (v - expected).abs() < 0.01)
+    };
+    let written = [0.2, 0.4, 0.6, 1.0, 0.5, 0.0];
+    let warm = [0.4135, 0.3077, 0.0836, 2.0676, 0.3847, 0.0];
+    // The colour at the first and at the last key.
+    for color in [[0.4135, 0.3077, 0.0836], [2.0676, 0.3847, 0.0]] {
+        let (values, warnings) = load(color, blender);
+        assert!(near(&values, warm) && warnings.is_empty(), "{values:?} {warnings:?}");
+        assert!(near(&load(color, "").0, written));
+    }
+    // Without a temperature, between two keys, and with a colour that no temperature explains.
+    for (color, count) in [([0.2, 0.4, 0.6], 0), ([0.6, 0.45, 0.3], 0), ([0.5, 3.0, 0.5], 1)] {
+        let (values, warnings) = load(color, blender);
+        assert!(near(&values, written), "{values:?}");
+        assert_eq!(
+            warnings.iter().filter(|w| w.starts_with("light 'Lamp': ")).count(),
+            count,
+            "{warnings:?}"
+        );
+    }
+}
