@@ -33,7 +33,7 @@ pub(super) fn build_material(
 ) -> Material {
     let texture = library.color(mtl, mtl.map_kd.as_ref());
     let base = ColorInput { factor: mtl.factor_with_map(mtl.kd, &texture).unwrap_or(Rgb::ONE), texture };
-    let texture = library.texture(mtl, mtl.map_ke.as_ref());
+    let texture = library.color(mtl, mtl.map_ke.as_ref());
     let default_emission = if mtl.map_ke.is_some() { Rgb::ONE } else { Rgb::ZERO };
     let emission =
         ColorInput { factor: mtl.factor_with_map(mtl.ke, &texture).unwrap_or(default_emission), texture };

@@ -254,9 +254,10 @@ fn colours_of_blender_are_multiplied_by_unused_alpha() {
         ("# Blender 5.2.3 LTS MTL File: 'a.blend'", "map_d t.png", &bmp, [200, 100, 50, 255]),
         ("# Blender 5.2.3 LTS MTL File: 'a.blend'", "", grey, [51; 4]),
     ] {
-        let mtl = format!("{head}\nnewmtl m\nmap_Kd t.png\n{map_d}\n");
+        let mtl = format!("{head}\nnewmtl m\nmap_Kd t.png\nmap_Ke t.png\n{map_d}\n");
         let (scene, _) = read(&obj, &[("a.mtl", mtl.as_bytes()), ("t.png", image)]).unwrap();
         let texture = scene.materials[0].base_color.texture.unwrap().texture;
+        assert_eq!(scene.materials[0].emission.texture.unwrap().texture, texture);
         let image = &scene.images[scene.textures[texture as usize].image as usize];
         let last = (image.width * image.height) as usize - 1;
         let texel = (image.stored(last) * 255.0).round().to_array();
