@@ -23,6 +23,8 @@ pub(super) struct ExtensionUsers {
 /// Users of each extension in the file, by name.
 pub(super) type ExtensionUses = BTreeMap<String, ExtensionUsers>;
 
+const UNLIT: &str = "KHR_materials_unlit";
+
 /// Factors of material extensions. An extension has no effect while its factor is 0, which is the default;
 /// its textures are multiplied by the factor.
 pub(super) const FACTORS: &[(&str, &str)] = &[
@@ -79,7 +81,11 @@ fn collect(value: &Value, material: Option<usize>, uses: &mut ExtensionUses) {
 /// Records the extensions of one object, which belongs to `material` if that is set.
 fn record(object: &Map<String, Value>, material: Option<usize>, uses: &mut ExtensionUses) {
     let Some(Value::Object(extensions)) = object.get("extensions") else { return };
-    for (name, _) in extensions.iter().filter(|(name, body)| !has_no_effect(name, body)) {
+    // Unlit materials have no layers.
+    let is_unlit = material.is_some() && extensions.contains_key(UNLIT);
+    let is_hidden = |name: &str| is_unlit && name.starts_with("KHR_materials_") && name != UNLIT;
+    let has_effect = |name: &str, body: &Value| !is_hidden(name) && !has_no_effect(name, body);
+    for (name, _) in extensions.iter().filter(|(name, body)| has_effect(name, body)) {
         let users = uses.entry(name.clone()).or_default();
         match material {
             Some(i) => users.materials.push(i),

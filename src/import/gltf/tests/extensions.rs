@@ -115,3 +115,17 @@ fn extensions_of_unused_materials_are_no_warnings() {
     let (_, warnings) = fixture.load_with(&LoadOptions { scene, ..LoadOptions::default() });
     assert_eq!(warnings, ["ignored KHR_materials_sheen: the sheen is missing"]);
 }
+
+#[test]
+fn layers_of_unlit_materials_cause_no_warning() {
+    let warnings = |extensions: serde_json::Value| {
+        let mut fixture = Fixture::triangle();
+        fixture.push("materials", json!({"extensions": extensions}));
+        fixture.primitive()["material"] = json!(0);
+        fixture.load().1
+    };
+    let sheen = json!({"sheenColorFactor": [1, 1, 1]});
+    assert_eq!(warnings(json!({"KHR_materials_sheen": sheen})).len(), 1);
+    assert!(warnings(json!({"KHR_materials_sheen": sheen, "KHR_materials_unlit": {}})).is_empty());
+    assert_eq!(warnings(json!({"VENDOR_x": {}, "KHR_materials_unlit": {}})).len(), 1);
+}
