@@ -71,7 +71,12 @@ pub(super) fn read(json: &gltf::Material, resolve: &mut dyn FnMut(usize) -> Opti
     };
     if let Some(glossy) = extensions.and_then(|e| e.pbr_specular_glossiness.as_ref()) {
         material.base_color = slots.color(rgb(glossy.diffuse_factor.0), glossy.diffuse_texture.as_ref());
-        material.alpha = ScalarInput::new(glossy.diffuse_factor.0[3]);
+        let mut alpha = glossy.diffuse_factor.0[3];
+        // Assimp writes the opacity of what is blended into the base colour alone.
+        if alpha == 1.0 && glossy.diffuse_texture.is_none() && material.alpha_mode == AlphaMode::Blend {
+            alpha = material.alpha.factor;
+        }
+        material.alpha = ScalarInput::new(alpha);
         let texture = glossy.specular_glossiness_texture.as_ref();
         material.reflectance = Reflectance::SpecularGlossiness {
             specular: slots.color(Vec3::from(glossy.specular_factor.0), texture),

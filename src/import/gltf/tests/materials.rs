@@ -330,3 +330,19 @@ fn materials_are_numbered_by_their_first_use() {
     assert_eq!(names, ["first", "second", ""]);
     assert_eq!(scene.meshes.iter().map(|m| m.material).collect::<Vec<_>>(), [0, 1, 2, 0]);
 }
+
+/// Assimp writes specular-glossiness without the opacity.
+#[test]
+fn blended_specular_glossiness_without_alpha_has_that_of_the_base_colour() {
+    let alpha = |mode: &str, diffuse: f32| {
+        let mut fixture = Fixture::triangle();
+        fixture.push(
+            "materials",
+            json!({"alphaMode": mode, "pbrMetallicRoughness": {"baseColorFactor": [1, 1, 1, 0.75]},
+                "extensions": {"KHR_materials_pbrSpecularGlossiness": {"diffuseFactor": [1, 1, 1, diffuse]}}}),
+        );
+        fixture.primitive()["material"] = json!(0);
+        fixture.load().0.materials[0].alpha.factor
+    };
+    assert_eq!([alpha("BLEND", 1.0), alpha("BLEND", 0.5), alpha("MASK", 1.0)], [0.75, 0.5, 1.0]);
+}
