@@ -28,6 +28,12 @@ impl ResolvedExposure {
     fn at(ev: f64) -> ResolvedExposure {
         ResolvedExposure { ev, ..ResolvedExposure::default() }
     }
+
+    /// Returns the scale of the colours of unlit materials, which no exposure affects: they are display-referred. Metered
+    /// and given exposures are alike, since the tasks of a job get a metered one as an option.
+    pub fn unlit_scale(&self) -> f32 {
+        (libm::exp2(-self.ev) as f32).clamp(f32::MIN_POSITIVE, f32::MAX)
+    }
 }
 
 /// A metered exposure of 0.
@@ -73,6 +79,10 @@ pub(crate) fn resolve_exposure(
         return Ok(ResolvedExposure { light_scale: Some(light_scale), ..METERED });
     }
     let Some(metered) = metered else {
+        // Unlit materials are shown as they are.
+        if meter_frame(setup, start, &camera, MeteredLight::Unlit)?.is_some() {
+            return Ok(METERED);
+        }
         let lost_lights = start.posed.scene.lost_light_names();
         log.warn(Notice::NothingLit { sources: lit.description.clone(), lost_lights })?;
         return Ok(METERED);
@@ -97,7 +107,10 @@ fn is_usual_unit(light: &Metering) -> bool {
 /// The light that is metered.
 #[derive(Clone, Copy, PartialEq, Eq)]
 enum MeteredLight {
+    /// All that an exposure affects.
     All,
+    /// That, and the colours of unlit materials.
+    Unlit,
     /// Light from light sources, without ambient, environment and emission.
     LightsOnly,
 }
@@ -131,6 +144,7 @@ fn meter_frame(
 ) -> Result<Option<Metering>, SessionError> {
     let mut frame = setup.frame(start, camera.camera)?;
     frame.background = None;
+    frame.unlit_scale = if light == MeteredLight::Unlit { 1.0 } else { 0.0 };
     if light == MeteredLight::LightsOnly {
         frame.ambient = Rgb::ZERO;
         frame.sky = None;
@@ -139,4 +153,23 @@ fn meter_frame(
         frame.overrides.k_e = Some(Rgb::ZERO);
     }
     Ok(meter(&frame, &Phong { stage: setup.plan.options.stage }, camera.aspect, &setup.cancel)?)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn no_exposure_affects_unlit_materials() {
+        for ev in [0.0, 1.0, -17.0, 12.5] {
+            for exposure in [ResolvedExposure::at(ev), ResolvedExposure { ev, ..METERED }] {
+                let shown = f64::from(exposure.unlit_scale()) * libm::exp2(ev);
+                assert!((shown - 1.0).abs() < 1e-6, "{ev}");
+            }
+        }
+        assert!([1e9, -1e9].iter().all(|&ev| {
+            let scale = ResolvedExposure::at(ev).unlit_scale();
+            scale > 0.0 && scale.is_finite()
+        }));
+    }
 }

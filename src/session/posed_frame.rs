@@ -44,6 +44,8 @@ pub struct SceneSetup<'a> {
     pub lighting: Lighting,
     /// The environment that images show as their background.
     pub background: Option<Environment>,
+    /// Scale of the colours of unlit materials.
+    pub unlit_scale: f32,
 }
 
 impl SceneSetup<'_> {
@@ -138,6 +140,7 @@ impl SceneSetup<'_> {
             emitters: self.emitters(&frame.posed),
             cull_back_faces: self.plan.options.cull != BackFaceCulling::Off,
             shadows: self.plan.options.shadows,
+            unlit_scale: self.unlit_scale,
             ambient_occlusion: self.framing.occlusion,
             background: self.background.clone(),
             ..Frame::new(&frame.posed, accel, camera, lit)

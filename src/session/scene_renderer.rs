@@ -142,9 +142,11 @@ impl<'a> SceneRenderer<'a> {
             framing,
             lighting,
             background,
+            unlit_scale: 1.0,
         };
         let exposure = resolve_exposure(&setup, first, &lit)?;
         let ev = exposure.ev;
+        setup.unlit_scale = exposure.unlit_scale();
         settings.adaptive = settings.adaptive.map(|adaptive| AdaptiveSampling { ev, ..adaptive });
         if let Some(scale) = exposure.light_scale {
             let scaled = Lighting { scale, ..options.lighting.clone() };

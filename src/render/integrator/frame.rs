@@ -56,6 +56,8 @@ pub struct Frame<'a> {
     pub cull_back_faces: bool,
     /// False: no light is ever blocked.
     pub shadows: bool,
+    /// Scale of the colours of unlit materials: the inverse of the exposure, which does not affect them.
+    pub unlit_scale: f32,
     /// Weights the ambient term by its visibility; `None`: all of it arrives.
     pub ambient_occlusion: Option<AmbientOcclusion>,
     /// A ground plane below the scene.
@@ -98,6 +100,7 @@ impl<'a> Frame<'a> {
             overrides: MaterialOverrides::default(),
             cull_back_faces: true,
             shadows: true,
+            unlit_scale: 1.0,
             ambient_occlusion: None,
             ground: None,
             scene_to_world: DAffine3::IDENTITY,

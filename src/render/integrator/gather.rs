@@ -161,8 +161,12 @@ fn evaluate_materials(
     base_radiance: impl Fn(&Coefficients, DVec3) -> Rgb,
 ) {
     let ShadingBatch { points, soa, triangles, has_transmission, .. } = batch;
-    let settings =
-        EvalSettings { overrides: &frame.overrides, under_sky: frame.sky.is_some(), reflections_enabled };
+    let settings = EvalSettings {
+        overrides: &frame.overrides,
+        under_sky: frame.sky.is_some(),
+        reflections_enabled,
+        unlit_scale: frame.unlit_scale,
+    };
     let mut pass = MaterialPass {
         frame,
         points,

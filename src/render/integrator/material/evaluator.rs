@@ -27,6 +27,8 @@ pub(crate) struct EvalSettings<'a> {
     pub under_sky: bool,
     /// True if surfaces reflect their surroundings.
     pub reflections_enabled: bool,
+    /// Scale of the colours of unlit materials.
+    pub unlit_scale: f32,
 }
 
 /// Evaluates a material at the points of a block.
@@ -68,7 +70,7 @@ impl AutovecKernel for EvalMaterial<'_> {
                 };
                 base.eval(&lanes, out);
             }
-            Reflectance::Unlit => base.eval(&UnlitLanes, out),
+            Reflectance::Unlit => base.eval(&UnlitLanes { scale: settings.unlit_scale }, out),
         }
     }
 }
@@ -273,7 +275,9 @@ impl ReflectanceLanes for SpecularGlossinessLanes {
     }
 }
 
-struct UnlitLanes;
+struct UnlitLanes {
+    scale: f32,
+}
 
 impl ReflectanceLanes for UnlitLanes {
     const HAS_LAYER_HIGHLIGHTS: bool = false;
@@ -282,7 +286,7 @@ impl ReflectanceLanes for UnlitLanes {
     fn apply(&self, _: usize, k: &mut Coefficients) -> f32 {
         k.k_a = Rgb::ZERO;
         k.k_d = Rgb::ZERO;
-        k.k_e = k.color;
+        k.k_e = k.color * self.scale;
         1.0
     }
 }
