@@ -13,6 +13,8 @@ pub struct ViewNotes {
     pub description: String,
     /// Warnings for the user.
     pub warnings: Vec<String>,
+    /// What users may want to choose themselves.
+    pub hints: Vec<String>,
 }
 
 /// The extent of the view rectangle, and its centre along u and v.
@@ -28,14 +30,14 @@ impl From<ViewRect> for ViewExtent {
     }
 }
 
-/// Camera names in a warning.
+/// Camera names in a hint.
 const MAX_NAMES: usize = 4;
 
-/// Returns a warning that the first of several cameras was used. Their order may differ between two exports of a scene:
+/// Returns a hint that the first of several cameras was used, unless the file marks one. Their order may differ between two exports of a scene:
 /// Blender sorts nodes by name from version 5.2 on.
 fn choice_of_camera(scene: &Scene) -> Option<String> {
     let count = scene.cameras.len();
-    if count < 2 {
+    if count < 2 || scene.settings.camera.is_some() {
         return None;
     }
     let name =
@@ -63,15 +65,15 @@ impl View {
     pub fn resolve(&self, posed: &PosedScene, n_x: u32, n_y: u32) -> Result<(Camera, ViewNotes), ViewError> {
         if let Some(camera) = self.complete {
             let description = "a complete camera".to_string();
-            return Ok((camera, ViewNotes { description, warnings: Vec::new() }));
+            return Ok((camera, ViewNotes { description, ..ViewNotes::default() }));
         }
         let picture = f64::from(n_x) / f64::from(n_y) * self.pixel_aspect(posed.scene);
         self.check_ranges()?;
         let base = self.base(posed, picture)?;
         let mut notes =
-            ViewNotes { description: self.describe(posed.scene, base.camera), warnings: Vec::new() };
+            ViewNotes { description: self.describe(posed.scene, base.camera), ..ViewNotes::default() };
         if self.camera.is_none() && base.camera.is_some() {
-            notes.warnings.extend(choice_of_camera(posed.scene));
+            notes.hints.extend(choice_of_camera(posed.scene));
         }
         let projection = self.projection.unwrap_or(base.projection);
         let basis = self.basis(&base, self.view_point)?;

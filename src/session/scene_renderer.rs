@@ -114,6 +114,9 @@ impl<'a> SceneRenderer<'a> {
                 log.note(Notice::Camera(framing.notes.description.clone()));
                 let mut warnings = framing.notes.warnings.iter();
                 warnings.try_for_each(|warning| log.warn(Notice::View(warning.clone())))?;
+                for hint in &framing.notes.hints {
+                    log.hint(Notice::View(hint.clone()));
+                }
             }
         }
         cancel.check()?;

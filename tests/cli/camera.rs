@@ -290,17 +290,20 @@ fn a_framed_view_stands_still_while_things_move() {
 #[test]
 fn the_first_of_several_cameras_is_named_unless_one_is_chosen() {
     let mut scene = load_model("lecture/lecture.glb");
-    let warnings = |scene: &Scene, view: View| {
+    let hints = |scene: &Scene, view: View| {
         let posed = pose(scene, &PoseSettings::default()).unwrap();
-        view.resolve(&posed, 64, 36).unwrap().1.warnings
+        view.resolve(&posed, 64, 36).unwrap().1.hints
     };
     let expected = "the file has 2 cameras: 0 'view-1', 1 'view-2'; used the first; select one with `camera`";
-    assert_eq!(warnings(&scene, View::default()), [expected]);
-    assert_eq!(warnings(&scene, View { orbit: orbit(30.0, 20.0, None), ..View::default() }), [expected]);
-    assert!(warnings(&scene, View { camera: Some("1".into()), ..View::default() }).is_empty());
+    assert_eq!(hints(&scene, View::default()), [expected]);
+    assert!(hints(&scene, View { orbit: orbit(30.0, 20.0, None), ..View::default() }).is_empty());
+    assert!(hints(&scene, View { camera: Some("1".into()), ..View::default() }).is_empty());
     let own =
         View { view_point: Some(DVec3::splat(9.0)), view_dir: Some(DVec3::splat(-1.0)), ..View::default() };
-    assert!(warnings(&scene, own).is_empty());
+    assert!(hints(&scene, own).is_empty());
+    scene.settings.camera = Some(1);
+    assert!(hints(&scene, View::default()).is_empty());
+    scene.settings.camera = None;
     scene.cameras.truncate(1);
-    assert!(warnings(&scene, View::default()).is_empty());
+    assert!(hints(&scene, View::default()).is_empty());
 }
