@@ -82,6 +82,7 @@ fn radiance_under_sky(
         overrides: MaterialOverrides::default(),
         cull_back_faces: true,
         shadows: true,
+        unlit_scale: 1.0,
         ambient_occlusion: None,
         ground: None,
         environment: None,

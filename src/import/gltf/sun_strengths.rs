@@ -17,7 +17,9 @@ const MAX_NAMES: usize = 5;
 /// Warns of suns in files of affected versions that have the strength that stands for any.
 pub(super) fn warn_of_lost(scene: &Scene, warnings: &mut Warnings) {
     let is_affected = |version: BlenderVersion| (AFFECTED[0]..AFFECTED[1]).contains(&version);
-    if !scene.source.blender_version().is_some_and(is_affected) {
+    // The extension of blinn writes the units of lights, and the true strength.
+    let has_strengths = scene.source.light_units.is_some();
+    if has_strengths || !scene.source.blender_version().is_some_and(is_affected) {
         return;
     }
     let is_lost =
@@ -41,7 +43,8 @@ pub(super) fn warn_of_lost(scene: &Scene, warnings: &mut Warnings) {
         "",
         format_args!(
             "{suns} {names} {have} 1 W/m², which Blender 5.1 and 5.2 write for suns of any strength if the render \
-             engine is Cycles; to keep the strength, export with the engine set to EEVEE, or with Blender 5.3"
+             engine is Cycles; to keep the strength, export with the extension of blinn, with the engine set to EEVEE, or \
+             with Blender 5.3"
         ),
     );
 }
