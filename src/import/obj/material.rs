@@ -5,6 +5,7 @@ use glam::Vec3;
 
 use super::super::error::Warnings;
 use super::mtl::MtlMaterial;
+use super::mtl_writer::MtlWriter;
 use super::texture_map::TextureMap;
 use super::textures::TextureLibrary;
 use crate::files::escape::printable;
@@ -72,7 +73,7 @@ impl MtlMaterial {
     /// Returns true for a physically based material. Blender always writes one: its Ns encodes the roughness.
     fn is_physical(&self) -> bool {
         let maps = self.map_roughness.is_some() || self.map_metallic.is_some();
-        self.by_blender
+        self.writer.is_blender()
             || self.roughness.is_some()
             || self.metallic.is_some()
             || maps
@@ -100,12 +101,12 @@ impl MtlMaterial {
         factor: Option<T>,
         map: &Option<TextureRef>,
     ) -> Option<T> {
-        factor.filter(|factor| map.is_none() || !self.by_blender && *factor != T::default())
+        factor.filter(|factor| map.is_none() || !self.writer.is_blender() && *factor != T::default())
     }
 
     /// Inverts Blender's Ns = 1000·(1 − r)², or ((1 − r)·30)² of its old exporter.
     fn roughness_of_ns(&self) -> Option<f32> {
-        let max = if self.by_old_blender { 900.0 } else { 1000.0 };
+        let max = if self.writer == MtlWriter::OldBlender { 900.0 } else { 1000.0 };
         self.ns.map(|ns| 1.0 - (ns.clamp(0.0, max) / max).sqrt())
     }
 
@@ -147,7 +148,8 @@ fn blinn_phong(mtl: &MtlMaterial, library: &mut TextureLibrary) -> Reflectance {
 /// Uses Pr and Pm, or Blender's encoding without them: Ns = 1000·(1 − r)², and the metallic value in Ka if illum
 /// is 3.
 fn metallic_roughness(mtl: &MtlMaterial, library: &mut TextureLibrary) -> Reflectance {
-    let metallic_from_ka = if mtl.by_blender && mtl.illum == Some(3) { mtl.ka.map(|ka| ka.x) } else { None };
+    let metallic_from_ka =
+        if mtl.writer.is_blender() && mtl.illum == Some(3) { mtl.ka.map(|ka| ka.x) } else { None };
     let mut scalar = |value: Option<f32>, map: &Option<TextureMap>, default: f32| {
         let texture = library.texture(mtl, map.as_ref());
         // A map without a value is used as it is.
@@ -167,8 +169,8 @@ fn metallic_roughness(mtl: &MtlMaterial, library: &mut TextureLibrary) -> Reflec
 /// its specular level into Ks or map_Ks: 0.5 is the reflectance of the index, 0 is none.
 fn dielectric(mtl: &MtlMaterial, library: &mut TextureLibrary) -> Dielectric {
     let default = Dielectric::default();
-    let map = if mtl.by_blender { library.texture(mtl, mtl.map_ks.as_ref()) } else { None };
-    let blender_level = mtl.ks.filter(|_| mtl.by_blender);
+    let map = if mtl.writer.is_blender() { library.texture(mtl, mtl.map_ks.as_ref()) } else { None };
+    let blender_level = mtl.ks.filter(|_| mtl.writer.is_blender());
     let level = if map.is_some() { 2.0 } else { blender_level.map_or(1.0, |ks| 2.0 * ks.max_element()) };
     Dielectric {
         ior: ior(mtl).unwrap_or(default.ior),
@@ -237,7 +239,7 @@ fn transmission(mtl: &MtlMaterial, alpha: &ScalarInput, warnings: &mut Warnings)
 
 /// Returns a plausible index of refraction; exporters other than Blender write 1 for an unknown one.
 fn ior(mtl: &MtlMaterial) -> Option<f32> {
-    mtl.ni.filter(|&ni| ni <= 10.0 && (ni > 1.0 || mtl.by_blender && ni == 1.0))
+    mtl.ni.filter(|&ni| ni <= 10.0 && (ni > 1.0 || mtl.writer.is_blender() && ni == 1.0))
 }
 
 /// Returns the opacity of d, Tr and map_d, and how to apply it.
@@ -258,7 +260,7 @@ fn alpha(
     let mut factor = mtl.d.unwrap_or(1.0).clamp(0.0, 1.0);
     // Some exporters write the transparency instead. Blender writes illum > 2 for a transparent material. Next to a
     // map, 0 is the unconnected input, as with other factors.
-    let is_transparent = mtl.by_blender && mtl.illum() > 2;
+    let is_transparent = mtl.writer.is_blender() && mtl.illum() > 2;
     if factor == 0.0 && (texture.is_some() || !is_transparent) {
         if texture.is_none() {
             let name = printable(&mtl.name);
@@ -278,7 +280,7 @@ fn normal(mtl: &MtlMaterial, library: &mut TextureLibrary, warnings: &mut Warnin
     let map = mtl.map_normal.as_ref()?;
     let image = library.image(mtl, map)?;
     // Blender writes only normal maps into bump; its old exporter also wrote heights.
-    let is_normal_map = !mtl.normal_is_bump || mtl.by_blender && !mtl.by_old_blender;
+    let is_normal_map = !mtl.normal_is_bump || mtl.writer.is_blender() && mtl.writer != MtlWriter::OldBlender;
     if !is_normal_map && !library.looks_like_normals(image) {
         warnings
             .add("", format!("ignored bump map '{}': height maps are not supported", printable(&map.file)));
@@ -287,6 +289,6 @@ fn normal(mtl: &MtlMaterial, library: &mut TextureLibrary, warnings: &mut Warnin
     Some(NormalMap {
         texture: library.texture(mtl, Some(map))?,
         scale: map.bump,
-        scale_is_strength: mtl.by_blender,
+        scale_is_strength: mtl.writer.is_blender(),
     })
 }

@@ -224,7 +224,7 @@ fn build_scene(
             });
             scene.materials.len() as u32 - 1
         });
-        if mtl.is_some_and(|m| m.by_blender) && !mesh.colors.is_empty() {
+        if mtl.is_some_and(|m| m.writer.is_blender()) && !mesh.colors.is_empty() {
             // Blender exports colours that its materials do not use.
             mesh.colors = Vec::new();
             warnings.add("", "ignored vertex colours: Blender's materials do not use them");

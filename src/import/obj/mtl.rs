@@ -9,7 +9,7 @@ use super::texture_map::{self, TextureMap};
 use crate::files::escape::printable;
 use crate::options::MtlColors;
 use blinn_core::geometry::Rgb;
-use blinn_scene::{BlenderVersion, srgb_to_linear};
+use blinn_scene::srgb_to_linear;
 
 /// The statements of a material; `None` for a statement that is missing.
 #[derive(Clone, Debug, Default, PartialEq)]
@@ -17,12 +17,6 @@ pub(super) struct MtlMaterial {
     pub name: String,
     /// Folder of the MTL relative to the OBJ. Texture names are relative to it.
     pub folder: String,
-    /// Written by Blender.
-    pub by_blender: bool,
-    /// Version of Blender, if the file names it.
-    pub blender_version: Option<BlenderVersion>,
-    /// Written by Blender's exporter up to 2.93, which does not write its version into MTL files.
-    pub by_old_blender: bool,
     /// The program that wrote the file.
     pub writer: MtlWriter,
     pub ka: Option<Rgb>,
@@ -55,7 +49,7 @@ pub(super) struct MtlMaterial {
     pub normal_is_bump: bool,
 }
 
-/// What the meaning of an MTL file depends on, besides its text.
+/// Context of an MTL file that decides how its text is read.
 #[derive(Clone, Copy, Debug, Default)]
 pub(super) struct MtlContext<'a> {
     /// Program that wrote the OBJ.
@@ -72,10 +66,6 @@ pub(super) fn parse(
     context: MtlContext,
     warnings: &mut Warnings,
 ) -> Vec<MtlMaterial> {
-    let head = text.trim_start_matches('\u{feff}').trim_start();
-    let by_blender = head.starts_with("# Blender");
-    let by_old_blender = head.starts_with("# Blender MTL File");
-    let blender_version = head.lines().next().filter(|_| by_blender).and_then(BlenderVersion::from_generator);
     let writer = MtlWriter::find(text, context.generator);
     let mut all: Vec<MtlMaterial> = Vec::new();
     let mut commas = DecimalCommas::default();
@@ -85,9 +75,6 @@ pub(super) fn parse(
             all.push(MtlMaterial {
                 name: rest.to_string(),
                 folder: folder.to_string(),
-                by_blender,
-                blender_version,
-                by_old_blender,
                 writer,
                 ..Default::default()
             });
@@ -106,7 +93,11 @@ pub(super) fn parse(
             warnings.add(&here, "numbers have decimal commas: read as decimal points");
         }
     }
-    mtl_opacity::resolve(&mut all, writer, place, warnings);
+    let statements: Vec<_> = all.iter().map(|material| material.opacity).collect();
+    let opacities = mtl_opacity::resolve(&statements, writer, place, warnings);
+    for (material, d) in all.iter_mut().zip(opacities) {
+        material.d = d;
+    }
     all.iter_mut().for_each(MtlMaterial::remove_defaults);
     if writer.colors_are_srgb(context.colors) {
         all.iter_mut().for_each(MtlMaterial::decode_colors);
@@ -195,8 +186,10 @@ impl MtlMaterial {
             "map_pr" => return set_scalar_map(&mut self.map_roughness, rest, commas),
             "map_pm" => return set_scalar_map(&mut self.map_metallic, rest, commas),
             // Blender's keywords for the same without the PBR extensions option.
-            "map_ns" if self.by_blender => return set_scalar_map(&mut self.map_roughness, rest, commas),
-            "refl" | "map_refl" if self.by_blender => {
+            "map_ns" if self.writer.is_blender() => {
+                return set_scalar_map(&mut self.map_roughness, rest, commas);
+            }
+            "refl" | "map_refl" if self.writer.is_blender() => {
                 return set_scalar_map(&mut self.map_metallic, rest, commas);
             }
             "norm" => {
@@ -342,197 +335,4 @@ fn set_color_map(
 }
 
 #[cfg(test)]
-mod tests {
-    use super::*;
-    use blinn_scene::TextureChannel;
-    use glam::Vec2;
-
-    fn one(text: &str) -> (MtlMaterial, Vec<String>) {
-        let mut warnings = Warnings::default();
-        let all = parse(text, "a.mtl", "", MtlContext::default(), &mut warnings);
-        (all.into_iter().next().unwrap(), warnings.into_vec().iter().map(ToString::to_string).collect())
-    }
-
-    /// A colour of one number is grey.
-    #[test]
-    fn an_invalid_line_is_ignored_and_the_rest_is_read() {
-        let (m, warnings) = one("newmtl red #2\nKd 1, 0.5,0\nKs x\nKa .2\nNs 1D2\nd 0.5\nTr 0.25\nwhat 1\n");
-        assert_eq!(
-            (m.name.as_str(), m.kd, m.ka, m.ns),
-            ("red #2", Some(Rgb::new(1.0, 0.5, 0.0)), Some(Rgb::splat(0.2)), Some(100.0))
-        );
-        assert_eq!((m.ks, m.d), (None, Some(0.75)));
-        assert_eq!(warnings.len(), 3, "{warnings:?}");
-        assert!(
-            warnings[0].contains("line 3") && warnings[1].contains("what") && warnings[2].contains("line 7")
-        );
-    }
-
-    #[test]
-    fn map_options_may_precede_or_follow_a_name_with_spaces() {
-        for text in [
-            "-s 2 3 1 -o .5 -clamp on -bm 0.5 -imfchan g my  tex 2.png",
-            "my  tex 2.png -s 2 3 1 -o .5 -clamp on -bm 0.5 -imfchan g",
-            "-clamp on -imfchan g -s 2 3 \"my  tex 2.png\" -o .5 -bm 0.5",
-        ] {
-            let (m, warnings) = one(&format!("newmtl a\nmap_Pr {text} \t\n"));
-            let map = m.map_roughness.unwrap();
-            assert_eq!(map.file, "my  tex 2.png", "{text}");
-            assert_eq!((map.scale, map.offset), (Vec2::new(2.0, 3.0), Vec2::new(0.5, 0.0)));
-            assert_eq!((map.clamp, map.bump, map.channel), (true, 0.5, Some(TextureChannel::G)));
-            assert!(warnings.is_empty());
-        }
-        let (m, warnings) = one("newmtl a\nMap_Kd -clamp ON -colorspace sRGB tex#1.png\n");
-        let map = m.map_kd.unwrap();
-        assert!(map.file == "tex#1.png" && map.clamp && warnings.is_empty(), "{map:?} {warnings:?}");
-    }
-
-    /// Blender writes folder names unquoted.
-    #[test]
-    fn options_inside_a_name_are_part_of_it() {
-        for (text, scale) in [
-            ("t/s11 -s 2 dir/a -bm 1 b.png", 1.0),
-            ("-s 4 4 4 t/s11 -s 2 dir/a -bm 1 b.png", 4.0),
-            ("t/s11 -s 2 dir/a -bm 1 b.png -s 4 4 4", 4.0),
-            ("t/s11 -s 2 dir/a -bm 1 b.png -s 4 4 4 # comment", 4.0),
-        ] {
-            let (m, warnings) = one(&format!("newmtl a\nmap_Kd {text}\n"));
-            let map = m.map_kd.unwrap();
-            assert_eq!((map.file.as_str(), map.bump), ("t/s11 -s 2 dir/a -bm 1 b.png", 1.0), "{text}");
-            assert!(map.scale.x == scale && warnings.is_empty(), "{text}: {map:?} {warnings:?}");
-        }
-    }
-
-    #[test]
-    fn unsupported_map_options_are_reported_and_the_map_is_used() {
-        let (m, warnings) = one("newmtl a\nmap_Kd -mm 0.1 2 -t .5 -blendu off -cc off a.png\n");
-        assert_eq!(m.map_kd.unwrap().file, "a.png");
-        assert!(
-            warnings.len() == 1 && warnings[0].contains("ignored the options -mm -t -blendu of"),
-            "{warnings:?}"
-        );
-        for options in ["-colorspace linear", "-imfchan r", "-s nan 1", "-o 1 inf", "-bm nan"] {
-            let (m, warnings) = one(&format!("newmtl a\nmap_Kd {options} a.png\n"));
-            assert_eq!(warnings.len(), 1, "{options}: {warnings:?}");
-            let map = m.map_kd.unwrap();
-            assert_eq!((map.scale, map.offset, map.bump), (Vec2::ONE, Vec2::ZERO, 1.0), "{options}");
-        }
-        let (_, warnings) = one("newmtl a\nmap_Kd -imfchan r -t .5 a.png\n");
-        assert!(
-            warnings.len() == 1 && warnings[0].contains("ignored the options -t -imfchan of"),
-            "{warnings:?}"
-        );
-        let (_, warnings) = one("newmtl a\nmap_Kd -mm 0 1 -t 0 0 0 -blendu on -texres 512 a.png\n");
-        assert!(warnings.is_empty(), "{warnings:?}");
-    }
-
-    #[test]
-    fn unsupported_keywords_are_reported_once_per_file() {
-        let (_, warnings) = one("newmtl a\nPs .5\naniso .5\nmap_Pc a.png\nnewmtl b\nPs .2\n");
-        let expected = ["Ps", "aniso", "map_Pc"].map(|key| format!("a.mtl: ignored '{key}': not supported"));
-        assert_eq!(warnings, expected);
-    }
-
-    #[test]
-    fn negative_colours_become_zero() {
-        let (m, warnings) = one("newmtl a\nKd -1 .5 -.25\nKs -0 0 0\n");
-        assert_eq!((m.kd, m.ks), (Some(Rgb::new(0.0, 0.5, 0.0)), Some(Rgb::ZERO)));
-        assert_eq!(warnings, ["a.mtl, line 2: Kd: used 0 instead of a negative value"]);
-    }
-
-    #[test]
-    fn integer_colours_above_one_are_bytes() {
-        let (m, warnings) = one("newmtl a\nKd 255 51 0\nKs 255 255 255\nKe 20 0 0\nnewmtl b\nKd 0 255 1\n");
-        assert_eq!((m.kd, m.ks), (Some(Rgb::new(1.0, 0.2, 0.0)), Some(Rgb::ONE)));
-        assert_eq!(m.ke, Some(Rgb::new(20.0, 0.0, 0.0)));
-        let message = |key| format!("a.mtl: {key} exceeds 1: read as bytes from 0 to 255");
-        assert_eq!(warnings, [message("Kd"), message("Ks")]);
-        // A plausible reflectance, and values that are neither.
-        let (m, warnings) = one("newmtl a\nKd 2 2 2\n");
-        assert!(m.kd == Some(Rgb::splat(2.0)) && warnings.is_empty(), "{warnings:?}");
-        for (kd, max) in [("300 0 0", "300"), ("20.5 0 0", "20.5")] {
-            let (_, warnings) = one(&format!("newmtl a\nKd {kd}\n"));
-            let message = format!("a.mtl, line 2: Kd has the value {max}, expected 0 to 1 or bytes");
-            assert_eq!(warnings, [message]);
-        }
-    }
-
-    /// Blender's default cube, 3ds Max's d and Tr, and Model I/O's list of all features.
-    #[test]
-    fn default_values_cause_no_warning() {
-        for text in [
-            "Ps 0\nPc 0\nPcr .03\naniso 0\nanisor .5\n",
-            "d 1\nTr 0\n",
-            "d .7\nTr .3\n",
-            "ao 0 0 0\nsubsurface 0 0 0\nsheenTint 0.0\n",
-        ] {
-            let (_, warnings) = one(&format!("newmtl a\n{text}"));
-            assert!(warnings.is_empty(), "{text}: {warnings:?}");
-        }
-        for text in ["Ps .5\nanisor .03\n", "d 1\nTr .5\n", "ao 0 .5 0\n", "ao\n"] {
-            let (_, warnings) = one(&format!("newmtl a\n{text}"));
-            assert_eq!(warnings.len(), 1, "{text}: {warnings:?}");
-        }
-    }
-
-    #[test]
-    fn tr_of_vtk_is_opacity() {
-        let vtk = "# wavefront mtl file written by the visualization toolkit\r\n\n";
-        for (tr, d) in [("Tr 1", 1.0), ("Tr 0.9", 0.9), ("d 0.5\nTr 0.5", 0.5)] {
-            let (m, warnings) = one(&format!("{vtk}newmtl a\n{tr}\n"));
-            assert!(m.d == Some(d) && warnings.is_empty(), "{tr}: {:?} {warnings:?}", m.d);
-        }
-        assert_eq!(one("# another\nnewmtl a\nTr 0.75\n").0.d, Some(0.25));
-    }
-
-    #[test]
-    fn defaults_of_trimesh_and_vtk_do_not_count() {
-        let grey = "Ka .4 .4 .4\nKd .4 .4 .4\nKs .4 .4 .4\nNs 1\n";
-        let trimesh = "# https://github.com/mikedh/trimesh\n";
-        let colors = |text: &str| {
-            let (m, _) = one(text);
-            (m.ka, m.kd, m.ks)
-        };
-        let all = Some(Rgb::splat(0.4));
-        assert_eq!(colors(&format!("{trimesh}newmtl a\n{grey}map_Kd a.png\n")), (None, None, None));
-        assert_eq!(colors(&format!("{trimesh}newmtl a\n{grey}")), (None, all, None));
-        assert_eq!(colors(&format!("newmtl a\n{grey}map_Kd a.png\n")), (all, all, all));
-        let vtk = "# wavefront mtl file written by the visualization toolkit\n";
-        assert_eq!(one(&format!("{vtk}newmtl a\nillum 3\n")).0.illum, Some(2));
-        assert_eq!(one("newmtl a\nillum 3\n").0.illum, Some(3));
-    }
-
-    #[test]
-    fn colours_of_programs_that_write_displayed_values_are_decoded() {
-        let kd = |text: &str, colors| {
-            let context = MtlContext { generator: "", colors };
-            parse(text, "a.mtl", "", context, &mut Warnings::default())[0].kd.unwrap().x
-        };
-        let jmol = "# Created by Jmol 14\nnewmtl a\nKd .5 1 0\n";
-        let blender = "# Blender 5.0.1 MTL File\nnewmtl a\nKd .5 1 0\n";
-        let unknown = "newmtl a\nKd .5 1 0\n";
-        let decoded = srgb_to_linear(0.5);
-        for (text, auto) in [(jmol, decoded), (blender, 0.5), (unknown, 0.5)] {
-            assert_eq!(kd(text, MtlColors::Auto), auto, "{text}");
-            assert_eq!((kd(text, MtlColors::Srgb), kd(text, MtlColors::Linear)), (decoded, 0.5), "{text}");
-        }
-        // Beyond what a display shows.
-        assert_eq!(kd("newmtl a\nKd .5 2 0\n", MtlColors::Srgb), 0.5);
-    }
-
-    #[test]
-    fn norm_takes_precedence_over_bump() {
-        for text in ["newmtl a\nnorm n.png\nbump b.png\n", "newmtl a\nbump b.png\nnorm n.png\n"] {
-            let (m, _) = one(text);
-            assert_eq!((m.map_normal.unwrap().file.as_str(), m.normal_is_bump), ("n.png", false));
-        }
-    }
-
-    #[test]
-    fn truncated_text_does_not_panic() {
-        let text = "# Blender\nnewmtl é\nKd 1 1 1\nmap_Kd -s 1 1 a.png\nbump -bm\nd\nillum 1e300\nNs nan\n";
-        for end in (0..text.len()).filter(|&i| text.is_char_boundary(i)) {
-            parse(&text[..end], "", "", MtlContext::default(), &mut Warnings::default());
-        }
-    }
-}
+mod tests;

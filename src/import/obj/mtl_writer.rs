@@ -1,13 +1,17 @@
 //! The programs that write MTL files, as far as their files mean something of their own.
 
 use crate::options::MtlColors;
+use blinn_scene::BlenderVersion;
 
 /// The program that wrote an MTL file.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub(super) enum MtlWriter {
     #[default]
     Unknown,
-    Blender,
+    /// Blender, with its version if the file names it.
+    Blender(Option<BlenderVersion>),
+    /// Blender's exporter up to 2.93, which does not write its version into MTL files.
+    OldBlender,
     /// VTK, PyVista and ParaView.
     Vtk,
     Jmol,
@@ -40,8 +44,11 @@ impl MtlWriter {
     /// Finds the program by the first lines of the MTL, or else by the generator of the OBJ.
     pub fn find(mtl: &str, generator: &str) -> MtlWriter {
         let text = mtl.trim_start_matches('\u{feff}').trim_start();
+        if text.starts_with("# Blender MTL File") {
+            return MtlWriter::OldBlender;
+        }
         if text.starts_with("# Blender") {
-            return MtlWriter::Blender;
+            return MtlWriter::Blender(text.lines().next().and_then(BlenderVersion::from_generator));
         }
         let lines =
             || text.split(['\n', '\r']).map(str::trim).filter(|line| !line.is_empty()).take(HEAD_LINES);
@@ -56,11 +63,23 @@ impl MtlWriter {
         if has("Ns 163") && has("Ni 0.001") { MtlWriter::MolStar } else { MtlWriter::Unknown }
     }
 
+    /// Returns true for Blender of any version.
+    pub fn is_blender(self) -> bool {
+        matches!(self, MtlWriter::Blender(_) | MtlWriter::OldBlender)
+    }
+
+    /// Returns the version of Blender, if the file names it.
+    pub fn blender_version(self) -> Option<BlenderVersion> {
+        if let MtlWriter::Blender(version) = self { version } else { None }
+    }
+
     /// Returns true if colours are displayed (sRGB) values. Blender writes linear ones, and so do files of unknown
     /// programs: the lecture's k_d.
     pub fn colors_are_srgb(self, choice: MtlColors) -> bool {
         match choice {
-            MtlColors::Auto => !matches!(self, MtlWriter::Unknown | MtlWriter::Blender | MtlWriter::Trimesh),
+            MtlColors::Auto => {
+                !(self.is_blender() || matches!(self, MtlWriter::Unknown | MtlWriter::Trimesh))
+            }
             MtlColors::Srgb => true,
             MtlColors::Linear => false,
         }
@@ -74,7 +93,13 @@ mod tests {
     #[test]
     fn programs_are_found_by_their_heads() {
         for (mtl, generator, expected) in [
-            ("# Blender 5.0.1 MTL File: 'None'\nnewmtl a", "", MtlWriter::Blender),
+            (
+                "# Blender 5.0.1 MTL File: 'None'\nnewmtl a",
+                "",
+                MtlWriter::Blender(Some(BlenderVersion::new(5, 0))),
+            ),
+            ("# Blender MTL File: 'a.blend'\nnewmtl a", "", MtlWriter::OldBlender),
+            ("# Blender\nnewmtl a", "", MtlWriter::Blender(None)),
             ("#\n# Wavefront material file\n# Converted by Meshlab Group\n#\n", "", MtlWriter::MeshLab),
             (
                 "\u{feff}\r\n# Created by Jmol 14.32.83\r\n\r\nnewmtl a\n Ns 163\n Ni 0.001\n",

@@ -164,8 +164,8 @@ impl TextureLibrary {
     pub fn color(&mut self, material: &MtlMaterial, map: Option<&TextureMap>) -> Option<TextureRef> {
         let file = self.image(material, map?)?;
         let image = self.in_srgb(file);
-        let multiplies_all = material.blender_version >= Some(MULTIPLIES_ALL_FORMATS);
-        let multiplied = material.by_blender
+        let multiplies_all = material.writer.blender_version() >= Some(MULTIPLIES_ALL_FORMATS);
+        let multiplied = material.writer.is_blender()
             && material.map_d.is_none()
             && (multiplies_all || !self.straight.contains(&file));
         let image = if multiplied { self.over_black(file, image) } else { image };
