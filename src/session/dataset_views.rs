@@ -1,9 +1,9 @@
 //! Facts that all files of a dataset describe: cameras, time, unit of depth and normalization, computed once for a scene.
 
 use crate::camera_list::ImageCamera;
+use crate::clip_bounds::log_clip_bounds;
 use crate::dataset_plan::DatasetPlan;
 use crate::error::SessionError;
-use crate::framing::log_clip_bounds;
 use crate::log::SessionLog;
 use crate::plan::SessionPlan;
 use crate::planned_frame::PlannedFrame;

@@ -2,8 +2,8 @@
 
 use std::time::Instant;
 
+use crate::clip_bounds::log_clip_bounds;
 use crate::error::SessionError;
-use crate::framing::log_clip_bounds;
 use crate::image_size::natural_size;
 use crate::notice::Notice;
 use crate::options::Exposure;

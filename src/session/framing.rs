@@ -1,36 +1,14 @@
 //! Camera, pivot, ground and distances that all images of a scene share. They are taken from the start of the clip and
 //! from the bounds over the clip, so that no frame differs.
 
-use std::time::Instant;
-
 use glam::DVec3;
 
 use crate::dataset_views::depth_step;
 use crate::error::SessionError;
-use crate::log::SessionLog;
 use crate::options::OcclusionSampling;
 use crate::plan::SessionPlan;
-use blinn_core::cancellation::Cancelled;
 use blinn_render::integrator::AmbientOcclusion;
 use blinn_scene::{Camera, Ground, PosedScene, ViewNotes};
-
-/// Runs a function and logs the time for the bounds over the clip, if the function is the first that needs them.
-///
-/// # Errors
-/// Computing the bounds was cancelled.
-pub(crate) fn log_clip_bounds<T>(
-    log: &dyn SessionLog,
-    posed: &PosedScene,
-    function: impl FnOnce() -> T,
-) -> Result<T, Cancelled> {
-    let since = Instant::now();
-    let was_known = posed.clip_sample_count().is_some();
-    let result = function();
-    if let Some(times @ 1..) = posed.clip_sample_count().filter(|_| !was_known) {
-        log.stage_since("clip", since, &format!("{times} times"));
-    }
-    posed.clip_bounds_cache().check().map(|()| result)
-}
 
 /// View, ground and distances that all images of a scene share.
 pub struct Framing {

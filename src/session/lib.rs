@@ -11,6 +11,7 @@
 
 mod camera_list;
 mod camera_name;
+mod clip_bounds;
 mod dataset_plan;
 mod dataset_views;
 mod depth_range;

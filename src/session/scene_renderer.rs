@@ -7,12 +7,13 @@ use std::time::Instant;
 use glam::{DAffine3, DMat3, DVec3, Vec3};
 
 use crate::camera_list::ImageCamera;
+use crate::clip_bounds::log_clip_bounds;
 use crate::depth_range::check_depth_range;
 use crate::empty_images::empty_reason;
 use crate::empty_reason::EmptyReason;
 use crate::error::SessionError;
 use crate::exposure::{ResolvedExposure, resolve_exposure};
-use crate::framing::{Framing, log_clip_bounds};
+use crate::framing::Framing;
 use crate::log::SessionLog;
 use crate::memory_estimate::bvh_triangles;
 use crate::notice::Notice;
