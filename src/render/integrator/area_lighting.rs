@@ -44,8 +44,10 @@ pub(crate) fn add_area_lights(
     if sources.is_empty() || batch.points.is_empty() {
         return;
     }
+    // By block; empty where no secondary rays meet the sources.
     let probabilities: Vec<SpawnProbabilities> = (0..batch.points.len())
         .step_by(LANES)
+        .filter(|_| sources.iter().any(Source::is_met_by_rays))
         .map(|first| SpawnProbabilities::new(frame, compositor, batch, first, stream.wave))
         .collect();
     for (index, source) in sources.into_iter().enumerate() {
@@ -53,7 +55,7 @@ pub(crate) fn add_area_lights(
         shadow.traced_rays.clear();
         shadow.traced_rays.coherence = Coherence::None;
         let dimension = SampleDimension::Light(frame.lights.len() + index);
-        // Of eye rays, whose noise is seen.
+        // Only at the points of eye rays, whose noise is seen.
         let exact_environment = source.environment().filter(|_| stream.wave == 0);
         let terms = LightTerms {
             has_specular: terms.has_specular && source.is_met_by_rays(),
@@ -62,7 +64,7 @@ pub(crate) fn add_area_lights(
         };
         let mut incident = IncidentLight::ZERO;
         let mut points = LightPoints::ZERO;
-        for (first, spawn) in (0..batch.points.len()).step_by(LANES).zip(&probabilities) {
+        for first in (0..batch.points.len()).step_by(LANES) {
             let count = LANES.min(batch.points.len() - first);
             let u = points_of_block(frame, batch, stream, dimension, first, count);
             let (block, _) = batch.soa.lane(first);
@@ -83,7 +85,10 @@ pub(crate) fn add_area_lights(
             frame.simd().run(AddLightPoints {
                 block,
                 points: &points,
-                spawn: if source.is_met_by_rays() { spawn } else { &SpawnProbabilities::NONE },
+                spawn: match probabilities.get(first / LANES) {
+                    Some(spawn) if source.is_met_by_rays() => spawn,
+                    _ => &SpawnProbabilities::NONE,
+                },
                 terms,
                 incident: &mut incident,
             });
