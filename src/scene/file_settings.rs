@@ -57,8 +57,6 @@ pub struct FileFrames {
     pub end: i64,
     /// From one rendered frame to the next.
     pub step: i64,
-    /// The frame of a single picture.
-    pub current: Option<i64>,
     /// Frames per second.
     pub rate: f64,
 }

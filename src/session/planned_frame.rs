@@ -64,7 +64,7 @@ mod tests {
     fn frames_without_a_rate_have_that_of_the_file() {
         let mut scene = Scene::default();
         assert_eq!(PlannedFrame::at_file_rate(7.0).in_scene(&scene).time, 7.0 / 24.0);
-        scene.settings.frames = Some(FileFrames { start: 1, end: 9, step: 1, current: None, rate: 30.0 });
+        scene.settings.frames = Some(FileFrames { start: 1, end: 9, step: 1, rate: 30.0 });
         assert_eq!(PlannedFrame::at_file_rate(7.0).in_scene(&scene), PlannedFrame::at(7, 7.0 / 30.0));
         assert_eq!(PlannedFrame::at_file_rate(-7.0).in_scene(&scene), PlannedFrame::at(-7, -7.0 / 30.0));
         assert!((PlannedFrame::at_file_rate(7.5).in_scene(&scene).time - 7.5 / 30.0).abs() < 1e-12);

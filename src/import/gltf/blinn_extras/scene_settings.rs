@@ -106,7 +106,7 @@ fn picture_region(members: &Members, warnings: &mut Warnings) -> Option<PictureR
 
 fn file_frames(members: &Members, warnings: &mut Warnings) -> Option<FileFrames> {
     let mut frame = |name| members.whole(name, -MAX_FRAME..=MAX_FRAME, warnings);
-    let (start, end, current) = (frame("start"), frame("end"), frame("current"));
+    let (start, end) = (frame("start"), frame("end"));
     let step = members.whole("step", 1..=MAX_FRAME, warnings).unwrap_or(1);
     let rate = members.number("rate", 1e-3..=1e6, warnings)?;
     let (start, end) = start.zip(end)?;
@@ -114,7 +114,7 @@ fn file_frames(members: &Members, warnings: &mut Warnings) -> Option<FileFrames>
         warnings.add(&members.place, format_args!("ignored frames {start} to {end}"));
         return None;
     }
-    Some(FileFrames { start, end, step, current, rate })
+    Some(FileFrames { start, end, step, rate })
 }
 
 /// The exposure in stops: that of the view and that of the film, a factor.

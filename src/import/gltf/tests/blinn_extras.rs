@@ -42,7 +42,7 @@ fn render_settings_are_read() {
         size: Some((960, 540)),
         pixel_aspect: Some(1.5),
         region: Some(PictureRegion { min: [0.25, 0.0], max: [0.5, 1.0] }),
-        frames: Some(FileFrames { start: 1, end: 40, step: 2, current: Some(7), rate: 29.97 }),
+        frames: Some(FileFrames { start: 1, end: 40, step: 2, rate: 29.97 }),
         view_transform: Some("AgX".into()),
         exposure: Some(-0.5),
         film_transparent: Some(true),
