@@ -1,4 +1,4 @@
-//! Tells normal maps from images of heights, which exporters write in their place.
+//! Distinguishes normal maps from images of heights, which exporters write in their place.
 
 use glam::{DVec4, Vec3, Vec4};
 

@@ -17,7 +17,7 @@ use blinn_core::geometry::Rgba;
 
 /// A way to put pictures together from their noisy parts.
 pub(super) trait Reconstruction {
-    /// What is kept of the samples of a pixel. The default is that of a pixel that hits nothing.
+    /// Data that is kept of the samples of a pixel. The default is that of a pixel that hits nothing.
     type Pixel: Clone + Default + Send;
 
     /// Rows that are reconstructed at once: memory does not grow with the height of a picture.

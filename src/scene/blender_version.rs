@@ -19,7 +19,7 @@ impl BlenderVersion {
     /// OBJ or MTL file, such as `Blender 5.1.2 MTL File: 'a.blend'`. `None` if it has none.
     pub fn from_generator(generator: &str) -> Option<BlenderVersion> {
         let (_, after) = generator.split_once("Blender")?;
-        // What follows may be the name of a .blend file.
+        // Later words may be the name of a .blend file.
         after.split_whitespace().take(2).find_map(|word| {
             let mut numbers = word.strip_prefix('v').unwrap_or(word).split('.');
             let mut number = || numbers.next()?.parse().ok();

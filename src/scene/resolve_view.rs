@@ -13,7 +13,7 @@ pub struct ViewNotes {
     pub description: String,
     /// Warnings for the user.
     pub warnings: Vec<String>,
-    /// What users may want to choose themselves.
+    /// Choices that users may want to make themselves.
     pub hints: Vec<String>,
 }
 

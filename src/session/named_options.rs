@@ -68,7 +68,7 @@ impl NamedOptions {
         let text = text.as_ref();
         self.options.set(name, text)?;
         let Some(def) = OptionDef::find(name) else { return Ok(()) };
-        // What a preset sets gives way to what is set beside it, in any order.
+        // Values of a preset give way to those that are set beside it, in any order.
         for (other, text) in self.values.iter().filter(|(other, _)| def.presets.contains(other)) {
             self.options.set(other, text)?;
         }

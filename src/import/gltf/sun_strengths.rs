@@ -8,7 +8,7 @@ use blinn_scene::{BlenderVersion, Light, LightKind, Scene};
 /// emission of 1, which the exporter takes for the strength of a sun if the scene's engine is Cycles.
 const AFFECTED: [BlenderVersion; 2] = [BlenderVersion::new(5, 1), BlenderVersion::new(5, 3)];
 
-/// What the exporter writes for 1 W/m²: in lux, and without a unit.
+/// Intensities that the exporter writes for 1 W/m²: in lux, and without a unit.
 const INTENSITIES: [f32; 2] = [683.0, 1.0];
 
 /// Names in a warning.

@@ -37,7 +37,7 @@ const MAX_DIFFERENCE: f32 = 100.0;
 /// Smaller heights over the tangent plane are rounding errors, and their squares subnormal numbers.
 const MIN_HEIGHT: f32 = 1e-15;
 
-/// What rough surfaces reflect, in pixels, row by row from the top.
+/// Light that rough surfaces reflect, in pixels, row by row from the top.
 pub(crate) struct RoughLight {
     /// Width in pixels.
     pub width: usize,
@@ -102,7 +102,7 @@ pub(crate) fn smooth_rough_light(light: &RoughLight, simd: SimdLevel, rows: Rang
 /// Pixels beside each row, with weight 0: taps need no bounds.
 const PADDING: usize = 16;
 
-/// What decides which pixels are alike, in planes with [`PADDING`].
+/// Surface attributes that decide which pixels are alike, in planes with [`PADDING`].
 struct Guides {
     height: usize,
     /// Width of the planes.
@@ -201,7 +201,7 @@ struct SmoothRow<'a> {
     planes: &'a Planes,
     y: usize,
     step: usize,
-    /// Of light, in variances.
+    /// Tolerance of differences of light, in variances.
     tolerance: f32,
     width: usize,
     /// Red, green, blue and variance.

@@ -9,7 +9,7 @@ use blinn_core::geometry::{Rgb, Rgba};
 pub enum LightSplit {
     /// All that random estimators find.
     All,
-    /// What rough surfaces reflect of other surfaces.
+    /// Light of other surfaces that rough surfaces reflect.
     RoughReflections,
 }
 

@@ -41,9 +41,9 @@ pub(super) struct LightSources {
 /// The irradiance that sources give to matte surfaces.
 #[derive(Clone)]
 pub(super) enum SourceIrradiance {
-    /// Of a few directional lights, as a sum.
+    /// A sum over a few directional lights.
     Sum(Vec<(Vec3, Rgb)>),
-    /// Of many, tabulated.
+    /// A table for many lights.
     Table(DiffuseTable),
 }
 
@@ -117,7 +117,7 @@ impl LightSources {
         }
         let mut sources = LightSources { rows: Vec::new(), texels: Vec::new(), width };
         let edge = |row: usize| libm::cos(PI * row as f64 / height as f64);
-        // Of all rows so far, in means over the sphere.
+        // Sum over all rows so far, in means over the sphere.
         let mut power = 0.0;
         for y in 0..height {
             let first = sources.texels.len();
