@@ -13,6 +13,7 @@ mod area_light;
 mod base_view;
 mod blender_version;
 mod camera;
+mod emission;
 mod environment;
 mod file_camera;
 mod file_digest;

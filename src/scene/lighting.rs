@@ -11,7 +11,7 @@ use blinn_core::geometry::Rgb;
 /// A set of lights to render with.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum LightSet {
-    /// The file's lights.
+    /// The file's lights, and its surfaces that glow brighter than white.
     File,
     /// A dim light at the camera.
     Headlight,
@@ -54,6 +54,8 @@ pub enum UserLight {
 pub struct Lighting {
     /// Light sets. `None` uses the file's lights, else the user's, else the three-point rig.
     pub sets: Option<Vec<LightSet>>,
+    /// True if the file's glowing surfaces are among its lights; `None`: if some are brighter than white.
+    pub glowing_surfaces: Option<bool>,
     /// Lights added to the sets.
     pub user_lights: Vec<UserLight>,
     /// Units of the file's lights.
@@ -81,6 +83,7 @@ impl Default for Lighting {
     fn default() -> Self {
         Lighting {
             sets: None,
+            glowing_surfaces: None,
             user_lights: Vec::new(),
             units: LightUnits::Auto,
             scale: 1.0,
@@ -135,8 +138,10 @@ impl Rig {
             let r = light.centre.as_dvec3().distance(centre).max(sphere.radius);
             light.radiance * (f64::from(light.area()) / (std::f64::consts::PI * r * r)) as f32
         };
+        let glow = if self.glowing_surfaces { posed.glowing_irradiance() as f32 } else { 0.0 };
         let sum: Rgb = self.lights.iter().map(irradiance).sum::<Rgb>()
-            + self.area_lights.iter().map(area_irradiance).sum::<Rgb>();
+            + self.area_lights.iter().map(area_irradiance).sum::<Rgb>()
+            + Rgb::splat(glow);
         if sum.is_finite() && sum != Rgb::ZERO { sum * BOOSTED_AMBIENT_SHARE } else { Rgb::ONE }
     }
 }
@@ -153,9 +158,13 @@ impl Lighting {
         let file_area_lights = posed.area_lights(self.units, self.scale);
         let uses_file = !(file_lights.is_empty() && file_area_lights.is_empty());
         let has_file_environment = posed.scene.environment.is_some();
-        let sets = self.sets.clone().unwrap_or_else(|| self.default_sets(uses_file || has_file_environment));
+        let sets = self.sets.clone().unwrap_or_else(|| {
+            self.default_sets(uses_file || has_file_environment || posed.is_lit_by_glowing_surfaces())
+        });
+        let glows = sets.contains(&LightSet::File)
+            && self.glowing_surfaces.unwrap_or_else(|| posed.has_glowing_lights());
         let source = &posed.scene.source;
-        let blender = uses_file && source.format == SourceFormat::Gltf && source.is_blender();
+        let blender = (uses_file || glows) && source.format == SourceFormat::Gltf && source.is_blender();
         let mut rig = Rig::default();
         let mut parts = Vec::new();
         let mut uses_file_lights = false;
@@ -164,20 +173,27 @@ impl Lighting {
             let (added, part) = match set {
                 LightSet::File => {
                     uses_file_lights = uses_file;
-                    assumes_blender_world =
-                        blender && self.units == LightUnits::Auto && source.light_units.is_none();
+                    assumes_blender_world = uses_file
+                        && blender
+                        && self.units == LightUnits::Auto
+                        && source.light_units.is_none();
                     let ambient = Rgb::splat(if blender { BLENDER_AMBIENT } else { 0.0 });
                     let units = self.units.resolve(source).name();
                     let count = file_lights.len() + file_area_lights.len();
-                    let part = format!("{count} from the file ({units})");
+                    let part = match (count, glows) {
+                        (0, true) => "glowing surfaces of the file".to_string(),
+                        (_, true) => format!("{count} from the file ({units}) and its glowing surfaces"),
+                        (_, false) => format!("{count} from the file ({units})"),
+                    };
                     let (lights, area_lights) = (file_lights.clone(), file_area_lights.clone());
-                    (Rig { lights, area_lights, ambient, ..Rig::default() }, part)
+                    (Rig { lights, area_lights, glowing_surfaces: glows, ambient, ..Rig::default() }, part)
                 }
                 LightSet::Headlight => (headlight(camera), "a headlight".to_string()),
                 LightSet::ThreePoint => (three_point(camera), "the three-point rig".to_string()),
             };
             rig.lights.extend(added.lights);
             rig.area_lights.extend(added.area_lights);
+            rig.glowing_surfaces |= added.glowing_surfaces;
             rig.ambient = rig.ambient.max(added.ambient);
             parts.push(part);
         }

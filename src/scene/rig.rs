@@ -12,6 +12,8 @@ pub struct Rig {
     pub lights: Vec<PosedLight>,
     /// Area lights.
     pub area_lights: Vec<PosedAreaLight>,
+    /// True if the glowing surfaces of the scene light others.
+    pub glowing_surfaces: bool,
     /// I_a.
     pub ambient: Rgb,
     /// An I_a that depends on the normal, in place of `ambient`.
@@ -25,6 +27,7 @@ impl Rig {
     pub fn is_dark(&self) -> bool {
         self.lights.is_empty()
             && self.area_lights.is_empty()
+            && !self.glowing_surfaces
             && self.ambient == Rgb::ZERO
             && self.sky.is_none()
             && self.environment.is_none()

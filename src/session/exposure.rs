@@ -149,6 +149,7 @@ fn meter_frame(
         frame.ambient = Rgb::ZERO;
         frame.sky = None;
         frame.environment = None;
+        frame.emitters = None;
         // The override also turns off reflections, which show the environment, and makes glass thin.
         frame.overrides.k_e = Some(Rgb::ZERO);
     }

@@ -132,28 +132,26 @@ impl SceneSetup<'_> {
         let Some(accel) = &frame.accel else {
             return Err(SessionError::Option("the scene has no acceleration structure".into()));
         };
+        let plain = Frame::new(&frame.posed, accel, camera, lit);
+        // All glowing surfaces light others where indirect light is traced.
+        let emitters = match plain.emitters.clone() {
+            _ if self.plan.options.overrides.k_e.is_some() => None,
+            None if self.plan.options.indirect.unwrap_or(0) > 0 => Emitters::new(&frame.posed).map(Arc::new),
+            emitters => emitters,
+        };
         Ok(Frame {
             overrides: self.plan.options.overrides,
             bounces: self.plan.options.bounces,
             indirect: self.plan.options.indirect.unwrap_or(0),
             caustics: self.plan.options.caustics.unwrap_or(false),
-            emitters: self.emitters(&frame.posed),
             cull_back_faces: self.plan.options.cull != BackFaceCulling::Off,
             shadows: self.plan.options.shadows,
             unlit_scale: self.unlit_scale,
             ambient_occlusion: self.framing.occlusion,
             background: self.background.clone(),
-            ..Frame::new(&frame.posed, accel, camera, lit)
+            emitters,
+            ..plain
         })
-    }
-
-    /// The glowing surfaces that light others, where indirect light is traced.
-    fn emitters(&self, posed: &PosedScene) -> Option<Arc<Emitters>> {
-        let options = &self.plan.options;
-        if options.indirect.unwrap_or(0) == 0 || options.overrides.k_e.is_some() {
-            return None;
-        }
-        Emitters::new(posed).map(Arc::new)
     }
 
     /// The frame with the scene or the camera rotated by a turntable.

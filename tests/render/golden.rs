@@ -11,7 +11,7 @@ use blinn::display::{Background, Display, ViewTransform};
 use blinn::geometry::Rgb;
 use blinn::import::{LoadOptions, load, load_camera_xml};
 use blinn::integrator::{AmbientOcclusion, Frame, MaterialOverrides, Phong, Stage};
-use blinn::render::{RenderSettings, render};
+use blinn::render::{Denoise, RenderSettings, render};
 use blinn::scene::{Ground, GroundKind, LightSet, Lighting, PoseSettings, UserLight, View, pose};
 use glam::DVec3;
 
@@ -65,7 +65,6 @@ impl Shot {
         assert!(warnings.is_empty(), "{}: {warnings:?}", self.model);
         let posed = pose(&scene, &PoseSettings { time: self.time, ..Default::default() }).unwrap();
         let (accel, _) = Accel::build(&posed, &AccelSettings::default());
-        let settings = RenderSettings { width: WIDTH, height: HEIGHT, samples: 4, ..Default::default() };
         let (camera, _) = self.view.resolve(&posed, WIDTH, HEIGHT).unwrap();
         let lit = self.lighting.resolve(&posed, &camera);
         let frame = Frame {
@@ -74,6 +73,9 @@ impl Shot {
             ground: self.ground.map(|kind| Ground::under(&posed.bounds(), kind)),
             ..Frame::new(&posed, &accel, camera, &lit)
         };
+        let denoise = if frame.emitters.is_some() { Denoise::Auto } else { Denoise::Off };
+        let settings =
+            RenderSettings { width: WIDTH, height: HEIGHT, samples: 4, denoise, ..Default::default() };
         let pixels = render(&frame, &Phong { stage: self.stage }, &settings, &()).unwrap();
         let background = Background::Color(Rgb::splat(self.background));
         Display { ev: self.ev, view: ViewTransform::Standard, background }.to_rgba8(&pixels)

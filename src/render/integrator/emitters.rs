@@ -8,10 +8,7 @@ use crate::integrator::material::opacity::opacity;
 use crate::integrator::surface::ray_differentials::{BarycentricDifferentials, TriangleCoords};
 use crate::integrator::surface::shading_triangle::ShadingTriangle;
 use blinn_core::geometry::{HitId, Rgb, offset_ray_origin};
-use blinn_scene::{Material, PosedScene, Reflectance, TexelSemantics};
-
-/// Probability of a triangle with a dark texture, relative to one with a white texture.
-const MIN_TEXTURE_SHARE: f32 = 0.05;
+use blinn_scene::{Material, PosedScene, TexelSemantics};
 
 /// The triangles of emissive materials. A triangle is chosen with a probability in proportion to its power.
 #[derive(Debug)]
@@ -36,34 +33,18 @@ pub(crate) struct EmitterPoint {
     pub area: f32,
 }
 
-/// Returns true if surfaces of the material light others.
-fn glows(material: &Material) -> bool {
-    !matches!(material.reflectance, Reflectance::Unlit) && emission_factor(material).max_element() > 0.0
-}
-
-fn emission_factor(material: &Material) -> Rgb {
-    let factor = material.emission.factor * material.emission_strength;
-    if factor.is_finite() { factor.max(Rgb::ZERO) } else { Rgb::ZERO }
-}
-
 impl Emitters {
     /// Collects the glowing triangles of a scene; `None` if there are none.
     pub fn new(posed: &PosedScene) -> Option<Emitters> {
         let mut triangles = Vec::new();
         let mut power = Vec::new();
         let mut first_of_instance = HashMap::new();
-        for (index, _) in posed.instances.iter().enumerate().filter(|(_, instance)| instance.visible) {
-            let index = index as u32;
-            let mesh = posed.mesh(index);
-            let material = &posed.materials[mesh.material as usize];
-            if !glows(material) {
-                continue;
-            }
-            first_of_instance.insert(index, triangles.len() as u32);
-            for triangle in 0..mesh.triangles.len() as u32 {
-                let id = HitId { instance: index, triangle };
+        for instance in posed.glowing_instances(Material::emits_light) {
+            first_of_instance.insert(instance, triangles.len() as u32);
+            for triangle in 0..posed.mesh(instance).triangles.len() as u32 {
+                let id = HitId { instance, triangle };
                 triangles.push(id);
-                power.push(f64::from(triangle_power(posed, material, id)));
+                power.push(f64::from(posed.emitted_power(id)));
             }
         }
         let total: f64 = power.iter().sum();
@@ -120,8 +101,8 @@ impl Emitters {
         let coords = TriangleCoords { b, differentials: BarycentricDifferentials::POINT };
         let ctx = surface.texture_context(coords);
         let texel = ctx.texture(posed, material.emission.texture.as_ref(), TexelSemantics::Color).xyz();
-        let radiance = emission_factor(material) * texel * opacity(posed, material, &ctx);
-        let area = (f64::from(area(posed, id)) / probability) as f32;
+        let radiance = material.emitted_radiance() * texel * opacity(posed, material, &ctx);
+        let area = (f64::from(posed.triangle_area(id)) / probability) as f32;
         let p = offset_ray_origin(p, surface.p_error, normal, normal);
         (radiance.is_finite() && area.is_finite()).then_some(EmitterPoint { p, normal, radiance, area })
     }
@@ -140,31 +121,7 @@ impl Emitters {
         let offset = from.as_dvec3() - p.as_dvec3();
         let r2 = offset.length_squared();
         let cos = n_g.dot(offset).abs() / r2.sqrt();
-        let density = probability * r2 / (f64::from(area(posed, id)) * cos);
+        let density = probability * r2 / (f64::from(posed.triangle_area(id)) * cos);
         Some(density as f32)
     }
-}
-
-fn area(posed: &PosedScene, id: HitId) -> f32 {
-    let [a, b, c] = posed.world_triangle(id).map(|p| p.as_dvec3());
-    (0.5 * (b - a).cross(c - a).length()) as f32
-}
-
-/// Area times the brightness of a triangle, for the choice of triangles.
-fn triangle_power(posed: &PosedScene, material: &Material, id: HitId) -> f32 {
-    let brightness = emission_factor(material).element_sum();
-    let mut power = area(posed, id) * brightness;
-    if let Some(texture) = &material.emission.texture {
-        let surface = ShadingTriangle::new(posed, id).surface;
-        let third = 1.0 / 3.0;
-        let at = |b: [f32; 3]| {
-            let coords = TriangleCoords { b, differentials: BarycentricDifferentials::POINT };
-            let texel = surface.texture_context(coords).texture(posed, Some(texture), TexelSemantics::Color);
-            texel.xyz().element_sum() * third
-        };
-        let mean = (at([third; 3]) + at([0.8, 0.1, 0.1]) + at([0.1, 0.8, 0.1]) + at([0.1, 0.1, 0.8])) * 0.25;
-        power *= mean.max(MIN_TEXTURE_SHARE);
-    }
-    let sides = if material.double_sided { 2.0 } else { 1.0 };
-    if power.is_finite() { power * sides } else { 0.0 }
 }

@@ -89,7 +89,7 @@ impl<'a> Frame<'a> {
             camera,
             lights: lit.rig.lights.clone(),
             area_lights: lit.rig.area_lights.clone(),
-            emitters: None,
+            emitters: lit.rig.glowing_surfaces.then(|| Emitters::new(posed).map(Arc::new)).flatten(),
             ambient: lit.rig.ambient,
             sky: lit.rig.sky,
             environment: lit.rig.environment.clone(),

@@ -20,7 +20,8 @@ pub static LIGHTS: [OptionDef; 16] = [
     OptionDef {
         name: "lights",
         value_name: "LIST",
-        help: "Light sources: file, headlight, three-point (a list), or none [default: file, else three-point]",
+        help: "Light sources: file, headlight, three-point (a list), or none [default: file, else three-point]\n\n\
+               Surfaces of the file that glow brighter than white are among its lights.",
         effect: Effect::Value(|options, text| {
             store(&mut options.lighting.sets, values::lights(text).map(Some))
         }),
@@ -107,7 +108,7 @@ pub static LIGHTS: [OptionDef; 16] = [
         name: "indirect",
         value_name: "N",
         help: "Trace up to N diffuse bounces of light between surfaces, in place of the ambient light\n\n\
-               Glowing surfaces light others then.\n\n\
+               All glowing surfaces light others then, not only those brighter than white.\n\n\
                [default: the file's, or 0]",
         conflicts: &["ao"],
         effect: Effect::Value(|options, text| {
