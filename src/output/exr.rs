@@ -24,7 +24,7 @@ use blinn_render::integrator::Aov;
 
 type Channels<'p> = SmallVec<[AnyChannel<Channel<'p>>; 4]>;
 
-/// Encodes an image. All channels are 32-bit floats, ids 32-bit integers; with `half`, colour, normals and albedo
+/// Encodes an image. All channels are 32-bit floats, ids 32-bit integers; with `half`, colour, light, normals and albedo
 /// are half floats.
 pub(super) fn encode(picture: &Picture, half: bool) -> io::Result<Vec<u8>> {
     let color_type = if half { SampleType::F16 } else { SampleType::F32 };
@@ -79,7 +79,7 @@ fn add_layer<'p>(layer: &'p AovLayer, color_type: SampleType, channels: &mut Cha
     let channel_count = layer.aov.channel_count();
     let sample_type = match layer.aov {
         aov if aov.is_id() => SampleType::U32,
-        aov if aov.is_normal() || aov == Aov::Albedo => color_type,
+        aov if aov.is_normal() || aov == Aov::Albedo || aov.light().is_some() => color_type,
         _ => SampleType::F32,
     };
     for (c, letter) in letters.chars().enumerate() {

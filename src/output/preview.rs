@@ -53,13 +53,16 @@ pub fn preview_layer(layer: &AovLayer) -> Vec<[u8; 4]> {
                     [0, 1, 2].map(|i| to_byte(0.5 * v[i] + 0.5))
                 }
                 Aov::Position | Aov::CameraPosition => [0, 1, 2].map(|i| to_byte(ranges[i].normalize(v[i]))),
+                _ if layer.aov.light().is_some() => {
+                    [0, 1, 2].map(|i| to_byte(linear_to_srgb(v[i].clamp(0.0, 1.0))))
+                }
                 Aov::Albedo => [0, 1, 2].map(|i| to_byte(linear_to_srgb(v[i].clamp(0.0, 1.0)))),
                 Aov::Uv => [to_byte(wrap_repeat(v[0])), to_byte(wrap_repeat(v[1])), 0],
                 Aov::Mask => [to_byte(v[0]); 3],
                 Aov::ObjectId | Aov::MaterialId | Aov::TriangleId => id_color(layer.aov.id(v[0])),
                 Aov::Nocs | Aov::Barycentric => [0, 1, 2].map(|i| to_byte(v[i])),
                 Aov::FlowForward | Aov::FlowBackward => flow_color([v[0], v[1]], v[2], max_flow),
-                Aov::Steps => heat_color((v[0] + v[1]) / max_steps),
+                _ => heat_color((v[0] + v[1]) / max_steps),
             };
             [rgb[0], rgb[1], rgb[2], 255]
         })

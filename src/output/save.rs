@@ -3,14 +3,16 @@
 use std::io;
 use std::path::{Path, PathBuf};
 
+use glam::Vec4;
+
 use super::atomic::{self, Overwrite, write_atomically};
 use super::format::{BitDepth, ImageFormat};
 use super::id_image;
 use super::picture::Picture;
 use super::png;
 use super::preview::{preview_layer, preview_matte, quantize_depth};
-use blinn_render::AovLayer;
 use blinn_render::integrator::Aov;
+use blinn_render::{AovLayer, Pixels};
 
 /// Writes an image. Formats that hold no layers get a preview `OUT.<aov>.png` for each layer.
 /// Returns the paths of the written files.
@@ -85,6 +87,13 @@ fn encode_layer(picture: &Picture, layer: &AovLayer) -> io::Result<Vec<u8>> {
     }
     match (layer.aov, picture.depth_step) {
         (Aov::Depth, Some(step)) => png::encode_grey16(size, &quantize_depth(layer, step), fingerprint),
+        // As the picture is shown.
+        (aov, _) if aov.light().is_some() => {
+            let colors = layer.values.chunks_exact(3).map(|v| Vec4::new(v[0], v[1], v[2], 1.0)).collect();
+            let (width, height) = size;
+            let pixels = Pixels { width, height, colors };
+            png::encode_colors(size, &picture.display.to_rgba8(&pixels)[..].into(), fingerprint)
+        }
         // Programs that read masks expect a single channel.
         (Aov::Mask, _) => png::encode_grey8(size, &preview_layer(layer), fingerprint),
         _ => png::encode_colors(size, &preview_layer(layer)[..].into(), fingerprint),

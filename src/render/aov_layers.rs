@@ -10,7 +10,8 @@ use crate::settings::RenderSettings;
 use blinn_core::cancellation::Cancelled;
 use blinn_scene::ObjectSpaces;
 
-/// Renders layers of the first surface at each pixel's centre. Flow is 0: it needs [`render_moving_aovs`].
+/// Renders layers of the first surface at each pixel's centre. Flow is 0: it needs [`render_moving_aovs`]. So is light, which
+/// [`render_light_layers`](crate::render_light_layers) renders.
 ///
 /// # Errors
 /// [`Cancelled`] if `monitor` cancels.

@@ -12,6 +12,7 @@ pub mod display;
 mod film;
 mod filter;
 pub mod integrator;
+mod light_layers;
 mod mask_outlines;
 mod mattes;
 mod memory;
@@ -30,12 +31,14 @@ mod tiles;
 use crate::integrator::{Frame, Integrator};
 use crate::reconstruction::AllLight;
 use crate::rough_reflections::RoughReflections;
+use crate::strips::render_in_strips;
 
 pub use crate::integrator::{LowDiscrepancySampler, Sampler};
 pub use aov_layers::{render_aovs, render_moving_aovs};
 pub use blinn_core::cancellation::Cancelled;
 pub use film::{AovLayer, Film, PixelRect, Pixels, TileBuffer};
 pub use filter::{FilterSampler, PixelFilter};
+pub use light_layers::render_light_layers;
 pub use mattes::{MATTE_RANKS, Matte, render_mattes};
 pub use memory::RenderMemory;
 pub use meter::{METER_WIDTH, MID_GREY, Metering, meter};
@@ -69,16 +72,18 @@ pub fn render_with_memory(
     settings: &RenderSettings,
     monitor: &dyn ProgressMonitor,
 ) -> Result<Pixels, Cancelled> {
-    match settings.adaptive {
-        None if settings.samples > 1 && settings.denoise.applies_to_all_light(frame) => {
-            strips::render_in_strips::<AllLight>(memory, frame, integrator, settings, monitor)
+    let PixelRect { width, height, .. } = settings.window();
+    let picture = |colors| Pixels { width, height, colors };
+    if settings.filters_all_light(frame) {
+        render_in_strips::<AllLight>(memory, frame, integrator, settings, monitor).map(picture)
+    } else if settings.filters_rough_reflections(frame) {
+        render_in_strips::<RoughReflections>(memory, frame, integrator, settings, monitor).map(picture)
+    } else {
+        match settings.adaptive {
+            Some(adaptive) if settings.samples > adaptive::FIRST_SAMPLES => {
+                adaptive::render_adaptive(memory, frame, integrator, settings, adaptive, monitor)
+            }
+            _ => tiles::render_uniform(memory, frame, integrator, settings, monitor),
         }
-        None if settings.samples > 1 && settings.denoise != Denoise::Off && frame.has_rough_metals() => {
-            strips::render_in_strips::<RoughReflections>(memory, frame, integrator, settings, monitor)
-        }
-        Some(adaptive) if settings.samples > adaptive::FIRST_SAMPLES => {
-            adaptive::render_adaptive(memory, frame, integrator, settings, adaptive, monitor)
-        }
-        _ => tiles::render_uniform(memory, frame, integrator, settings, monitor),
     }
 }

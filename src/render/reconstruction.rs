@@ -6,7 +6,10 @@ use glam::Vec3;
 
 use crate::denoise::{Features, MARGIN, NoisyPart, PartKind, denoise};
 use crate::film::PixelRect;
-use crate::integrator::{Frame, LightSplit, NoisyLight, SampleParts, SeenFeatures, SurfaceFeatures};
+use crate::integrator::{
+    Frame, Integrator, LightSplit, LowDiscrepancySampler, NoisyLight, Sample, SampleParts, Scratch,
+    SeenFeatures, SurfaceFeatures,
+};
 use crate::progress::ProgressMonitor;
 use crate::strips::Reconstruction;
 use blinn_core::cancellation::Cancelled;
@@ -81,11 +84,23 @@ fn scaled(light: &NoisyLight, by: f32) -> NoisyLight {
 pub(super) struct AllLight;
 
 impl Reconstruction for AllLight {
+    type Sample = SampleParts;
     type Pixel = PixelParts;
+    type Output = Rgba;
 
     const ROWS: u32 = 64;
     const MARGIN: u32 = MARGIN as u32;
-    const SPLIT: LightSplit = LightSplit::All;
+
+    fn render(
+        integrator: &dyn Integrator,
+        frame: &Frame,
+        samples: &[Sample],
+        sampler: &LowDiscrepancySampler,
+        scratch: &mut Scratch,
+        out: &mut [SampleParts],
+    ) {
+        integrator.render_parts(frame, samples, sampler, scratch, LightSplit::All, out);
+    }
 
     fn pixel(samples: &[SampleParts]) -> PixelParts {
         PixelParts::of_samples(samples)
@@ -101,33 +116,58 @@ impl Reconstruction for AllLight {
     ) -> Result<Vec<Rgba>, Cancelled> {
         let width = held.width as usize;
         let strip_parts = &parts[strip.start * width..strip.end * width];
-        let mut colors: Vec<Rgba> = strip_parts.iter().map(|pixel| pixel.exact).collect();
-        let surfaces = features(parts, held, |surface| surface.albedo, |surface| surface.normal);
-        // For reflected light, features of what mirrors and glass show.
-        let seen = features(parts, held, |surface| surface.seen.albedo, |surface| surface.seen.normal);
-        for kind in [PartKind::DirectDiffuse, PartKind::IndirectDiffuse, PartKind::Specular] {
-            if monitor.is_cancelled() {
-                return Err(Cancelled);
-            }
-            let is_dark =
-                |pixel: &PixelParts| pixel.noisy.iter().all(|half| light_of(half, kind) == Rgb::ZERO);
-            if parts.iter().all(is_dark) {
-                continue;
-            }
-            let divisor = |pixel: &PixelParts| color_of(&pixel.surface, kind).max(Rgb::splat(MIN_COLOR));
-            let half = |i: usize| {
-                parts.iter().map(|pixel| light_of(&pixel.noisy[i], kind) / divisor(pixel)).collect()
-            };
-            let reliability = parts.iter().map(|pixel| reliability(color_of(&pixel.surface, kind))).collect();
-            let part = NoisyPart { halves: [half(0), half(1)], reliability };
-            let features = if kind == PartKind::Specular { &seen } else { &surfaces };
-            let light = denoise(features, &part, kind, samples, frame.simd(), strip.clone());
-            for ((to, pixel), light) in colors.iter_mut().zip(strip_parts).zip(light) {
-                *to += (light * divisor(pixel)).extend(0.0);
-            }
-        }
-        Ok(colors)
+        let light = filter_light(parts, held, strip, samples, frame, monitor)?;
+        let color = |(pixel, light): (&PixelParts, NoisyLight)| {
+            let NoisyLight { direct, indirect, specular } = light;
+            pixel.exact + direct.extend(0.0) + indirect.extend(0.0) + specular.extend(0.0)
+        };
+        Ok(strip_parts.iter().zip(light).map(color).collect())
     }
+}
+
+/// Filters the noisy light of the rows `strip` of the pixels in `held`.
+///
+/// # Errors
+/// [`Cancelled`] if `monitor` cancels.
+pub(super) fn filter_light(
+    parts: &[PixelParts],
+    held: PixelRect,
+    strip: Range<usize>,
+    samples: u32,
+    frame: &Frame,
+    monitor: &dyn ProgressMonitor,
+) -> Result<Vec<NoisyLight>, Cancelled> {
+    let width = held.width as usize;
+    let strip_parts = &parts[strip.start * width..strip.end * width];
+    let surfaces = features(parts, held, |surface| surface.albedo, |surface| surface.normal);
+    // For reflected light, features of what mirrors and glass show.
+    let seen = features(parts, held, |surface| surface.seen.albedo, |surface| surface.seen.normal);
+    let mut filtered = vec![NoisyLight::default(); strip_parts.len()];
+    for kind in [PartKind::DirectDiffuse, PartKind::IndirectDiffuse, PartKind::Specular] {
+        if monitor.is_cancelled() {
+            return Err(Cancelled);
+        }
+        let is_dark = |pixel: &PixelParts| pixel.noisy.iter().all(|half| light_of(half, kind) == Rgb::ZERO);
+        if parts.iter().all(is_dark) {
+            continue;
+        }
+        let divisor = |pixel: &PixelParts| color_of(&pixel.surface, kind).max(Rgb::splat(MIN_COLOR));
+        let half =
+            |i: usize| parts.iter().map(|pixel| light_of(&pixel.noisy[i], kind) / divisor(pixel)).collect();
+        let reliability = parts.iter().map(|pixel| reliability(color_of(&pixel.surface, kind))).collect();
+        let part = NoisyPart { halves: [half(0), half(1)], reliability };
+        let features = if kind == PartKind::Specular { &seen } else { &surfaces };
+        let light = denoise(features, &part, kind, samples, frame.simd(), strip.clone());
+        for ((to, pixel), light) in filtered.iter_mut().zip(strip_parts).zip(light) {
+            let to = match kind {
+                PartKind::DirectDiffuse => &mut to.direct,
+                PartKind::IndirectDiffuse => &mut to.indirect,
+                PartKind::Specular => &mut to.specular,
+            };
+            *to = light * divisor(pixel);
+        }
+    }
+    Ok(filtered)
 }
 
 fn light_of(light: &NoisyLight, kind: PartKind) -> Rgb {

@@ -6,11 +6,12 @@ use glam::Vec3;
 
 use crate::denoise::{RoughLight, WAVELET_MARGIN, smooth_rough_light};
 use crate::film::PixelRect;
-use crate::integrator::{Frame, LightSplit, SampleParts};
+use crate::integrator::{Frame, Integrator, LightSplit, LowDiscrepancySampler, Sample, SampleParts, Scratch};
 use crate::progress::ProgressMonitor;
 use crate::strips::Reconstruction;
 use blinn_core::cancellation::Cancelled;
 use blinn_core::geometry::{Rgb, Rgba};
+use blinn_core::simd::SimdLevel;
 
 /// Reconstruction of reflections by [`smooth_rough_light`].
 pub(super) struct RoughReflections;
@@ -24,7 +25,7 @@ pub(super) struct ReflectingPixel {
     /// The mean colour of the other light.
     exact: Rgba,
     /// Means of reflected light over the even and over the odd samples.
-    halves: [Rgb; 2],
+    pub halves: [Rgb; 2],
     /// The mean colour that reflects.
     color: Rgb,
     normal: Vec3,
@@ -34,13 +35,49 @@ pub(super) struct ReflectingPixel {
 }
 
 impl Reconstruction for RoughReflections {
+    type Sample = SampleParts;
     type Pixel = ReflectingPixel;
+    type Output = Rgba;
 
     const ROWS: u32 = 256;
     const MARGIN: u32 = WAVELET_MARGIN as u32;
-    const SPLIT: LightSplit = LightSplit::RoughReflections;
+
+    fn render(
+        integrator: &dyn Integrator,
+        frame: &Frame,
+        samples: &[Sample],
+        sampler: &LowDiscrepancySampler,
+        scratch: &mut Scratch,
+        out: &mut [SampleParts],
+    ) {
+        integrator.render_parts(frame, samples, sampler, scratch, LightSplit::RoughReflections, out);
+    }
 
     fn pixel(samples: &[SampleParts]) -> ReflectingPixel {
+        ReflectingPixel::of_samples(samples)
+    }
+
+    fn reconstruct(
+        pixels: &[ReflectingPixel],
+        held: PixelRect,
+        rows: Range<usize>,
+        samples: u32,
+        frame: &Frame,
+        monitor: &dyn ProgressMonitor,
+    ) -> Result<Vec<Rgba>, Cancelled> {
+        if monitor.is_cancelled() {
+            return Err(Cancelled);
+        }
+        let width = held.width as usize;
+        let wanted = &pixels[rows.start * width..rows.end * width];
+        let smooth = smooth_reflections(pixels, held, rows, samples, frame.simd());
+        Ok(wanted.iter().zip(smooth).map(|(pixel, light)| pixel.exact + light.extend(0.0)).collect())
+    }
+}
+
+impl ReflectingPixel {
+    /// Averages the samples of a pixel.
+    pub fn of_samples(samples: &[SampleParts]) -> ReflectingPixel {
         let mut pixel = ReflectingPixel::default();
         let mut coverage = 0.0;
         for (i, sample) in samples.iter().enumerate() {
@@ -64,40 +101,33 @@ impl Reconstruction for RoughReflections {
             alpha: pixel.alpha * covered,
         }
     }
+}
 
-    fn reconstruct(
-        pixels: &[ReflectingPixel],
-        held: PixelRect,
-        rows: Range<usize>,
-        samples: u32,
-        frame: &Frame,
-        monitor: &dyn ProgressMonitor,
-    ) -> Result<Vec<Rgba>, Cancelled> {
-        if monitor.is_cancelled() {
-            return Err(Cancelled);
-        }
-        let width = held.width as usize;
-        let wanted = &pixels[rows.start * width..rows.end * width];
-        let is_rough = |pixel: &ReflectingPixel| pixel.halves != [Rgb::ZERO; 2];
-        if !pixels.iter().any(is_rough) {
-            return Ok(wanted.iter().map(|pixel| pixel.exact).collect());
-        }
-        let divisor = |pixel: &ReflectingPixel| pixel.color.max(Rgb::splat(MIN_COLOR));
-        let half = |i: usize| pixels.iter().map(|pixel| pixel.halves[i] / divisor(pixel)).collect();
-        let light = RoughLight {
-            width,
-            samples,
-            halves: [half(0), half(1)],
-            is_rough: pixels.iter().map(is_rough).collect(),
-            normal: pixels.iter().map(|pixel| pixel.normal).collect(),
-            position: pixels.iter().map(|pixel| pixel.position).collect(),
-            alpha: pixels.iter().map(|pixel| pixel.alpha).collect(),
-        };
-        let smooth = smooth_rough_light(&light, frame.simd(), rows);
-        Ok(wanted
-            .iter()
-            .zip(smooth)
-            .map(|(pixel, light)| pixel.exact + (light * divisor(pixel)).extend(0.0))
-            .collect())
+/// Smooths the reflected light of `rows` of the pixels in `held`.
+pub(super) fn smooth_reflections(
+    pixels: &[ReflectingPixel],
+    held: PixelRect,
+    rows: Range<usize>,
+    samples: u32,
+    simd: SimdLevel,
+) -> Vec<Rgb> {
+    let width = held.width as usize;
+    let wanted = &pixels[rows.start * width..rows.end * width];
+    let is_rough = |pixel: &ReflectingPixel| pixel.halves != [Rgb::ZERO; 2];
+    if !pixels.iter().any(is_rough) {
+        return vec![Rgb::ZERO; wanted.len()];
     }
+    let divisor = |pixel: &ReflectingPixel| pixel.color.max(Rgb::splat(MIN_COLOR));
+    let half = |i: usize| pixels.iter().map(|pixel| pixel.halves[i] / divisor(pixel)).collect();
+    let light = RoughLight {
+        width,
+        samples,
+        halves: [half(0), half(1)],
+        is_rough: pixels.iter().map(is_rough).collect(),
+        normal: pixels.iter().map(|pixel| pixel.normal).collect(),
+        position: pixels.iter().map(|pixel| pixel.position).collect(),
+        alpha: pixels.iter().map(|pixel| pixel.alpha).collect(),
+    };
+    let smooth = smooth_rough_light(&light, simd, rows);
+    wanted.iter().zip(smooth).map(|(pixel, light)| light * divisor(pixel)).collect()
 }

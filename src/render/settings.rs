@@ -17,17 +17,6 @@ pub enum Denoise {
     Off,
 }
 
-impl Denoise {
-    /// True if all noisy light of a frame is reconstructed.
-    pub(crate) fn applies_to_all_light(self, frame: &Frame) -> bool {
-        match self {
-            Denoise::Auto => frame.has_area_sources(),
-            Denoise::On => frame.has_random_light(),
-            Denoise::Off => false,
-        }
-    }
-}
-
 /// How a picture is sampled.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct RenderSettings {
@@ -80,6 +69,24 @@ impl RenderSettings {
     /// The pixels that are rendered: the crop window, or the whole picture.
     pub fn window(&self) -> PixelRect {
         self.crop.unwrap_or(PixelRect { x: 0, y: 0, width: self.width, height: self.height })
+    }
+
+    /// True if all noisy light of a frame is reconstructed.
+    pub(crate) fn filters_all_light(&self, frame: &Frame) -> bool {
+        let applies = match self.denoise {
+            Denoise::Auto => frame.has_area_sources(),
+            Denoise::On => frame.has_random_light(),
+            Denoise::Off => false,
+        };
+        applies && self.adaptive.is_none() && self.samples > 1
+    }
+
+    /// True if what rough metals reflect in a frame is reconstructed, and all other light is as it is.
+    pub(crate) fn filters_rough_reflections(&self, frame: &Frame) -> bool {
+        self.denoise != Denoise::Off
+            && (self.adaptive.is_none() && self.samples > 1)
+            && !self.filters_all_light(frame)
+            && frame.has_rough_metals()
     }
 
     /// A sample without footprint at the centre of a pixel.

@@ -5,32 +5,43 @@ use std::sync::Mutex;
 
 use glam::UVec2;
 
-use crate::film::{PixelRect, Pixels};
-use crate::integrator::{Frame, Integrator, LightSplit, SampleParts};
+use crate::film::PixelRect;
+use crate::integrator::{Frame, Integrator, LowDiscrepancySampler, Sample, Scratch};
 use crate::memory::{RenderMemory, TileScratch};
 use crate::progress::{CancelOnly, ProgressMonitor};
 use crate::sample_generator::SampleGenerator;
 use crate::settings::RenderSettings;
 use crate::tiles::{BATCH_SAMPLES, for_each_tile};
 use blinn_core::cancellation::Cancelled;
-use blinn_core::geometry::Rgba;
 
 /// A way to put pictures together from their noisy parts.
 pub(super) trait Reconstruction {
+    /// The light of a sample by part.
+    type Sample: Clone + Default;
     /// Data that is kept of the samples of a pixel. The default is that of a pixel that hits nothing.
     type Pixel: Clone + Default + Send;
+    /// A pixel of the picture.
+    type Output: Copy;
 
     /// Rows that are reconstructed at once: memory does not grow with the height of a picture.
     const ROWS: u32;
     /// Pixels to each side that a pixel depends on.
     const MARGIN: u32;
-    /// How samples are split.
-    const SPLIT: LightSplit;
+
+    /// Writes the light of each sample to `out`.
+    fn render(
+        integrator: &dyn Integrator,
+        frame: &Frame,
+        samples: &[Sample],
+        sampler: &LowDiscrepancySampler,
+        scratch: &mut Scratch,
+        out: &mut [Self::Sample],
+    );
 
     /// The pixel of these samples.
-    fn pixel(samples: &[SampleParts]) -> Self::Pixel;
+    fn pixel(samples: &[Self::Sample]) -> Self::Pixel;
 
-    /// The colours of `rows` of the pixels in `held`.
+    /// `rows` of the pixels in `held`.
     ///
     /// # Errors
     /// [`Cancelled`] if `monitor` cancels.
@@ -41,10 +52,10 @@ pub(super) trait Reconstruction {
         samples: u32,
         frame: &Frame,
         monitor: &dyn ProgressMonitor,
-    ) -> Result<Vec<Rgba>, Cancelled>;
+    ) -> Result<Vec<Self::Output>, Cancelled>;
 }
 
-/// Renders a picture and reconstructs its noisy light.
+/// Renders a picture and reconstructs its noisy light: the pixels of the window, row by row from the top.
 ///
 /// # Errors
 /// [`Cancelled`] if `monitor` cancels.
@@ -54,14 +65,14 @@ pub(super) fn render_in_strips<R: Reconstruction>(
     integrator: &dyn Integrator,
     settings: &RenderSettings,
     monitor: &dyn ProgressMonitor,
-) -> Result<Pixels, Cancelled> {
+) -> Result<Vec<R::Output>, Cancelled> {
     let window = settings.window();
     let rendered = with_margin(window, settings, R::MARGIN);
     let bottom = rendered.y + rendered.height;
     // The rows that the current strip depends on.
     let mut held = PixelRect { height: 0, ..rendered };
     let mut pixels: Vec<R::Pixel> = Vec::new();
-    let mut colors = Vec::with_capacity(window.width as usize * window.height as usize);
+    let mut picture = Vec::with_capacity(window.width as usize * window.height as usize);
     for first in (window.y..window.y + window.height).step_by(R::ROWS as usize) {
         let end = (first + R::ROWS).min(window.y + window.height);
         let from = first.saturating_sub(R::MARGIN).max(rendered.y);
@@ -75,10 +86,10 @@ pub(super) fn render_in_strips<R: Reconstruction>(
         let reconstructed = R::reconstruct(&pixels, held, strip, settings.samples, frame, monitor)?;
         let left = (window.x - rendered.x) as usize;
         for row in reconstructed.chunks_exact(rendered.width as usize) {
-            colors.extend_from_slice(&row[left..left + window.width as usize]);
+            picture.extend_from_slice(&row[left..left + window.width as usize]);
         }
     }
-    Ok(Pixels { width: window.width, height: window.height, colors })
+    Ok(picture)
 }
 
 /// Number of pixels that are in both rectangles.
@@ -142,7 +153,7 @@ fn parts_of_pixels<R: Reconstruction>(
     let TileScratch { samples, integrator: integrator_scratch, .. } = scratch;
     let n = generator.samples_per_pixel();
     let mut means = Vec::with_capacity(pixels.len());
-    let mut parts = Vec::new();
+    let mut light = Vec::new();
     for batch in pixels.chunks((BATCH_SAMPLES / n).max(1)) {
         if monitor.is_cancelled() {
             means.resize(pixels.len(), R::Pixel::default());
@@ -154,10 +165,10 @@ fn parts_of_pixels<R: Reconstruction>(
             continue;
         }
         generator.generate(frame.simd(), batch, samples);
-        parts.clear();
-        parts.resize(samples.len(), SampleParts::default());
-        integrator.render_parts(frame, samples, &generator.sampler, integrator_scratch, R::SPLIT, &mut parts);
-        means.extend(parts.chunks_exact(n).map(R::pixel));
+        light.clear();
+        light.resize(samples.len(), R::Sample::default());
+        R::render(integrator, frame, samples, &generator.sampler, integrator_scratch, &mut light);
+        means.extend(light.chunks_exact(n).map(R::pixel));
     }
     means
 }

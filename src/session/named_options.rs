@@ -114,6 +114,11 @@ impl NamedOptions {
         if options.adaptive.is_some() && options.samples <= 4 {
             return Err("`adaptive` needs more than 4 samples; set `samples 16`".into());
         }
+        if options.adaptive.is_some() && options.aovs.aovs.iter().any(|aov| aov.light().is_some()) {
+            return Err(
+                "`aov`: layers of light need the same samples in all pixels; remove `adaptive`".into()
+            );
+        }
         if options.adaptive.is_some() && options.denoise == Denoise::On {
             return Err("`denoise on` needs the same samples in all pixels; remove `adaptive`".into());
         }
@@ -244,6 +249,7 @@ mod tests {
             ("resolution=8x8 max-size=9", "`max-size` cannot be used with `size`"),
             ("intrinsics=1,1,1,1", "`intrinsics` needs `size`"),
             ("adaptive=.1", "`adaptive` needs more than 4 samples"),
+            ("samples=16 adaptive=.1 aov=depth,emission", "layers of light need the same samples"),
             ("samples=16 adaptive=.1 denoise=on", "`denoise on` needs the same samples in all pixels"),
             ("background-blur=.5", "`background-blur` applies only to"),
             ("background=hdri integrator=color", "`background hdri` shows the environment"),

@@ -36,6 +36,19 @@ pub enum Notice {
         /// Names of empty nodes that were probably area lights.
         lost_lights: Vec<String>,
     },
+    /// Nearly all of a picture is black.
+    DarkImage {
+        /// The light sources.
+        sources: String,
+        /// Names of empty nodes that were probably area lights.
+        lost_lights: Vec<String>,
+        /// The options that help.
+        options: &'static str,
+    },
+    /// A light is inside a closed object that shadows it on all sides.
+    EnclosedLight(EnclosedLight),
+    /// Metal or glass is black, because nothing surrounds the scene.
+    NothingToReflect,
     /// Depths beyond those that 16 bits hold.
     DepthOverflow {
         /// The frame's number.
@@ -87,6 +100,15 @@ pub enum Notice {
     },
 }
 
+/// A light that an object shadows on all sides.
+#[derive(Clone, Debug, PartialEq)]
+pub struct EnclosedLight {
+    /// Name of the light.
+    pub light: String,
+    /// Name of the object.
+    pub object: String,
+}
+
 /// The options that light a dark scene.
 const OTHER_LIGHTS: &str = "use `lights three-point`, `hdri studio` or `ambient`";
 
@@ -134,6 +156,20 @@ impl fmt::Display for Notice {
                 write_lost_lights(f, lost_lights)?;
                 f.write_str(OTHER_LIGHTS)
             }
+            Notice::DarkImage { sources, lost_lights, options } => {
+                write!(f, "the picture is dark; lights: {sources}; ")?;
+                write_lost_lights(f, lost_lights)?;
+                write!(f, "use {options}")
+            }
+            Notice::EnclosedLight(EnclosedLight { light, object }) => write!(
+                f,
+                "the light '{light}' is inside '{object}', which shadows it on all sides; hide the object (`hide`), or \
+                 give it an emissive or transmissive material"
+            ),
+            Notice::NothingToReflect => f.write_str(
+                "metal and glass show black where they reflect no other surface, because nothing surrounds the scene; use \
+                 `hdri studio` or `ambient`",
+            ),
             Notice::DepthOverflow { frame, farthest, step, largest } => write!(
                 f,
                 "frame {frame} has depths up to {farthest} m, but 16 bits in units of {step} m hold at most {largest} m; \
@@ -165,6 +201,20 @@ impl fmt::Display for Notice {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn dark_pictures_name_sources_and_options() {
+        let notice = Notice::DarkImage {
+            sources: "1 from the file (raw)".into(),
+            lost_lights: vec!["Area".into()],
+            options: "`exposure auto`",
+        };
+        assert_eq!(
+            notice.to_string(),
+            "the picture is dark; lights: 1 from the file (raw); 'Area' without content may be area lights, which \
+             Blender's exporter leaves out; use `exposure auto`"
+        );
+    }
 
     #[test]
     fn dark_scenes_name_sources_lost_lights_and_options() {

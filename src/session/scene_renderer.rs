@@ -2,6 +2,7 @@
 //! nothing flickers and any part of the frames has the same pixels as in the complete sequence.
 
 use std::sync::Arc;
+use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::Instant;
 
 use glam::{DAffine3, DMat3, DVec3, Vec3};
@@ -14,10 +15,12 @@ use crate::empty_reason::EmptyReason;
 use crate::error::SessionError;
 use crate::exposure::{ResolvedExposure, resolve_exposure};
 use crate::framing::Framing;
+use crate::light_hints::{ImageLight, shows_surroundings};
 use crate::log::SessionLog;
 use crate::memory_estimate::bvh_triangles;
 use crate::notice::Notice;
 use crate::options::Options;
+use crate::picture_layers::{light_layers, normalize_layers};
 use crate::plan::SessionPlan;
 use crate::planned_frame::PlannedFrame;
 use crate::posed_frame::{PosedFrame, SceneSetup};
@@ -26,10 +29,10 @@ use blinn_core::cancellation::CancelToken;
 use blinn_output::datasets::WorldUp;
 use blinn_output::{CropWindow, IdNames, Picture};
 use blinn_render::display::{Display, ViewTransform};
-use blinn_render::integrator::{Aov, Frame, NeighbourFrames, Phong, Stage};
+use blinn_render::integrator::{Aov, Frame, MaterialOverrides, NeighbourFrames, Phong, Stage};
 use blinn_render::{
-    AdaptiveSampling, AovLayer, ProgressMonitor, RenderMemory, RenderSettings, render_mattes,
-    render_moving_aovs, render_with_memory,
+    AdaptiveSampling, AovLayer, ProgressMonitor, RenderMemory, RenderSettings, render_light_layers,
+    render_mattes, render_moving_aovs, render_with_memory,
 };
 use blinn_scene::{
     Animation, AnimationChoice, AxisRotation, Camera, ClipBoundsCache, Environment, GroundKind,
@@ -51,6 +54,10 @@ pub struct SceneRenderer<'a> {
     aov_world: DMat3,
     /// Memory of finished images, for the next ones.
     memory: RenderMemory,
+    /// The light sources of all images.
+    sources: String,
+    /// True after the light of an image has been remarked on.
+    has_light_remarks: AtomicBool,
 }
 
 impl<'a> SceneRenderer<'a> {
@@ -124,7 +131,7 @@ impl<'a> SceneRenderer<'a> {
         let camera = framing.camera;
         let lit = options.lighting.resolve(&first.posed, &camera);
         log.note(Notice::Lights(lit.description.clone()));
-        if uses_own_view_and_lights(&plan, scene) {
+        if uses_own_view_and_lights(&plan, scene) && !lit.rig.glowing_surfaces {
             log.hint(Notice::NoCameraAndLights);
         }
         let lighting = fixed_lighting(options.lighting.clone(), &lit, scene);
@@ -171,9 +178,17 @@ impl<'a> SceneRenderer<'a> {
         if options.ground == Some(GroundKind::ShadowCatcher)
             && lit.rig.lights.is_empty()
             && lit.rig.area_lights.is_empty()
+            && !lit.rig.glowing_surfaces
             && options.ao.is_none()
         {
             log.warn(Notice::NothingCastsShadows)?;
+        }
+        if lit.rig.environment.is_none()
+            && (options.stage == Stage::Phong && options.bounces > 0)
+            && options.overrides == MaterialOverrides::default()
+            && first.posed.materials.iter().any(shows_surroundings)
+        {
+            log.hint(Notice::NothingToReflect);
         }
         let view = options.view_transform.unwrap_or_else(|| ViewTransform::default_for(&scene.source));
         Ok(SceneRenderer {
@@ -184,6 +199,8 @@ impl<'a> SceneRenderer<'a> {
             display: Display { ev, view, background: options.fixed_background() },
             aov_world: aov_world(&plan),
             memory: RenderMemory::default(),
+            sources: lit.description,
+            has_light_remarks: AtomicBool::new(lit.rig.is_dark()),
         })
     }
 
@@ -328,6 +345,17 @@ impl<'a> SceneRenderer<'a> {
         let detail = format!("{width}x{height}, {} samples, frame {}", settings.samples, planned.number);
         log.stage_since("render", start, &detail);
         let empty = empty_reason(&frame, settings, &pixels, cancel)?;
+        if empty.is_none()
+            && options.stage == Stage::Phong
+            && !self.has_light_remarks.swap(true, Ordering::Relaxed)
+        {
+            let light = ImageLight {
+                sources: &self.sources,
+                exposure: &self.exposure,
+                lighting: &self.setup.lighting,
+            };
+            light.remarks(&frame, &pixels).into_iter().for_each(|notice| log.hint(notice));
+        }
         let start = Instant::now();
         let scene_to_world = DAffine3::from_mat3(self.aov_world) * frame.scene_to_world;
         let neighbours = self.neighbour_frames(planned, posed_frame)?;
@@ -336,8 +364,15 @@ impl<'a> SceneRenderer<'a> {
         let (previous, next) = (previous?, next?);
         let neighbours = NeighbourFrames { previous: previous.as_ref(), next: next.as_ref() };
         let frame_in_world = Frame { scene_to_world, ..frame.clone() };
-        let mut layers =
-            render_moving_aovs(&frame_in_world, &neighbours, &options.aovs.aovs, settings, cancel)?;
+        let (light_aovs, hit_aovs): (Vec<Aov>, Vec<Aov>) =
+            options.aovs.aovs.iter().partition(|aov| aov.light().is_some());
+        let mut layers = render_moving_aovs(&frame_in_world, &neighbours, &hit_aovs, settings, cancel)?;
+        if !light_aovs.is_empty() {
+            let light = render_light_layers(&frame, &integrator, settings, cancel)?;
+            layers.extend(light_layers(&light_aovs, &light, &pixels, &self.display));
+            let position = |layer: &AovLayer| options.aovs.aovs.iter().position(|aov| *aov == layer.aov);
+            layers.sort_by_key(position);
+        }
         if let Some(normalization) = view.normalization {
             let centre = self.aov_world * normalization.centre;
             normalize_layers(&mut layers, &Normalization { centre, ..normalization });
@@ -386,26 +421,6 @@ fn id_names(plan: &SessionPlan, scene: &Scene) -> Arc<IdNames> {
     Arc::new(IdNames { objects: scene.objects.clone(), materials })
 }
 
-/// Scales the layers that hold lengths and positions.
-fn normalize_layers(layers: &mut [AovLayer], normalization: &Normalization) {
-    for layer in layers {
-        match layer.aov {
-            Aov::Depth | Aov::Distance | Aov::CameraPosition => {
-                layer.values.iter_mut().for_each(|x| *x = (f64::from(*x) * normalization.scale) as f32);
-            }
-            Aov::Position => {
-                for p in layer.values.as_chunks_mut::<3>().0 {
-                    // Where nothing is hit, the position is 0.
-                    if *p != [0.0; 3] {
-                        *p = normalization.point(Vec3::from_array(*p).as_dvec3()).as_vec3().to_array();
-                    }
-                }
-            }
-            _ => {}
-        }
-    }
-}
-
 /// Turns the light of a view.
 fn turn_light<'f>(mut frame: Frame<'f>, rotation: &LightRotation) -> Frame<'f> {
     let (sources, environment) = (rotation.sources.to_radians(), rotation.environment.to_radians());
@@ -445,10 +460,15 @@ fn background(options: &Options, lit: &ResolvedLighting) -> Result<Option<Enviro
 fn fixed_lighting(lighting: Lighting, lit: &ResolvedLighting, scene: &Scene) -> Lighting {
     let environment = if lit.uses_file_environment { &scene.environment } else { &lighting.environment };
     let environment = environment.clone();
-    Lighting { sets: Some(lit.sets.clone()), ambient: Some(lit.rig.ambient), environment, ..lighting }
+    Lighting {
+        sets: Some(lit.sets.clone()),
+        glowing_surfaces: Some(lit.rig.glowing_surfaces),
+        ambient: Some(lit.rig.ambient),
+        environment,
+        ..lighting
+    }
 }
 
-/// Notes the animations that do not play because they have the same targets as others.
 /// True if a glTF file of Blender has neither camera nor lights, and the options give none.
 fn uses_own_view_and_lights(plan: &SessionPlan, scene: &Scene) -> bool {
     let is_blender = scene.source.format == SourceFormat::Gltf && scene.source.is_blender();
@@ -466,6 +486,7 @@ fn uses_own_view_and_lights(plan: &SessionPlan, scene: &Scene) -> bool {
         && (sets.is_none() && user_lights.is_empty() && environment.is_none())
 }
 
+/// Notes the animations that do not play because they have the same targets as others.
 fn log_idle_animations(
     scene: &Scene,
     choice: &AnimationChoice,

@@ -310,6 +310,42 @@ fn layers_have_previews() {
     }
 }
 
+/// The layers of light add up to the colours of an EXR file, over a background as well.
+#[test]
+fn layers_of_light_add_up_to_the_picture() {
+    let (_dir, at) = folder();
+    write_moving_square(&at);
+    let names = [
+        "diffuse-direct",
+        "diffuse-indirect",
+        "specular-direct",
+        "specular-indirect",
+        "emission",
+        "environment",
+    ];
+    let line = format!("render moving.glb {FRONT} --size 48x36 --frame 12 -q --aov {}", names.join(","));
+    for (file, background) in [
+        ("clear.exr", ""),
+        ("grey.exr", "--background .2,.3,.4"),
+        ("sky.exr", "--background hdri --hdri sky"),
+    ] {
+        runs(&at, &format!("{line} {background} -o {file}"));
+        let layers = Layers::read(&at.join(file));
+        let parts = names.map(|name| layers.vectors(name, "RGB"));
+        let [r, g, b] = ["R", "G", "B"].map(|channel| layers.values(channel));
+        assert!(r.iter().any(|&r| r > 0.1), "{file}");
+        for i in 0..r.len() {
+            let (sum, color) =
+                (parts.iter().map(|part| part[i]).sum::<DVec3>(), DVec3::new(r[i], g[i], b[i]));
+            assert!(sum.abs_diff_eq(color, 1e-5), "{file}: pixel {i}: {sum} for {color}");
+        }
+    }
+    let line = format!("render moving.glb {FRONT} --size 48x36 --frame 12 -q -o a.png --aov {}", names[3]);
+    runs(&at, &line);
+    let preview = image::open(at.join("a.specular-indirect.png")).unwrap().into_rgb8();
+    assert_ne!(preview.get_pixel(24, 18).0, [0; 3]);
+}
+
 /// 16-bit depth in the unit of a flag, and a warning where 16 bits do not suffice.
 #[test]
 fn depth_has_the_unit_that_a_flag_sets() {

@@ -21,6 +21,7 @@
 //! - `info`: `blinn info`, in text and JSON
 //! - `layers`: layers of geometry: camera space, object coordinates, flow, triangles
 //! - `library`: the same pictures from the library
+//! - `light_sources`: glowing surfaces as lights, and remarks on lights that cannot be seen
 //! - `lighting`: exposure, light radius, ambient occlusion, ground and environment maps from flags
 //! - `process_limits`: threads, file sizes and memory that the system does not grant
 //! - `render`: flags of `blinn render`, and the pictures that they change
@@ -59,6 +60,7 @@ mod image_output;
 mod info;
 mod layers;
 mod library;
+mod light_sources;
 mod lighting;
 mod process_limits;
 mod render;

@@ -11,6 +11,7 @@
 //! - `ggx_materials`: physical materials against the GGX surface that they stand for
 //! - `golden`: reference images of each shading term and each model
 //! - `lecture`: every row of the lecture's formulas
+//! - `light_layers`: layers of light add up to the picture
 //! - `lights_in_reflections`: lights seen in mirrors and behind rough glass
 //! - `object_masks`: masks of objects, alone and hidden, and tracks of surface points
 //! - `reflections`: white furnaces of metals, plastics and clear coats, and what stays matte
@@ -37,6 +38,7 @@ mod environment_sources;
 mod ggx_materials;
 mod golden;
 mod lecture;
+mod light_layers;
 mod lights_in_reflections;
 mod object_masks;
 mod reflections;

@@ -1,4 +1,5 @@
-//! Arbitrary output variables (AOVs): one layer of numbers for each, of the first surface at a pixel's centre.
+//! Arbitrary output variables (AOVs): one layer of numbers for each, of the first surface at a pixel's centre, or of the light
+//! of the picture.
 //!
 //! To add one, follow the steps in CONTRIBUTING.md: some are in other files, and the compiler does not report those.
 
@@ -6,12 +7,14 @@ use glam::DVec3;
 
 use crate::integrator::first_hit::FirstHit;
 use crate::integrator::frame::Frame;
+use crate::integrator::light_layers::LightLayer;
 use crate::integrator::material::opacity::base_color;
 use blinn_accel::TraversalStats;
 use blinn_core::geometry::{HitId, Rgb};
 use blinn_scene::ObjectSpaces;
 
-/// A layer: values of the first surface at each pixel's centre, never filtered.
+/// A layer: values of the first surface at each pixel's centre, never filtered; or a part of the picture's light, linear RGB
+/// premultiplied by alpha, of all samples of a pixel.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub enum Aov {
     /// Distance along −w in metres; +∞ without a hit.
@@ -52,11 +55,23 @@ pub enum Aov {
     Barycentric,
     /// Number of the triangle in its object, from 1; 0 without a hit. An id with all bits: see [`Aov::id`].
     TriangleId,
+    /// Light of light sources and glowing surfaces that matte surfaces reflect.
+    DiffuseDirect,
+    /// Ambient light and light of other surfaces that matte surfaces reflect.
+    DiffuseIndirect,
+    /// Light of light sources and glowing surfaces that specular lobes reflect or transmit.
+    SpecularDirect,
+    /// Light of other surfaces and of the environment that specular lobes reflect or transmit.
+    SpecularIndirect,
+    /// Light that surfaces emit, and colours of unlit ones.
+    Emission,
+    /// Light of the background.
+    Environment,
 }
 
 impl Aov {
     /// All layers.
-    pub const ALL: [Aov; 19] = [
+    pub const ALL: [Aov; 25] = [
         Aov::Depth,
         Aov::Normal,
         Aov::VertexNormal,
@@ -76,6 +91,12 @@ impl Aov {
         Aov::FlowBackward,
         Aov::Barycentric,
         Aov::TriangleId,
+        Aov::DiffuseDirect,
+        Aov::DiffuseIndirect,
+        Aov::SpecularDirect,
+        Aov::SpecularIndirect,
+        Aov::Emission,
+        Aov::Environment,
     ];
 
     /// Name on the command line and in files.
@@ -100,6 +121,12 @@ impl Aov {
             Aov::FlowBackward => "flow-backward",
             Aov::Barycentric => "barycentric",
             Aov::TriangleId => "triangle-id",
+            Aov::DiffuseDirect => "diffuse-direct",
+            Aov::DiffuseIndirect => "diffuse-indirect",
+            Aov::SpecularDirect => "specular-direct",
+            Aov::SpecularIndirect => "specular-indirect",
+            Aov::Emission => "emission",
+            Aov::Environment => "environment",
         }
     }
 
@@ -119,6 +146,8 @@ impl Aov {
             // V is the visibility.
             Aov::FlowForward | Aov::FlowBackward => "XYV",
             Aov::Barycentric => "UVW",
+            Aov::DiffuseDirect | Aov::DiffuseIndirect | Aov::SpecularDirect | Aov::SpecularIndirect => "RGB",
+            Aov::Emission | Aov::Environment => "RGB",
         }
     }
 
@@ -130,6 +159,19 @@ impl Aov {
     /// The layer of that name.
     pub fn by_name(name: &str) -> Option<Aov> {
         Aov::ALL.into_iter().find(|a| a.name() == name)
+    }
+
+    /// The light that the layer holds; `None` for layers of the first surface.
+    pub fn light(self) -> Option<LightLayer> {
+        match self {
+            Aov::DiffuseDirect => Some(LightLayer::DiffuseDirect),
+            Aov::DiffuseIndirect => Some(LightLayer::DiffuseIndirect),
+            Aov::SpecularDirect => Some(LightLayer::SpecularDirect),
+            Aov::SpecularIndirect => Some(LightLayer::SpecularIndirect),
+            Aov::Emission => Some(LightLayer::Emission),
+            Aov::Environment => Some(LightLayer::Environment),
+            _ => None,
+        }
     }
 
     /// True for whole numbers: identifiers and counts.
@@ -169,7 +211,7 @@ impl Aov {
         if self.is_distance() { f32::INFINITY } else { 0.0 }
     }
 
-    /// Appends the values at a first hit. `spaces` are those of the scene, if [`Aov::needs_object_spaces`].
+    /// Appends the values at a first hit; 0 for layers of light. `spaces` are those of the scene, if [`Aov::needs_object_spaces`].
     pub fn evaluate(
         self,
         frame: &Frame,
@@ -177,6 +219,10 @@ impl Aov {
         first: &FirstHit,
         out: &mut Vec<f32>,
     ) {
+        if self.light().is_some() {
+            // Of many samples, not of this hit: `render_light_layers`.
+            return out.extend([0.0; 3]);
+        }
         if self == Aov::Steps {
             let TraversalStats { nodes, blocks, .. } = first.traversal_stats(frame);
             return out.extend([nodes as f32, blocks as f32]);
@@ -228,6 +274,8 @@ impl Aov {
             }
             // Handled above, because it needs no surface.
             Aov::Steps => {}
+            Aov::DiffuseDirect | Aov::DiffuseIndirect | Aov::SpecularDirect | Aov::SpecularIndirect => {}
+            Aov::Emission | Aov::Environment => {}
         }
     }
 }

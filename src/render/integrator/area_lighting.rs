@@ -111,13 +111,16 @@ pub(crate) fn add_area_lights(
             }
             None => apply_visibility(batch, shadow),
         }
-        if terms.is_split && terms.has_specular {
+        if terms.separates_specular() && terms.has_specular {
             apply_specular_visibility(batch, shadow);
         }
         if terms.is_split {
-            batch.soa.accumulate_noisy(true);
+            batch.soa.accumulate_noisy();
         }
         batch.soa.accumulate(frame.simd());
+        if terms.has_layers {
+            batch.assign_direct_light();
+        }
     }
 }
 
@@ -160,6 +163,15 @@ pub(crate) struct LightTerms {
     pub has_shadow_catcher: bool,
     /// True if noisy light is split from the rest.
     pub is_split: bool,
+    /// True if light is split by layer.
+    pub has_layers: bool,
+}
+
+impl LightTerms {
+    /// True if the specular part of each source's light is wanted.
+    fn separates_specular(&self) -> bool {
+        self.is_split || self.has_layers
+    }
 }
 
 /// The points of the unit square that become the points of a light that the points of a block see.
@@ -278,7 +290,7 @@ impl AutovecKernel for AddLightPoints<'_> {
             diffuse_weight[i] = if weight >= 0.0 { weight } else { 1.0 };
         }
         blinn_phong(block, incident, terms.has_specular && block.has_specular && lit, &diffuse_weight);
-        let diffuse = if terms.is_split { block.current_light } else { ZERO3_F32 };
+        let diffuse = if terms.separates_specular() { block.current_light } else { ZERO3_F32 };
         if terms.has_specular && lit && block.highlights.points != 0 {
             let mut weights = LobeWeights { has_exact_fresnel: true, ..LobeWeights::ONE };
             for i in 0..LANES {
@@ -291,12 +303,9 @@ impl AutovecKernel for AddLightPoints<'_> {
             }
             add_weighted_highlights(block, incident, &weights);
         }
-        if terms.is_split {
-            for c in 0..3 {
-                for i in 0..LANES {
-                    block.current_specular[c][i] = block.current_light[c][i] - diffuse[c][i];
-                }
-            }
+        if terms.separates_specular() {
+            block.current_specular = diffuse;
+            block.leave_specular_light();
         }
         if terms.has_shadow_catcher {
             block.accumulate_unshadowed();

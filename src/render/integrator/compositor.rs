@@ -2,7 +2,8 @@
 
 use crate::integrator::area_light_hits::AreaLightHit;
 use crate::integrator::frame::Frame;
-use crate::integrator::light_parts::{LightSplit, SampleParts, SeenFeatures};
+use crate::integrator::light_layers::{LightLayer, LightLayers, SampleLayers};
+use crate::integrator::light_parts::{LightSplit, NoisyLight, SampleParts, SeenFeatures};
 use crate::integrator::path_rays::PathRays;
 use crate::integrator::paths::{Escape, MAX_PATH_RADIANCE, MAX_RADIANCE, PathLight, SecondaryRay, Wave};
 use crate::integrator::shading_batch::{ShadingBatch, ShadingPoint};
@@ -23,6 +24,10 @@ pub(crate) struct Compositor<'a> {
     /// The noisy light and the surfaces of each path; empty where light is not split.
     parts: Vec<SampleParts>,
     split: LightSplit,
+    /// The light of each path by layer; empty where that is not wanted.
+    layers: Vec<PathLayers>,
+    /// The light of glowing surfaces that each path meets; empty where it is not wanted.
+    emission: Vec<Rgb>,
     /// Features of what each path sees in mirrors and behind glass; empty where they are not wanted.
     seen: Vec<SeenFeatures>,
     /// Maximum radiance of surfaces along secondary rays.
@@ -40,6 +45,8 @@ impl<'a> Compositor<'a> {
             area_light_hits,
             parts: Vec::new(),
             split: LightSplit::All,
+            layers: Vec::new(),
+            emission: Vec::new(),
             seen: Vec::new(),
             max_radiance: if frame.traces_full_paths() { MAX_PATH_RADIANCE } else { MAX_RADIANCE },
             ground_t: frame.intersect_ground(rays.batch(), rays.is_secondary),
@@ -60,6 +67,21 @@ impl<'a> Compositor<'a> {
     /// Collects what the paths see.
     pub fn collect_seen(&mut self) {
         self.seen = vec![SeenFeatures::default(); self.light.len()];
+    }
+
+    /// Collects the light of all paths by layer.
+    pub fn collect_layers(&mut self) {
+        self.layers = vec![PathLayers::default(); self.light.len()];
+    }
+
+    /// True if light is collected by layer.
+    pub fn collects_layers(&self) -> bool {
+        !self.layers.is_empty()
+    }
+
+    /// Collects the light of the glowing surfaces that all paths meet.
+    pub fn collect_emission(&mut self) {
+        self.emission = vec![Rgb::ZERO; self.light.len()];
     }
 
     /// True if all noisy light is split from the rest.
@@ -114,10 +136,12 @@ impl<'a> Compositor<'a> {
         }
         for (i, point) in batch.points.iter().enumerate() {
             let mut surface = CompositedPoint::new(frame, batch, i, point);
+            let mut medium = Rgb::ONE;
             if self.rays.is_secondary {
                 let (block, lane) = batch.soa.lane(i);
                 let p = vec3(&block.p, lane);
-                surface.radiance *= self.rays.states.medium_transmittance_to(point.path, p);
+                medium = self.rays.states.medium_transmittance_to(point.path, p);
+                surface.radiance *= medium;
             }
             let PathLight { radiance, transmittance, .. } = &mut self.light[point.path];
             let before = *transmittance;
@@ -127,6 +151,13 @@ impl<'a> Compositor<'a> {
             let stopped = || (before - behind).element_sum() * (1.0 / 3.0);
             if let Some(parts) = self.parts.get_mut(point.path) {
                 add_parts(parts, frame, batch, i, before, stopped());
+            }
+            if let Some(layers) = self.layers.get_mut(point.path) {
+                layers.add(batch, i, before);
+            }
+            if let Some(emission) = self.emission.get_mut(point.path) {
+                let (k_e, _) = batch.layered_ke_ka(i);
+                *emission += before * medium * batch.coefficients(i).opacity * k_e;
             }
             if let Some(seen) = self.seen.get_mut(point.path) {
                 let (k, stopped) = (batch.coefficients(i), stopped());
@@ -152,7 +183,7 @@ impl<'a> Compositor<'a> {
 
     /// Adds the light that secondary rays found to the paths that spawned them.
     pub fn add_secondary(&mut self, wave: &Wave, secondary: Compositor) {
-        let Compositor { light: found, seen, .. } = secondary;
+        let Compositor { light: found, seen, emission, .. } = secondary;
         for ((ray, found), mut seen) in wave.rays.iter().zip(&found).zip(seen) {
             let Some(to) = self.seen.get_mut(ray.parent).filter(|_| ray.seen_share > 0.0) else { continue };
             if let Escape::Radiance(radiance) = ray.escape {
@@ -162,7 +193,8 @@ impl<'a> Compositor<'a> {
             seen.coverage = 0.0;
             to.add(&seen, ray.seen_share);
         }
-        for (ray, added) in wave.rays.iter().zip(wave.contributions(&found, self.max_radiance)) {
+        let contributions = wave.contributions(&found, self.max_radiance);
+        for (i, (ray, added)) in wave.rays.iter().zip(contributions).enumerate() {
             let light = &mut self.light[ray.parent];
             light.radiance += added.radiance;
             let is_noisy = self.split == LightSplit::All || ray.is_rough;
@@ -170,6 +202,11 @@ impl<'a> Compositor<'a> {
                 *(if ray.is_diffuse { &mut noisy.indirect } else { &mut noisy.specular }) += added.radiance;
             }
             light.transmittance += added.transmittance;
+            if let Some(layers) = self.layers.get_mut(ray.parent) {
+                let emitted = emission.get(i).map_or(Rgb::ZERO, |&emission| emission + found[i].emitted);
+                let direct = (emitted * ray.weight).min(added.radiance);
+                layers.add_secondary(ray, added.radiance, direct, is_noisy && !self.parts.is_empty());
+            }
         }
     }
 
@@ -183,12 +220,61 @@ impl<'a> Compositor<'a> {
         self.light
     }
 
+    /// The light of all paths, and the same by layer.
+    pub fn into_layers(mut self) -> Vec<(PathLight, SampleLayers)> {
+        let path_layers = std::mem::take(&mut self.layers);
+        let (light, parts) = self.into_parts();
+        let parts = parts.into_iter().chain(std::iter::repeat(SampleParts::default()));
+        let layered = path_layers.into_iter().zip(parts).map(|(path, parts)| SampleLayers {
+            layers: path.layers,
+            parts,
+            noisy_direct: path.noisy_direct,
+        });
+        light.into_iter().zip(layered).collect()
+    }
+
     /// The light of all paths, and its noisy parts with the surfaces.
     pub fn into_parts(mut self) -> (Vec<PathLight>, Vec<SampleParts>) {
         for (parts, seen) in self.parts.iter_mut().zip(self.seen) {
             parts.surface.seen = seen;
         }
         (self.light, self.parts)
+    }
+}
+
+/// The light of a path by layer.
+#[derive(Clone, Copy, Default)]
+struct PathLayers {
+    layers: LightLayers,
+    /// [`SampleLayers::noisy_direct`].
+    noisy_direct: NoisyLight,
+}
+
+impl PathLayers {
+    /// Adds the light of point `i`, of which `before` arrives.
+    fn add(&mut self, batch: &ShadingBatch, i: usize, before: Rgb) {
+        if batch.points[i].is_shadow_catcher {
+            return;
+        }
+        let arrives = before * batch.coefficients(i).opacity;
+        self.layers += batch.layers.get(i) * arrives;
+        let (block, lane) = batch.soa.lane(i);
+        self.noisy_direct.specular += arrives * vec3(&block.noisy_specular, lane);
+    }
+
+    /// Adds the light that a ray found, of which `direct` comes from light sources and glowing surfaces.
+    fn add_secondary(&mut self, ray: &SecondaryRay, light: Rgb, direct: Rgb, is_noisy: bool) {
+        let noisy = &mut self.noisy_direct;
+        let (direct_layer, indirect_layer, noisy_direct) = if ray.is_diffuse {
+            (LightLayer::DiffuseDirect, LightLayer::DiffuseIndirect, &mut noisy.indirect)
+        } else {
+            (LightLayer::SpecularDirect, LightLayer::SpecularIndirect, &mut noisy.specular)
+        };
+        self.layers[direct_layer] += direct;
+        self.layers[indirect_layer] += light - direct;
+        if is_noisy {
+            *noisy_direct += direct;
+        }
     }
 }
 

@@ -26,6 +26,7 @@ mod gather;
 mod ground_plane;
 mod highlight_limits;
 mod layer_split;
+mod light_layers;
 mod light_parts;
 mod light_points;
 mod lobe_light;
@@ -57,6 +58,7 @@ pub use emitters::Emitters;
 pub use first_hit::{FirstHit, first_hits};
 pub use flow::{NeighbourFrames, add_flow};
 pub use frame::{AmbientOcclusion, DEFAULT_BOUNCES, Frame};
+pub use light_layers::{LightLayer, LightLayers, SampleLayers};
 pub use light_parts::{LightSplit, NoisyLight, SampleParts, SeenFeatures, SurfaceFeatures};
 pub use material::coefficients::{Coefficients, MaterialOverrides};
 pub use material::hit_filter::MaterialHitFilter;
@@ -98,6 +100,20 @@ pub trait Integrator: Sync {
         for (out, color) in out.iter_mut().zip(colors) {
             *out = SampleParts::exact(color);
         }
+    }
+
+    /// Writes the light of each sample to `out`, by layer and, with `split`, also by part. The default is nothing.
+    fn render_layers(
+        &self,
+        frame: &Frame,
+        samples: &[Sample],
+        sampler: &LowDiscrepancySampler,
+        scratch: &mut Scratch,
+        split: Option<LightSplit>,
+        out: &mut [SampleLayers],
+    ) {
+        let _ = (frame, samples, sampler, scratch, split);
+        out.fill(SampleLayers::default());
     }
 
     /// False if all samples between the film positions `low` and `high` are certainly 0, so that they need not be

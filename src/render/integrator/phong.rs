@@ -38,6 +38,7 @@ use crate::integrator::frame::Frame;
 use crate::integrator::gather::gather_points;
 use crate::integrator::highlight_limits::limit_highlights;
 use crate::integrator::layer_split::apply_specular_layers;
+use crate::integrator::light_layers::{LightLayer, SampleLayers};
 use crate::integrator::light_parts::{LightSplit, SampleParts};
 use crate::integrator::material::coefficients::Coefficients;
 use crate::integrator::microfacet_highlights::add_highlights;
@@ -48,7 +49,9 @@ use crate::integrator::sampler::LowDiscrepancySampler;
 use crate::integrator::scratch::{Scratch, WaveBuffers};
 use crate::integrator::secondary_rays::spawn_rays;
 use crate::integrator::shading_batch::{BatchBuffers, ShadingBatch};
-use crate::integrator::shadow_rays::{ShadowBuffers, ShadowRay, apply_visibility, trace_visibility};
+use crate::integrator::shadow_rays::{
+    ShadowBuffers, ShadowRay, apply_specular_visibility, apply_visibility, trace_visibility,
+};
 use crate::integrator::surface::points_soa::PointsSoa;
 use crate::integrator::surface::soa::LANES;
 use crate::integrator::transmitted_highlights::add_transmitted_highlights;
@@ -86,7 +89,7 @@ impl Integrator for Phong {
         scratch: &mut Scratch,
         out: &mut [Rgba],
     ) {
-        let light = self.trace_samples(frame, samples, sampler, scratch, None).into_light();
+        let light = self.trace_samples(frame, samples, sampler, scratch, None, false).into_light();
         for ((out, sample), light) in out.iter_mut().zip(samples).zip(light) {
             *out = color(frame, sample, light);
         }
@@ -101,10 +104,30 @@ impl Integrator for Phong {
         split: LightSplit,
         out: &mut [SampleParts],
     ) {
-        let (light, parts) = self.trace_samples(frame, samples, sampler, scratch, Some(split)).into_parts();
+        let traced = self.trace_samples(frame, samples, sampler, scratch, Some(split), false);
+        let (light, parts) = traced.into_parts();
         for (((out, sample), light), parts) in out.iter_mut().zip(samples).zip(light).zip(parts) {
             let exact = color(frame, sample, light) - parts.noisy.sum().extend(0.0);
             *out = SampleParts { exact, ..parts };
+        }
+    }
+
+    fn render_layers(
+        &self,
+        frame: &Frame,
+        samples: &[Sample],
+        sampler: &LowDiscrepancySampler,
+        scratch: &mut Scratch,
+        split: Option<LightSplit>,
+        out: &mut [SampleLayers],
+    ) {
+        let traced = self.trace_samples(frame, samples, sampler, scratch, split, true);
+        for ((out, sample), light) in out.iter_mut().zip(samples).zip(traced.into_layers()) {
+            let (light, layers) = light;
+            *out = layers;
+            if let Some(background) = frame.background_radiance(sample) {
+                out.layers[LightLayer::Environment] += light.transmittance * background;
+            }
         }
     }
 
@@ -124,7 +147,7 @@ fn color(frame: &Frame, sample: &Sample, light: PathLight) -> Rgba {
 }
 
 impl Phong {
-    /// The light of the eye rays of `samples`, perhaps split into parts.
+    /// The light of the eye rays of `samples`, perhaps split into parts, and by layer if `has_layers`.
     fn trace_samples<'s>(
         &self,
         frame: &'s Frame,
@@ -132,6 +155,7 @@ impl Phong {
         sampler: &LowDiscrepancySampler,
         scratch: &'s mut Scratch,
         split: Option<LightSplit>,
+        has_layers: bool,
     ) -> Compositor<'s> {
         let Scratch { rays, hits, points, shadow, waves } = scratch;
         let stream = SampleStream { samples, sampler, wave: 0 };
@@ -143,6 +167,9 @@ impl Phong {
         let mut compositor = Compositor::new(frame, eye_rays);
         if let Some(split) = split {
             compositor.split(split);
+        }
+        if has_layers {
+            compositor.collect_layers();
         }
         self.trace(frame, &mut compositor, stream, points, shadow, waves);
         compositor
@@ -184,8 +211,10 @@ impl Phong {
             if reflections_enabled {
                 add_transmitted_highlights(frame, compositor, &mut batch, stream, shadow);
             }
+            batch.assign_light_to(LightLayer::SpecularDirect);
             let spawned = next.wave.rays.len();
             spawn_rays(frame, compositor, &mut batch, stream, &mut next.wave);
+            batch.assign_light_to(LightLayer::SpecularIndirect);
             if self.traces_indirect(frame) {
                 spawn_diffuse_rays(frame, compositor, &batch, stream, &mut next.wave);
             }
@@ -203,6 +232,9 @@ impl Phong {
             let mut secondary = Compositor::new(frame, secondary);
             if compositor.collects_seen() && wave.rays.iter().any(|ray| ray.seen_share > 0.0) {
                 secondary.collect_seen();
+            }
+            if compositor.collects_layers() {
+                secondary.collect_emission();
             }
             self.trace(frame, &mut secondary, stream, buffers, shadow, waves);
             compositor.add_secondary(wave, secondary);
@@ -230,6 +262,9 @@ impl Phong {
         shadow: &mut ShadowBuffers,
     ) {
         if self.stage == Stage::Color {
+            if compositor.collects_layers() {
+                batch.start_layers();
+            }
             return;
         }
         let is_full_model = self.stage == Stage::Phong;
@@ -247,28 +282,41 @@ impl Phong {
                 occlude_ambient(frame, settings, batch, compositor.rays.states, stream, shadow);
             }
         }
+        let has_layers = compositor.collects_layers();
+        if has_layers {
+            batch.start_layers();
+        }
         for (i, light) in frame.lights.iter().enumerate() {
+            let is_noisy = light.radius > 0.0 && compositor.splits_all();
             frame.simd().run(DirectLightKernel {
                 points: &mut batch.soa,
                 light,
                 has_specular: is_full_model,
                 has_shadow_catcher: frame.has_shadow_catcher(),
+                separates_specular: has_layers || is_noisy,
                 shadow_rays: &mut shadow.rays,
             });
             if has_shadows {
                 trace_visibility(frame, i, batch, stream, shadow);
                 apply_visibility(batch, shadow);
+                if has_layers || is_noisy {
+                    apply_specular_visibility(batch, shadow);
+                }
             }
-            if light.radius > 0.0 && compositor.splits_all() {
-                batch.soa.accumulate_noisy(false);
+            if is_noisy {
+                batch.soa.accumulate_noisy();
             }
             batch.soa.accumulate(frame.simd());
+            if has_layers {
+                batch.assign_direct_light();
+            }
         }
         let terms = LightTerms {
             has_specular: is_full_model,
             has_shadows,
             has_shadow_catcher: frame.has_shadow_catcher(),
             is_split: compositor.splits_all(),
+            has_layers,
         };
         add_area_lights(frame, compositor, batch, stream, terms, shadow);
     }
@@ -281,13 +329,22 @@ struct DirectLightKernel<'a> {
     has_specular: bool,
     /// True if the light without shadows is summed as well.
     has_shadow_catcher: bool,
+    /// True if the specular part of the light is wanted.
+    separates_specular: bool,
     shadow_rays: &'a mut Vec<ShadowRay>,
 }
 
 impl AutovecKernel for DirectLightKernel<'_> {
     #[inline(always)]
     fn run(self) {
-        let DirectLightKernel { points, light, has_specular, has_shadow_catcher, shadow_rays } = self;
+        let DirectLightKernel {
+            points,
+            light,
+            has_specular,
+            has_shadow_catcher,
+            separates_specular,
+            shadow_rays,
+        } = self;
         shadow_rays.clear();
         let intensity = light.intensity;
         let light = light.light_eval();
@@ -297,9 +354,16 @@ impl AutovecKernel for DirectLightKernel<'_> {
             incident.evaluate(&light, intensity, block);
             let lit_mask = incident.lit_mask(count);
             let has_specular_points = has_specular && block.has_specular && lit_mask != 0;
+            if separates_specular {
+                blinn_phong(block, &incident, false, &[1.0; LANES]);
+                block.current_specular = block.current_light;
+            }
             blinn_phong(block, &incident, has_specular_points, &[1.0; LANES]);
             if has_specular && block.highlights.points != 0 && lit_mask != 0 {
                 add_highlights(block, &incident);
+            }
+            if separates_specular {
+                block.leave_specular_light();
             }
             if has_shadow_catcher {
                 block.accumulate_unshadowed();

@@ -4,6 +4,7 @@ use std::ops::Range;
 
 use glam::{DVec3, Vec3};
 
+use crate::integrator::light_layers::PointLayers;
 use crate::integrator::material::coefficients::Coefficients;
 use crate::integrator::surface::hits_by_triangle::HitsByTriangle;
 use crate::integrator::surface::points_soa::PointsSoa;
@@ -48,6 +49,8 @@ pub(crate) struct ShadingBatch<'s> {
     pub has_transmission: bool,
     /// True if the rays that points spawn start at their triangles, and false if they start at the smooth surface.
     pub spawns_at_triangles: bool,
+    /// The light of the points by layer; empty where that is not wanted.
+    pub layers: PointLayers,
 }
 
 impl ShadingBatch<'_> {
@@ -63,6 +66,7 @@ impl ShadingBatch<'_> {
             hits_by_triangle,
             has_transmission: false,
             spawns_at_triangles: false,
+            layers: PointLayers::default(),
         }
     }
 

@@ -152,8 +152,10 @@ pub static IMAGE: [OptionDef; 16] = [
         value_name: "LIST",
         help: "AOVs: depth, normal, vertex-normal, geometric-normal, position, albedo, uv, mask, object-id, \
                material-id, steps, distance, camera-normal, camera-position, nocs, flow-forward, flow-backward, \
-               barycentric, triangle-id, cryptomatte\n\n\
-               They are channels of an .exr, and previews named OUT.<aov>.png beside other images.",
+               barycentric, triangle-id, diffuse-direct, diffuse-indirect, specular-direct, specular-indirect, emission, \
+               environment, cryptomatte\n\n\
+               They are channels of an .exr, and previews named OUT.<aov>.png beside other images. The six from \
+               diffuse-direct on are the light of the picture: they add up to its linear colours.",
         effect: Effect::Value(|options, text| store(&mut options.aovs, values::aovs(text))),
         ..BASE
     },

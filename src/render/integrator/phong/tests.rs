@@ -25,6 +25,7 @@ fn points_that_face_away_from_a_light_get_none_of_it_however_strong() {
             light: &light,
             has_specular: false,
             has_shadow_catcher: false,
+            separates_specular: false,
             shadow_rays: &mut shadow_rays,
         }
         .run();

@@ -328,6 +328,16 @@ impl PointBlock {
         set3(&mut self.current_specular, i, (visibility * unshadowed).to_array());
     }
 
+    /// Turns the diffuse part of the current light, in `current_specular`, into the specular part.
+    #[inline(always)]
+    pub fn leave_specular_light(&mut self) {
+        for axis in 0..3 {
+            for i in 0..LANES {
+                self.current_specular[axis][i] = self.current_light[axis][i] - self.current_specular[axis][i];
+            }
+        }
+    }
+
     /// Adds the current light to the noisy light.
     pub fn accumulate_noisy(&mut self) {
         for axis in 0..3 {

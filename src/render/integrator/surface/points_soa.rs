@@ -66,15 +66,9 @@ impl PointsSoa {
         simd.run(ViewDirs { points: self, turns_normals });
     }
 
-    /// Adds the current light of all points to their noisy light. `has_specular` is true if its specular part is known; else
-    /// all counts as diffuse.
-    pub fn accumulate_noisy(&mut self, has_specular: bool) {
-        for (block, _) in self.blocks_mut() {
-            if !has_specular {
-                block.current_specular = ZERO3_F32;
-            }
-            block.accumulate_noisy();
-        }
+    /// Adds the current light of all points to their noisy light.
+    pub fn accumulate_noisy(&mut self) {
+        self.blocks_mut().for_each(|(block, _)| block.accumulate_noisy());
     }
 
     /// Adds the current light to the radiance of all points.
