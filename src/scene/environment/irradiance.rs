@@ -34,6 +34,9 @@ const NORMS: [f64; 9] = [
 /// Convolution of the harmonics with a clamped cosine, over π.
 const COSINE_LOBE: [f64; 9] = [1.0, 2.0 / 3.0, 2.0 / 3.0, 2.0 / 3.0, 0.25, 0.25, 0.25, 0.25, 0.25];
 
+/// Rows of an equirectangular picture whose sums are integrals to 0.01 %.
+const MIN_ROWS: u32 = 128;
+
 /// Texels on a side of the mip level that is projected: the harmonics have no detail that it lacks.
 const PROJECTED_SIDE: usize = 128;
 
@@ -87,9 +90,21 @@ impl SkyIrradiance {
         SkyIrradiance { coefficients: sums, to_map: DMat3::IDENTITY }
     }
 
-    /// Projects a panorama.
+    /// Projects a panorama. One of few rows is refined first: its texels are wider than the harmonics' detail.
     pub fn from_panorama(panorama: &Panorama) -> SkyIrradiance {
-        SkyIrradiance::from_equirectangular(panorama.width(), panorama.height(), |x, y| panorama.texel(x, y))
+        let (width, height) = (panorama.width(), panorama.height());
+        let refinement = MIN_ROWS.div_ceil(height);
+        if refinement == 1 {
+            return SkyIrradiance::from_equirectangular(width, height, |x, y| panorama.texel(x, y));
+        }
+        let (columns, rows) = (width.saturating_mul(refinement).max(2 * MIN_ROWS), height * refinement);
+        let radiance = |i: u32, j: u32| {
+            let around = TAU * ((f64::from(i) + 0.5) / f64::from(columns) - 0.5);
+            let down = PI * (f64::from(j) + 0.5) / f64::from(rows);
+            let (y, s) = (libm::cos(down), libm::sin(down));
+            panorama.radiance(DVec3::new(s * libm::cos(around), y, s * libm::sin(around)).as_vec3())
+        };
+        SkyIrradiance::from_equirectangular(columns, rows, radiance)
     }
 
     /// Projects a mip pyramid.
@@ -171,6 +186,31 @@ mod tests {
         let sky = SkyIrradiance::from_equirectangular(64, 32, |_, _| Rgb::new(0.25, 1.0, 3.0));
         for n in normals() {
             assert!(sky.ambient(n).abs_diff_eq(Rgb::new(0.25, 1.0, 3.0), 1e-2), "{n}: {}", sky.ambient(n));
+        }
+    }
+
+    #[test]
+    fn a_panorama_of_few_texels_gives_its_radiance() {
+        for (width, height) in [(1, 1), (2, 1), (1, 2), (4, 2), (6, 3), (5, 2), (64, 32), (200, 127)] {
+            let texels = vec![[0.5; 3]; (width * height) as usize];
+            let sky = SkyIrradiance::from_panorama(&Panorama::new(width, height, texels).unwrap());
+            for n in normals() {
+                assert!((sky.ambient(n).x - 0.5).abs() < 5e-4, "{width}x{height} {n}: {}", sky.ambient(n));
+            }
+        }
+    }
+
+    #[test]
+    fn a_panorama_of_few_texels_keeps_its_sides() {
+        // White around +X, black around −X, and white above, black below.
+        for (width, height, texels, bright) in [
+            (4, 2, [0.0, 1.0, 1.0, 0.0, 0.0, 1.0, 1.0, 0.0], DVec3::X),
+            (4, 2, [1.0, 1.0, 1.0, 1.0, 0.0, 0.0, 0.0, 0.0], DVec3::Y),
+        ] {
+            let texels = texels.iter().map(|v| [*v; 3]).collect();
+            let sky = SkyIrradiance::from_panorama(&Panorama::new(width, height, texels).unwrap());
+            let (light, dark) = (sky.ambient(bright).x, sky.ambient(-bright).x);
+            assert!((light + dark - 1.0).abs() < 2e-3 && light > 0.8, "{bright}: {light} {dark}");
         }
     }
 
