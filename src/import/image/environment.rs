@@ -16,12 +16,11 @@ const PIXEL_BYTES: u64 = 32;
 /// Bytes per pixel for light sources and a copy without them, of the map or its reduction to about so many pixels.
 const SOURCE_PIXEL_BYTES: u64 = 24;
 const MAX_SOURCE_PIXELS: u64 = 1 << 21;
-/// Width minus twice the height, at most: some programs round one of them. Small maps are exact.
-const MAX_DIFFERENCE: u64 = 2;
-/// Height for each texel of difference.
-const HEIGHT_PER_DIFFERENCE: u64 = 64;
+/// Width for each texel of difference from twice the height: programs round, crop or scale one of the sides. Cross maps,
+/// strips of faces and light probes are farther from 2 : 1.
+const WIDTH_PER_DIFFERENCE: u64 = 12;
 
-/// Loads an equirectangular environment map, twice as wide as high, from a Radiance HDR or OpenEXR file. The
+/// Loads an equirectangular environment map, about twice as wide as high, from a Radiance HDR or OpenEXR file. The
 /// format is detected from the content. The map has a memory budget apart from the scene's.
 ///
 /// # Errors
@@ -111,7 +110,7 @@ fn check_size(width: u64, height: u64, budget: &MemoryBudget, limits: &Limits) -
     let pixels = width.saturating_mul(height);
     let limit = MAX_PIXELS.min(limits.image_pixels);
     LoadError::check_limit("environment map pixels", pixels, limit).map_err(MapError::Limit)?;
-    if height == 0 || width.abs_diff(2 * height) > (height / HEIGHT_PER_DIFFERENCE).min(MAX_DIFFERENCE) {
+    if height == 0 || width.abs_diff(2 * height).saturating_mul(WIDTH_PER_DIFFERENCE) > width {
         return Err(MapError::Invalid(format!(
             "an equirectangular environment map must be twice as wide as high, not {width}x{height}"
         )));
@@ -147,6 +146,20 @@ mod tests {
             let up = sky.ambient(glam::DVec3::Y);
             let down = sky.ambient(glam::DVec3::NEG_Y);
             assert!(up.z > 1.8 && up.x < 0.05 && down.x > 0.45 && down.z < 0.2, "{name}: {up} {down}");
+        }
+    }
+
+    #[test]
+    fn maps_of_nearly_twice_the_width_are_read() {
+        let dir = tempfile::tempdir().unwrap();
+        let loads = |width: u32, height: u32| {
+            load_environment(&file(dir.path(), "map.hdr", width, height), &Limits::default()).is_ok()
+        };
+        for (width, height) in [(2, 1), (4, 2), (64, 31), (63, 32), (15, 7), (200, 104)] {
+            assert!(loads(width, height), "{width}x{height}");
+        }
+        for (width, height) in [(1, 1), (3, 1), (4, 3), (3, 4), (6, 1), (1, 6), (16, 9), (24, 10)] {
+            assert!(!loads(width, height), "{width}x{height}");
         }
     }
 
