@@ -21,18 +21,16 @@ enum Range {
     NotNegative,
     /// A linear colour, 0 to 1, possibly with alpha: see [`repair_color`].
     Color,
-    /// A linear colour whose components may exceed 1.
-    BrightColor,
-    /// A linear colour of any brightness: that of a light in a file of Blender, which multiplies it by the colour of its
-    /// temperature.
-    LightColor,
+    /// A linear colour of any brightness: a factor of the specular colour, and that of a light in a file of Blender, which
+    /// multiplies it by the colour of its temperature.
+    UnboundedColor,
     /// An index of refraction: 0, or at least 1.
     Ior,
     /// A number above 0. Others are removed, which means this.
     Positive(&'static str),
 }
 
-use Range::{BrightColor, Color, Fraction, Ior, LightColor, NotNegative, Positive};
+use Range::{Color, Fraction, Ior, NotNegative, Positive, UnboundedColor};
 
 /// Properties of a material.
 const MATERIAL: [(&[&str], Range); 24] = [
@@ -45,7 +43,7 @@ const MATERIAL: [(&[&str], Range); 24] = [
     (&["extensions", "KHR_materials_emissive_strength", "emissiveStrength"], NotNegative),
     (&["extensions", "KHR_materials_ior", "ior"], Ior),
     (&["extensions", "KHR_materials_specular", "specularFactor"], Fraction),
-    (&["extensions", "KHR_materials_specular", "specularColorFactor"], BrightColor),
+    (&["extensions", "KHR_materials_specular", "specularColorFactor"], UnboundedColor),
     (&["extensions", "KHR_materials_transmission", "transmissionFactor"], Fraction),
     (&["extensions", "KHR_materials_clearcoat", "clearcoatFactor"], Fraction),
     (&["extensions", "KHR_materials_clearcoat", "clearcoatRoughnessFactor"], Fraction),
@@ -72,7 +70,7 @@ const LIGHT: [(&[&str], Range); 3] =
     [(&["color"], Color), (&["intensity"], NotNegative), (&["range"], Positive("infinity"))];
 
 /// Properties of a light in a file of Blender.
-const BLENDER_LIGHT: [(&[&str], Range); 3] = [(&["color"], LightColor), LIGHT[1], LIGHT[2]];
+const BLENDER_LIGHT: [(&[&str], Range); 3] = [(&["color"], UnboundedColor), LIGHT[1], LIGHT[2]];
 
 /// Properties of an area light.
 const AREA_LIGHT: [(&[&str], Range); 4] = [
@@ -84,7 +82,7 @@ const AREA_LIGHT: [(&[&str], Range); 4] = [
 
 /// Properties of an area light in a file of Blender.
 const BLENDER_AREA_LIGHT: [(&[&str], Range); 4] =
-    [(&["color"], LightColor), AREA_LIGHT[1], AREA_LIGHT[2], AREA_LIGHT[3]];
+    [(&["color"], UnboundedColor), AREA_LIGHT[1], AREA_LIGHT[2], AREA_LIGHT[3]];
 
 /// The JSON path of a property.
 #[derive(Clone, Copy)]
@@ -145,11 +143,11 @@ fn repair_all(ranges: &[(&[&str], Range)], object: &mut Object, location: &str, 
 
 fn repair(object: &mut Object, key: &str, range: Range, location: Location<'_>, warnings: &mut Warnings) {
     let Some(value) = object.get_mut(key) else { return };
-    if let (Color | BrightColor | LightColor, Value::Array(components)) = (range, &mut *value) {
+    if let (Color | UnboundedColor, Value::Array(components)) = (range, &mut *value) {
         let warn = |message: &str| warnings.add(location, message);
         return match range {
-            LightColor => remove_negative(components, warn),
-            _ => repair_color(components, matches!(range, Color), warn),
+            Color => repair_color(components, warn),
+            _ => remove_negative(components, warn),
         };
     }
     let Some(number) = value.as_f64() else { return };
@@ -180,8 +178,8 @@ fn repair(object: &mut Object, key: &str, range: Range, location: Location<'_>, 
 ///
 /// - Integers far above 1 are bytes, 0 to 255. So is alpha alone.
 /// - Components below 0 become 0, and alpha above 1 becomes 1.
-/// - Other components above 1 are kept, with a warning if the specification bounds them.
-fn repair_color(components: &mut [Value], is_bounded: bool, mut warn: impl FnMut(&str)) {
+/// - Other components above 1 are kept, with a warning.
+fn repair_color(components: &mut [Value], mut warn: impl FnMut(&str)) {
     let Some(mut color) = components.iter().map(Value::as_f64).collect::<Option<Vec<f64>>>() else { return };
     if color.len() < 3 {
         return;
@@ -198,7 +196,7 @@ fn repair_color(components: &mut [Value], is_bounded: bool, mut warn: impl FnMut
     } else if alpha.iter().all(is_byte) && max_alpha > MAX_COLOR {
         alpha.iter_mut().for_each(|v| *v /= 255.0);
         warn("alpha exceeds 1: read as a byte from 0 to 255");
-    } else if max > if is_bounded { 1.0 } else { MAX_COLOR } {
+    } else if max > 1.0 {
         warn(&format!("has the value {max}, expected 0 to 1 or bytes"));
     }
     if let Some(alpha) = color.get_mut(3).filter(|v| **v > 1.0) {
@@ -227,7 +225,7 @@ mod tests {
     fn color(written: Value) -> (Value, Vec<String>) {
         let mut components = written.as_array().unwrap().clone();
         let mut messages = Vec::new();
-        repair_color(&mut components, true, |message| messages.push(message.to_string()));
+        repair_color(&mut components, |message| messages.push(message.to_string()));
         (Value::Array(components), messages)
     }
 

@@ -65,6 +65,18 @@ fn fractions_are_clamped() {
     }
 }
 
+/// The specification bounds the reflectance that follows, not the factor.
+#[test]
+fn colours_of_specular_reflection_are_never_bytes() {
+    for factor in [[25.0, 25.0, 25.0], [255.0, 0.0, 51.0], [12.5, 30.0, 1.0], [1e4, 1.0, 0.0]] {
+        let (material, warnings) =
+            with_material(json!({"extensions": {"KHR_materials_specular": {"specularColorFactor": factor}}}));
+        let Reflectance::MetallicRoughness { dielectric, .. } = &material.reflectance else { panic!() };
+        assert_eq!(dielectric.specular_color.factor, Vec3::from(factor.map(|v: f64| v as f32)));
+        assert!(warnings.is_empty(), "{warnings:?}");
+    }
+}
+
 #[test]
 fn other_numbers_of_materials_have_the_nearest_valid_value() {
     let (material, warnings) = with_material(json!({"alphaMode": "MASK", "alphaCutoff": -1,
