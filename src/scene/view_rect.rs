@@ -4,6 +4,7 @@ use std::fmt;
 
 use glam::{DVec2, DVec3};
 
+use super::camera_pose::{NEGLIGIBLE, is_homogeneous};
 use super::{Camera, ClipPlanes, Projection};
 use blinn_core::geometry::Basis;
 
@@ -87,6 +88,21 @@ pub struct Intrinsics {
 }
 
 impl Intrinsics {
+    /// Reads the 3×3 matrix K of a pinhole camera, row by row.
+    ///
+    /// # Errors
+    /// The matrix has skew, or is none of a pinhole camera. The text is the predicate of a sentence.
+    pub fn from_matrix([fx, skew, cx, below, fy, cy, x, y, one]: [f64; 9]) -> Result<Intrinsics, String> {
+        let is_negligible = |v: f64, unit: f64| v.abs() <= NEGLIGIBLE * unit.abs();
+        if !is_negligible(skew, fx) {
+            return Err(format!("has the skew {skew}; only cameras without skew are supported"));
+        }
+        if !(is_negligible(below, fy) && is_homogeneous([x, y, 0.0, one])) {
+            return Err("must be [[fx, 0, cx], [0, fy, cy], [0, 0, 1]]".into());
+        }
+        Ok(Intrinsics { fx, fy, cx, cy })
+    }
+
     /// Returns the intrinsics of a perspective camera for pictures of `size` = (width, height) pixels.
     pub fn of(camera: &Camera, size: (u32, u32)) -> Intrinsics {
         let Camera { view_width, view_height, view_centre, proj_distance, .. } = *camera;
@@ -124,6 +140,23 @@ mod tests {
         assert_eq!(rect, ViewRect { left: -0.2, right: 1.0, bottom: -1.0, top: 0.6 });
         assert_eq!(rect.scaled(2.0).centre(), DVec2::new(0.8, -0.4));
         assert!(rect.is_valid() && k.is_valid());
+    }
+
+    #[test]
+    fn matrices_have_no_skew_but_for_rounding() {
+        let k = [250.0, 3e-14, 160.0, -1e-15, 240.0, 120.0, 0.0, 1e-12, 0.999_999_999_999_999_9];
+        let expected = Intrinsics { fx: 250.0, fy: 240.0, cx: 160.0, cy: 120.0 };
+        assert_eq!(Intrinsics::from_matrix(k), Ok(expected));
+        let with = |i: usize, v: f64| {
+            let mut k = k;
+            k[i] = v;
+            Intrinsics::from_matrix(k)
+        };
+        assert_eq!(with(1, 1e-5), Ok(expected));
+        assert!(with(1, 0.5).unwrap_err().contains("skew 0.5"));
+        for (i, v) in [(1, f64::NAN), (3, 0.5), (6, 160.0), (7, 1e-3), (8, 2.0), (8, 0.0)] {
+            assert!(with(i, v).is_err(), "{i} {v}");
+        }
     }
 
     #[test]

@@ -86,6 +86,11 @@ impl CameraList {
         self.file.len()
     }
 
+    /// Number of pictures that are left out, as the list has no pose for them.
+    pub fn without_pose(&self) -> usize {
+        self.file.without_pose()
+    }
+
     /// A camera as the list has it.
     ///
     /// # Errors

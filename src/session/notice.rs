@@ -78,6 +78,13 @@ pub enum Notice {
         /// The list.
         file: PathBuf,
     },
+    /// Pictures of a list of cameras are left out.
+    CamerasWithoutPose {
+        /// Number of pictures.
+        count: usize,
+        /// The list.
+        file: PathBuf,
+    },
     /// The light sources of all images.
     Lights(String),
     /// The metered exposure.
@@ -178,6 +185,10 @@ impl fmt::Display for Notice {
             Notice::EmptyImage { frame, reason } => write!(f, "frame {frame} shows nothing: {reason}"),
             Notice::Camera(text) => write!(f, "camera: {text}"),
             Notice::CameraList { count, file } => write!(f, "cameras: {count} from {}", file.display()),
+            Notice::CamerasWithoutPose { count, file } => {
+                let pictures = if *count == 1 { "picture" } else { "pictures" };
+                write!(f, "left out {count} {pictures} without a pose in {}", file.display())
+            }
             Notice::Lights(text) => write!(f, "lights: {text}"),
             Notice::Exposure { ev, light_scale: None } => write!(f, "exposure: `exposure {ev}`"),
             Notice::Exposure { ev, light_scale: Some(scale) } => {

@@ -116,7 +116,12 @@ impl<'a> SceneRenderer<'a> {
             log_clip_bounds(log, &first.posed, || Framing::new(&plan, &first.posed, (width, height)))??;
         match &plan.cameras {
             Some(cameras) => {
-                log.note(Notice::CameraList { count: cameras.len(), file: cameras.path().to_path_buf() });
+                let file = cameras.path().to_path_buf();
+                if cameras.without_pose() > 0 {
+                    let count = cameras.without_pose();
+                    log.warn(Notice::CamerasWithoutPose { count, file: file.clone() })?;
+                }
+                log.note(Notice::CameraList { count: cameras.len(), file });
             }
             None => {
                 log.note(Notice::Camera(framing.notes.description.clone()));

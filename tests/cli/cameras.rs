@@ -286,6 +286,107 @@ fn colmap_models_project_to_pixel_centres() {
     }
 }
 
+/// Some programs write a line for each image only. Names with blanks have as many words as points.
+#[test]
+fn colmap_models_without_lines_of_points_keep_all_images() {
+    let (_dir, at) = folder();
+    write_scene(&at);
+    let mut all = cameras(4);
+    all[2].k[1] = all[2].k[0];
+    colmap_text(&at.join("m"), &all);
+    let file = at.join("m/images.txt");
+    let images = fs::read_to_string(&file).unwrap();
+    let with_points = images.replacen("\n\n", "\n10.5 20 -1 3e2 4.25 17\n", 1);
+    let long = images.replacen("\n\n", &format!("\n{}\n", "1.5 2.5 -1 ".repeat(200_000)), 1);
+    let names = |images: &str| images.replace("cam ", "my cam ");
+    for text in [images.replace("\n\n", "\n"), names(&images).replace("\n\n", "\n"), with_points, long] {
+        fs::write(&file, &text).unwrap();
+        let folder = if text.contains("my cam") { "my cam" } else { "cam" };
+        let _ = fs::remove_dir_all(at.join("o"));
+        runs(&at, &format!("render cube.obj --cameras m {LAYERS} -o o/{{camera}}.exr"));
+        for (i, camera) in all.iter().enumerate() {
+            check(&at.join(format!("o/{folder} {i}/img.exr")), camera);
+        }
+    }
+}
+
+/// What programs leave in lists: byte order marks, NaN, rounding, scale, keys of one axis, pictures without a pose.
+#[test]
+fn lists_of_other_programs_are_read() {
+    let (_dir, at) = folder();
+    write_scene(&at);
+    let camera = Pinhole { k: [70.0, 70.0, 24.0, 20.0], size: (48, 40), ..cameras(1)[0] };
+    let pose = camera.opengl_rows();
+    let mut rounded = pose.clone();
+    rounded[3] = [1e-17, -2e-16, 0.0, 0.999_999_999_999_999_8];
+    let scaled = |scale: f64| {
+        let mut scaled = pose.clone();
+        scaled[..3].iter_mut().for_each(|row| row[..3].iter_mut().for_each(|v| *v *= scale));
+        scaled
+    };
+    let frame = |pose: &[[f64; 4]], keys: &str| {
+        format!("{{\"transform_matrix\": {pose:?}, \"file_path\": \"a\"{keys}}}")
+    };
+    let file = |keys: &str, frames: &str| format!("{{\"w\": 48, \"h\": 40, {keys}, \"frames\": [{frames}]}}");
+    let of_pose = |pose: &[[f64; 4]]| file("\"fl_x\": 70", &frame(pose, ""));
+    let (angle_x, angle_y) = (2.0 * (24.0f64 / 70.0).atan(), 2.0 * (20.0f64 / 70.0).atan());
+    let without_pose = "{\"file_path\": \"b\", \"transform_matrix\": null}, {\"file_path\": \"c\"}";
+    let k = "[[70, 3e-14, 24], [0, 70, 20], [1e-20, 0, 0.9999999999999999]]";
+    let mut to_camera = camera.opencv_rows();
+    to_camera[3] = [0.0, 1e-18, 0.0, 1.0000000000000002];
+    let line = |more: &str| {
+        format!(
+            "{{\"K\": {k}, \"width\": 48, \"height\": 40, \"file\": \"a\", \"world_to_camera\": {to_camera:?}{more}}}\n"
+        )
+    };
+    for (name, text, left_out) in [
+        ("mark", format!("\u{feff}{}", of_pose(&pose)), 0),
+        ("row", of_pose(&rounded), 0),
+        ("small", of_pose(&scaled(0.1)), 0),
+        ("large", of_pose(&scaled(250.0)), 0),
+        ("fl-y", file("\"fl_y\": 70", &frame(&pose, "")), 0),
+        ("angle-y", file(&format!("\"camera_angle_y\": {angle_y}"), &frame(&pose, "")), 0),
+        (
+            "zoom",
+            file("\"fl_x\": 90, \"fl_y\": 90", &frame(&pose, &format!(", \"camera_angle_x\": {angle_x}"))),
+            0,
+        ),
+        (
+            "nan",
+            file(
+                "\"totp\": [NaN, -Infinity], \"fl_x\": 70, \"k1\": 1e-15",
+                &frame(&pose, ", \"sharpness\": NaN"),
+            ),
+            0,
+        ),
+        ("null", file("\"fl_x\": 70", &format!("{without_pose}, {}", frame(&pose, ""))), 2),
+        ("line", line(", \"score\": NaN"), 0),
+        (
+            "lines",
+            format!("{}{}", line(""), "{\"K\": [1, 0, 0, 0, 1, 0, 0, 0, 1], \"camera_to_world\": null}"),
+            1,
+        ),
+    ] {
+        fs::write(at.join("list.json"), text).unwrap();
+        let messages =
+            runs(&at, &format!("render cube.obj --cameras list.json {LAYERS} -o {name}/{{camera}}.exr"));
+        check(&at.join(name).join("a.exr"), &camera);
+        assert_eq!(
+            messages.contains(&format!("left out {left_out} picture")),
+            left_out > 0,
+            "{name}: {messages}"
+        );
+    }
+    for (text, message) in [
+        (of_pose(&pose).replace("70", "NaN"), "expected a finite number"),
+        (file("\"fl_x\": 70", without_pose), "has no transform_matrix"),
+        (format!("\u{feff}{}", of_pose(&pose).replace("70", "-70")), "greater than zero"),
+    ] {
+        fs::write(at.join("list.json"), text).unwrap();
+        refused(&at, "render cube.obj --cameras list.json", message);
+    }
+}
+
 #[test]
 fn bop_cameras_project_to_pixel_centres() {
     let (_dir, at) = folder();
@@ -442,7 +543,7 @@ fn other_cameras_and_bad_lists_are_refused() {
         (&format!("{{{k}, {pose}, \"width\": 1e9, \"height\": 1e9}}"), &["line 1", "1 to 65536"]),
         (&format!("{{{k}, {pose}, \"width\": 40}}"), &["give both"]),
         (&format!("{{{k}, {pose}, {size}, \"time\": \"1\"}}"), &["line 1", "time", "invalid type"]),
-        (&format!("{{{k}, {pose}, {size}, \"time\": NaN}}"), &["expected value"]),
+        (&format!("{{{k}, {pose}, {size}, \"time\": NaN}}"), &["line 1", "time", "a finite number"]),
         (
             &format!("{{{}, {pose}, {size}}}", k.replace("[0,50,20]", "[0,-50,20]")),
             &["K", "greater than zero"],
@@ -508,9 +609,9 @@ fn bad_colmap_models_are_refused() {
         refused_with("m", message);
     }
     fs::write(file("cameras.txt"), &lenses).unwrap();
-    // Without the lines of points, every other image would be lost.
-    fs::write(file("images.txt"), images.replace("\n\n", "\n")).unwrap();
-    refused_with("m", "leave the line empty");
+    // A line that is neither points nor an image.
+    fs::write(file("images.txt"), images.replacen("\n\n", "\n10 20 3 40\n", 1)).unwrap();
+    refused_with("m", "images.txt, line 3: has no QZ");
     fs::write(file("images.txt"), images.replace("\n2 ", "\n2 nan ")).unwrap();
     refused_with("m", "images.txt, line 4");
     fs::write(file("images.txt"), "1 2 3").unwrap();

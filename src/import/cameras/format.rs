@@ -9,6 +9,7 @@ use serde::de::{Deserializer, IgnoredAny, MapAccess, Visitor};
 
 use super::colmap::ColmapModel;
 use super::json;
+use super::json_numbers::replace_non_finite;
 use super::lines::MAX_LINE;
 use crate::error::LoadError;
 use crate::files::read_file::open_scene_file;
@@ -45,11 +46,14 @@ impl CameraFormat {
                 return Err(LoadError::parse(path.display(), format!("the file is empty; {EXPECTED}")));
             }
         }
+        if first.starts_with(b"\xff\xfe") || first.starts_with(b"\xfe\xff") {
+            return Err(LoadError::parse(path.display(), "the text is UTF-16; save it as UTF-8"));
+        }
         let line = without_mark(&first);
         if !line.starts_with(b"{") {
             return Err(LoadError::parse(path.display(), format!("no list of cameras; {EXPECTED}")));
         }
-        let kind = match serde_json::from_slice::<Keys>(line) {
+        let kind = match serde_json::from_slice::<Keys>(&replace_non_finite(line)) {
             Ok(keys) => keys.kind,
             Err(error) if error.is_eof() => match json::read_document::<Keys>(path, limit)?.kind {
                 Some(Kind::Line) => {
@@ -101,7 +105,7 @@ impl CameraFormat {
 
 /// A line without byte order mark and blanks around it.
 fn without_mark(line: &[u8]) -> &[u8] {
-    line.strip_prefix(b"\xef\xbb\xbf").unwrap_or(line).trim_ascii()
+    line.strip_prefix(json::BYTE_ORDER_MARK).unwrap_or(line).trim_ascii()
 }
 
 fn several(folder: &Path, a: &Path, b: &Path) -> LoadError {

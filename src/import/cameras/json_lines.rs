@@ -17,11 +17,10 @@ use super::listed_camera::ListedCamera;
 use super::matrix::Matrix;
 use super::names::picture_name;
 use super::picture_size::picture_size;
-use super::pose::CameraAxes;
 use super::records::{RecordFile, RecordFormat};
 use crate::error::LoadError;
 use crate::files::read_file::open_scene_file;
-use blinn_scene::LightRotation;
+use blinn_scene::{CameraAxes, LightRotation};
 
 /// A line. Other keys are ignored.
 #[derive(Deserialize)]
@@ -37,18 +36,26 @@ struct CameraLine {
     file: Option<String>,
 }
 
-/// Opens a file and checks every line. Empty lines are skipped.
+/// Opens a file and checks every line. Empty lines are skipped, and cameras without a pose, unless none has one.
 pub(super) fn open(path: &Path, limit: u64) -> Result<RecordFile, LoadError> {
     let file = open_scene_file(path, limit)?.into_inner();
     let reader = file.try_clone().map_err(|e| LoadError::io(path, e))?;
     let mut records = RecordFile::new(path, Box::new(JsonLineFormat), file);
     let mut lines = Lines::new(BufReader::new(reader));
+    let mut first = None;
     while let Some(line) = lines.next_line().map_err(|e| LoadError::io(path, e))? {
         if !line.text.trim().is_empty() {
+            first.get_or_insert(line.number);
             records.add(line.offset, line.text.as_bytes(), &format!("line {}", line.number))?;
         }
     }
-    Ok(records)
+    match first {
+        Some(number) if records.len() == 0 => Err(LoadError::parse(
+            format!("{}, line {number}", path.display()),
+            "has no camera_to_world or world_to_camera",
+        )),
+        _ => Ok(records),
+    }
 }
 
 /// An object on a line.
@@ -60,13 +67,14 @@ impl RecordFormat for JsonLineFormat {
         read_record_line(reader)
     }
 
-    fn parse(&self, bytes: &[u8]) -> Result<ListedCamera, String> {
+    fn parse(&self, bytes: &[u8]) -> Result<Option<ListedCamera>, String> {
         json::read_line::<CameraLine>(bytes)?.to_camera()
     }
 }
 
 impl CameraLine {
-    fn to_camera(&self) -> Result<ListedCamera, String> {
+    /// The camera; `None` if its pose is not known.
+    fn to_camera(&self) -> Result<Option<ListedCamera>, String> {
         let axes = match self.convention.as_deref() {
             Some("opengl") => CameraAxes::OpenGl,
             Some("opencv") | None => CameraAxes::OpenCv,
@@ -78,10 +86,10 @@ impl CameraLine {
         };
         let named = |key: &'static str| move |defect: String| format!("{key} {defect}");
         let to_world = match (&self.camera_to_world, &self.world_to_camera) {
-            (Some(matrix), None) => matrix.to_rigid().map_err(named("camera_to_world"))?,
-            (None, Some(matrix)) => matrix.to_rigid().map_err(named("world_to_camera"))?.inverse(),
+            (Some(matrix), None) => matrix.to_similarity().map_err(named("camera_to_world"))?,
+            (None, Some(matrix)) => matrix.to_similarity().map_err(named("world_to_camera"))?.inverse(),
             (Some(_), Some(_)) => return Err("has camera_to_world and world_to_camera; keep one".into()),
-            (None, None) => return Err("has no camera_to_world or world_to_camera".into()),
+            (None, None) => return Ok(None),
         };
         let k = self.k.as_ref().ok_or("has no K, the 3×3 matrix of focal lengths and principal point")?;
         let lens = Lens::from(k.to_intrinsics().map_err(named("K"))?);
@@ -90,7 +98,7 @@ impl CameraLine {
             return Err("time must be a finite number of seconds".into());
         }
         let (view_point, basis) = to_world.camera_pose(axes);
-        Ok(ListedCamera {
+        Ok(Some(ListedCamera {
             name: self.file.as_deref().and_then(picture_name),
             view_point,
             basis,
@@ -99,6 +107,6 @@ impl CameraLine {
             time: self.time,
             depth_step: None,
             light: LightRotation::default(),
-        })
+        }))
     }
 }

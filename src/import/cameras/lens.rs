@@ -23,6 +23,8 @@ pub enum Lens {
         /// Vertical angle; `None` for square pixels.
         y: Option<f64>,
     },
+    /// Vertical angle of view in radians, with square pixels and the principal point in the middle.
+    VerticalAngle(f64),
 }
 
 impl From<Intrinsics> for Lens {
@@ -43,6 +45,11 @@ impl Lens {
             Lens::Angles { x, y } => {
                 let right = libm::tan(0.5 * x);
                 let top = y.map_or(right * height / width, |y| libm::tan(0.5 * y));
+                ViewRect { left: -right, right, bottom: -top, top }
+            }
+            Lens::VerticalAngle(y) => {
+                let top = libm::tan(0.5 * y);
+                let right = top * width / height;
                 ViewRect { left: -right, right, bottom: -top, top }
             }
         }
@@ -73,6 +80,7 @@ impl Lens {
                 angle("horizontal", x)?;
                 y.map_or(Ok(()), |y| angle("vertical", y))
             }
+            Lens::VerticalAngle(y) => angle("vertical", y),
         }
     }
 }

@@ -4,6 +4,7 @@ use serde::de::{Error, MapAccess};
 
 use super::lens::Lens;
 use super::picture_size::picture_size;
+use blinn_scene::NEGLIGIBLE;
 
 /// Values of `camera_model` that are pinholes if the distortion is 0.
 const PINHOLES: [&str; 7] =
@@ -64,7 +65,7 @@ impl LensKeys {
             }
             _ if DISTORTION.contains(&key) => {
                 let coefficient = map.next_value::<Option<f64>>()?.unwrap_or(0.0);
-                if coefficient != 0.0 {
+                if coefficient.abs() > NEGLIGIBLE {
                     return Err(A::Error::custom(format!(
                         "the distortion {key} = {coefficient} is not supported; undistort the images and export \
                          pinhole cameras"
@@ -91,31 +92,157 @@ impl LensKeys {
         *self == LensKeys::default()
     }
 
-    /// The lens and the size of the picture. Keys that are missing here are those of `root`.
+    /// The lens and the size of the picture. Keys that are missing here are those of `root`; focal lengths and angles of
+    /// view replace those of `root` together, whichever of them a frame has.
     pub fn resolve(&self, root: &LensKeys) -> Result<(Lens, Option<(u32, u32)>), String> {
         let size = picture_size(self.width.or(root.width), self.height.or(root.height))?;
-        let angle_y = self.angle_y.or(root.angle_y);
-        let lens = match (self.fl_x.or(root.fl_x), self.angle_x.or(root.angle_x)) {
-            (Some(fx), _) => Lens::Pixels {
-                fx,
-                fy: self.fl_y.or(root.fl_y).unwrap_or(fx),
-                cx: self.cx.or(root.cx),
-                cy: self.cy.or(root.cy),
-            },
-            (None, Some(x)) => match (self.cx.or(root.cx), self.cy.or(root.cy), size) {
-                (None, None, _) => Lens::Angles { x, y: angle_y },
-                (cx, cy, Some((width, height))) => {
-                    let focal = |pixels: u32, angle: f64| 0.5 * f64::from(pixels) / libm::tan(0.5 * angle);
-                    let fx = focal(width, x);
-                    Lens::Pixels { fx, fy: angle_y.map_or(fx, |y| focal(height, y)), cx, cy }
-                }
-                _ => return Err("cx and cy need the size of the picture; add w and h".into()),
-            },
+        let (cx, cy) = (self.cx.or(root.cx), self.cy.or(root.cy));
+        let focal = self.focal_lengths().or_shape_of(root.focal_lengths(), size);
+        let lens = match (focal.x, focal.y) {
             (None, None) => {
                 return Err("has no focal length; add fl_x, or camera_angle_x in radians".into());
+            }
+            (Some(Focal::Angle(x)), None) if (cx, cy) == (None, None) => Lens::Angles { x, y: None },
+            (Some(Focal::Angle(x)), Some(Focal::Angle(y))) if (cx, cy) == (None, None) => {
+                Lens::Angles { x, y: Some(y) }
+            }
+            (None, Some(Focal::Angle(y))) if (cx, cy) == (None, None) => Lens::VerticalAngle(y),
+            (x, y) => {
+                let pixels = |focal: Option<Focal>, side: fn((u32, u32)) -> u32| {
+                    focal.and_then(|focal| focal.pixels(size.map(side)))
+                };
+                // Pixels are square where only one focal length is known.
+                let (fx, fy) = match (pixels(x, |size| size.0), pixels(y, |size| size.1)) {
+                    (Some(fx), fy) => (fx, fy.unwrap_or(fx)),
+                    (None, Some(fy)) => (fy, fy),
+                    (None, None) => return Err("cx and cy need the size of the picture; add w and h".into()),
+                };
+                Lens::Pixels { fx, fy, cx, cy }
             }
         };
         lens.check()?;
         Ok((lens, size))
+    }
+
+    /// The focal lengths. Those in pixels take precedence.
+    fn focal_lengths(&self) -> FocalLengths {
+        let focal =
+            |pixels: Option<f64>, angle: Option<f64>| pixels.map(Focal::Pixels).or(angle.map(Focal::Angle));
+        FocalLengths { x: focal(self.fl_x, self.angle_x), y: focal(self.fl_y, self.angle_y) }
+    }
+}
+
+/// A focal length along one axis.
+#[derive(Clone, Copy, Debug, PartialEq)]
+enum Focal {
+    Pixels(f64),
+    /// Angle of view in radians.
+    Angle(f64),
+}
+
+impl Focal {
+    /// In pixels, for a picture with `side` pixels along the axis, if that is known.
+    fn pixels(self, side: Option<u32>) -> Option<f64> {
+        match self {
+            Focal::Pixels(f) => Some(f),
+            Focal::Angle(angle) => side.map(|side| 0.5 * f64::from(side) / libm::tan(0.5 * angle)),
+        }
+    }
+}
+
+/// The focal lengths along both axes, as far as a file has them.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+struct FocalLengths {
+    x: Option<Focal>,
+    y: Option<Focal>,
+}
+
+impl FocalLengths {
+    /// Those of `root` where none are here. Where one is here, the pixels keep the shape that they have in `root`.
+    fn or_shape_of(self, root: FocalLengths, size: Option<(u32, u32)>) -> FocalLengths {
+        let (width, height) = (size.map(|size| size.0), size.map(|size| size.1));
+        let shape = || Some(root.y?.pixels(height)? / root.x?.pixels(width)?);
+        match (self.x, self.y) {
+            (None, None) => root,
+            (Some(x), None) => {
+                let y = x.pixels(width).zip(shape()).map(|(fx, shape)| Focal::Pixels(fx * shape));
+                FocalLengths { x: Some(x), y }
+            }
+            (None, Some(y)) => {
+                let x = y.pixels(height).zip(shape()).map(|(fy, shape)| Focal::Pixels(fy / shape));
+                FocalLengths { x, y: Some(y) }
+            }
+            (Some(_), Some(_)) => self,
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const SIZE: LensKeys = LensKeys {
+        angle_x: None,
+        angle_y: None,
+        fl_x: None,
+        fl_y: None,
+        cx: None,
+        cy: None,
+        width: Some(320.0),
+        height: Some(240.0),
+    };
+
+    fn pixels(fx: f64, fy: f64) -> Lens {
+        Lens::Pixels { fx, fy, cx: None, cy: None }
+    }
+
+    #[test]
+    fn a_frame_replaces_all_focal_lengths_of_the_file() {
+        let root = LensKeys { fl_x: Some(300.0), fl_y: Some(300.0), ..SIZE };
+        let lens = |frame: LensKeys, root: &LensKeys| frame.resolve(root).unwrap().0;
+        let none = LensKeys::default();
+        assert_eq!(lens(none, &root), pixels(300.0, 300.0));
+        assert_eq!(lens(LensKeys { fl_x: Some(250.0), ..none }, &root), pixels(250.0, 250.0));
+        assert_eq!(lens(LensKeys { fl_y: Some(250.0), ..none }, &root), pixels(250.0, 250.0));
+        let both = LensKeys { fl_x: Some(250.0), fl_y: Some(260.0), ..none };
+        assert_eq!(lens(both, &root), pixels(250.0, 260.0));
+        let angle = |pixels: f64, f: f64| Some(2.0 * libm::atan(0.5 * pixels / f));
+        for frame in [
+            LensKeys { angle_x: angle(320.0, 250.0), ..none },
+            LensKeys { angle_y: angle(240.0, 250.0), ..none },
+            LensKeys { angle_x: angle(320.0, 250.0), angle_y: angle(240.0, 250.0), ..none },
+        ] {
+            let rect = lens(frame, &root).view_rect((320, 240));
+            let expected = pixels(250.0, 250.0).view_rect((320, 240));
+            assert!((rect.right - expected.right).abs() < 1e-12 && (rect.top - expected.top).abs() < 1e-12);
+        }
+        // Pixels of another shape keep it.
+        let wide = LensKeys { fl_x: Some(300.0), fl_y: Some(330.0), ..SIZE };
+        assert_eq!(
+            lens(LensKeys { fl_x: Some(200.0), ..none }, &wide),
+            pixels(200.0, 200.0 * (330.0 / 300.0))
+        );
+    }
+
+    #[test]
+    fn one_focal_length_stands_for_both() {
+        let lens = |keys: LensKeys| keys.resolve(&LensKeys::default()).unwrap().0;
+        assert_eq!(lens(LensKeys { fl_y: Some(250.0), ..SIZE }), pixels(250.0, 250.0));
+        assert_eq!(
+            lens(LensKeys { fl_y: Some(250.0), width: None, height: None, ..SIZE }),
+            pixels(250.0, 250.0)
+        );
+        let vertical = lens(LensKeys { angle_y: Some(1.0), ..SIZE });
+        assert_eq!(vertical, Lens::VerticalAngle(1.0));
+        let rect = vertical.view_rect((320, 240));
+        assert!((rect.width() / rect.height() - 320.0 / 240.0).abs() < 1e-12);
+        assert!((rect.top - libm::tan(0.5)).abs() < 1e-12);
+        let mixed = lens(LensKeys { fl_x: Some(250.0), angle_y: Some(1.0), ..SIZE });
+        assert_eq!(mixed, pixels(250.0, 120.0 / libm::tan(0.5)));
+        let off_centre = LensKeys { angle_y: Some(1.0), cx: Some(150.0), cy: Some(120.0), ..SIZE };
+        let f = 120.0 / libm::tan(0.5);
+        assert_eq!(lens(off_centre), Lens::Pixels { fx: f, fy: f, cx: Some(150.0), cy: Some(120.0) });
+        assert!(LensKeys { fl_y: Some(0.0), ..SIZE }.resolve(&LensKeys::default()).is_err());
+        assert!(SIZE.resolve(&LensKeys::default()).unwrap_err().contains("no focal length"));
     }
 }

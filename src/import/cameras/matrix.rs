@@ -5,8 +5,7 @@ use std::fmt;
 use glam::{DMat3, DVec3};
 use serde::de::{Deserialize, Deserializer, Error, SeqAccess, Visitor};
 
-use super::pose::RigidTransform;
-use blinn_scene::Intrinsics;
+use blinn_scene::{Intrinsics, SimilarityTransform};
 
 /// Up to 16 numbers of a matrix in JSON, with the lengths of its rows.
 #[derive(Clone, Debug, PartialEq)]
@@ -27,28 +26,14 @@ impl Matrix {
 
     /// The 3×3 matrix K of a pinhole camera.
     pub fn to_intrinsics(&self) -> Result<Intrinsics, String> {
-        let Some(&[fx, skew, cx, zero, fy, cy, x, y, one]) = self.shaped(3, 3) else {
-            return Err("must have 3×3 numbers".into());
-        };
-        if skew != 0.0 {
-            return Err(format!("has the skew {skew}; only cameras without skew are supported"));
-        }
-        if zero != 0.0 || [x, y, one] != [0.0, 0.0, 1.0] {
-            return Err("must be [[fx, 0, cx], [0, fy, cy], [0, 0, 1]]".into());
-        }
-        Ok(Intrinsics { fx, fy, cx, cy })
+        let numbers = self.shaped(3, 3).and_then(|numbers| numbers.try_into().ok());
+        Intrinsics::from_matrix(numbers.ok_or("must have 3×3 numbers")?)
     }
 
-    /// A 4×4 or 3×4 matrix of a rotation and a translation.
-    pub fn to_rigid(&self) -> Result<RigidTransform, String> {
-        let Some(m) = self.shaped(4, 4).or_else(|| self.shaped(3, 4)) else {
-            return Err("must have 4×4 or 3×4 numbers".into());
-        };
-        if m.len() == 16 && m[12..] != [0.0, 0.0, 0.0, 1.0] {
-            return Err("must have the last row 0, 0, 0, 1; is it transposed?".into());
-        }
-        let column = |j: usize| DVec3::new(m[j], m[4 + j], m[8 + j]);
-        RigidTransform::new(DMat3::from_cols(column(0), column(1), column(2)), column(3))
+    /// A 4×4 or 3×4 matrix of a rotation, perhaps with a uniform scale, and a translation.
+    pub fn to_similarity(&self) -> Result<SimilarityTransform, String> {
+        let m = self.shaped(4, 4).or_else(|| self.shaped(3, 4));
+        SimilarityTransform::from_rows(m.ok_or("must have 4×4 or 3×4 numbers")?)
     }
 
     /// A 3×3 rotation.
@@ -162,9 +147,9 @@ mod tests {
         for text in ["[[500, 0, 320.5], [0, 4e2, 240], [0, 0, 1]]", "[500, 0, 320.5, 0, 400, 240, 0, 0, 1]"] {
             assert_eq!(matrix(text).unwrap().to_intrinsics(), Ok(k));
         }
-        let pose = matrix("[[1,0,0,5],[0,1,0,6],[0,0,1,7]]").unwrap().to_rigid().unwrap();
-        assert_eq!((pose.translation, pose.rotation), (DVec3::new(5.0, 6.0, 7.0), DMat3::IDENTITY));
-        assert_eq!(matrix("[1,0,0,5,0,1,0,6,0,0,1,7,0,0,0,1]").unwrap().to_rigid().unwrap(), pose);
+        let pose = matrix("[[1,0,0,5],[0,1,0,6],[0,0,1,7]]").unwrap().to_similarity();
+        assert_eq!(pose, SimilarityTransform::new(DMat3::IDENTITY, DVec3::new(5.0, 6.0, 7.0)));
+        assert_eq!(matrix("[1,0,0,5,0,1,0,6,0,0,1,7,0,0,0,1]").unwrap().to_similarity(), pose);
         assert_eq!(matrix("[[1],[2],[3]]").unwrap().to_vector(), Ok(DVec3::new(1.0, 2.0, 3.0)));
         let turn = matrix("[0,-1,0, 1,0,0, 0,0,1]").unwrap().to_rotation().unwrap();
         assert_eq!(turn * DVec3::X, DVec3::Y);
@@ -181,7 +166,7 @@ mod tests {
         assert!(shape("[1,2,3]").to_intrinsics().is_err() && shape("[]").to_vector().is_err());
         assert!(shape("[500,1,0,0,500,0,0,0,1]").to_intrinsics().unwrap_err().contains("skew 1"));
         assert!(shape("[500,0,0,0,500,0,0,0,2]").to_intrinsics().is_err());
-        let transposed = shape("[1,0,0,0, 0,1,0,0, 0,0,1,0, 5,6,7,1]").to_rigid().unwrap_err();
+        let transposed = shape("[1,0,0,0, 0,1,0,0, 0,0,1,0, 5,6,7,1]").to_similarity().unwrap_err();
         assert!(transposed.contains("transposed"), "{transposed}");
     }
 }

@@ -13,6 +13,7 @@ mod colmap;
 mod format;
 mod json;
 mod json_lines;
+mod json_numbers;
 mod lens;
 mod lens_keys;
 mod lines;
@@ -20,7 +21,6 @@ mod listed_camera;
 mod matrix;
 mod names;
 mod picture_size;
-mod pose;
 mod recorded_view;
 mod records;
 mod transforms;
@@ -44,6 +44,7 @@ pub struct CameraFile {
     cameras: Cameras,
     recorded: Option<RecordedView>,
     up: UpAxis,
+    without_pose: usize,
     has_several_files: bool,
 }
 
@@ -67,20 +68,24 @@ impl CameraFile {
         let limit = limits.file_bytes;
         let format = CameraFormat::detect(path, limit)?;
         let mut recorded = None;
-        let cameras = match &format {
+        let of_records = |records: RecordFile| (records.without_pose(), Cameras::Records(records));
+        let (without_pose, cameras) = match &format {
             CameraFormat::Transforms(file) => {
-                let (list, view) = transforms::load(file, limit)?;
-                recorded = view;
-                Cameras::List(list)
+                let document = transforms::load(file, limit)?;
+                recorded = document.recorded;
+                (document.without_pose, Cameras::List(document.cameras))
             }
-            CameraFormat::Bop(file) => Cameras::List(bop::load(file, limit)?),
-            CameraFormat::JsonLines(file) => Cameras::Records(json_lines::open(file, limit)?),
-            CameraFormat::Colmap(model) => Cameras::Records(colmap::open(model, limit)?),
+            CameraFormat::Bop(file) => {
+                let (list, without_pose) = bop::load(file, limit)?;
+                (without_pose, Cameras::List(list))
+            }
+            CameraFormat::JsonLines(file) => of_records(json_lines::open(file, limit)?),
+            CameraFormat::Colmap(model) => of_records(colmap::open(model, limit)?),
         };
         let up = recorded.map_or(UpAxis::Y, |view| view.up);
         let has_several_files = matches!(format, CameraFormat::Colmap(_));
         let path = format.file().to_path_buf();
-        let opened = CameraFile { path, cameras, recorded, up, has_several_files };
+        let opened = CameraFile { path, cameras, recorded, up, without_pose, has_several_files };
         if opened.is_empty() {
             return Err(LoadError::parse(opened.path.display(), "the list has no cameras"));
         }
@@ -116,6 +121,11 @@ impl CameraFile {
     /// metres. Cameras are in metres.
     pub fn normalization(&self) -> Option<Normalization> {
         self.recorded.and_then(|view| view.normalization)
+    }
+
+    /// The number of pictures that are left out, as the list has no pose for them.
+    pub fn without_pose(&self) -> usize {
+        self.without_pose
     }
 
     /// The number of cameras.

@@ -19,8 +19,8 @@ pub(super) trait RecordFormat: Debug + Send + Sync {
     /// Reads the bytes of a record from its beginning.
     fn read(&self, reader: &mut dyn BufRead) -> io::Result<Vec<u8>>;
 
-    /// Parses a record.
-    fn parse(&self, bytes: &[u8]) -> Result<ListedCamera, String>;
+    /// Parses a record; `None` if it has no pose.
+    fn parse(&self, bytes: &[u8]) -> Result<Option<ListedCamera>, String>;
 }
 
 /// A camera in the file.
@@ -40,13 +40,16 @@ pub(super) struct RecordFile {
     path: PathBuf,
     format: Box<dyn RecordFormat>,
     records: Vec<Record>,
+    /// Number of records without a pose.
+    without_pose: usize,
     /// Opened once, so that a file that replaces this one has no effect.
     file: Mutex<File>,
 }
 
 impl RecordFile {
     pub fn new(path: &Path, format: Box<dyn RecordFormat>, file: File) -> RecordFile {
-        RecordFile { path: path.to_path_buf(), format, records: Vec::new(), file: Mutex::new(file) }
+        let path = path.to_path_buf();
+        RecordFile { path, format, records: Vec::new(), without_pose: 0, file: Mutex::new(file) }
     }
 
     /// Adds the camera of a record at `offset` with these bytes. `place` stands in errors.
@@ -54,6 +57,10 @@ impl RecordFile {
         let path = self.path.display();
         let camera =
             self.format.parse(bytes).map_err(|text| LoadError::parse(format!("{path}, {place}"), text))?;
+        let Some(camera) = camera else {
+            self.without_pose += 1;
+            return Ok(());
+        };
         LoadError::check_limit("number of cameras", self.records.len() as u64 + 1, MAX_CAMERAS as u64)?;
         self.records.push(Record { offset, hash: hash(bytes), time: camera.time.unwrap_or(f64::NAN) });
         Ok(())
@@ -61,6 +68,10 @@ impl RecordFile {
 
     pub fn len(&self) -> usize {
         self.records.len()
+    }
+
+    pub fn without_pose(&self) -> usize {
+        self.without_pose
     }
 
     pub fn time(&self, index: usize) -> Option<f64> {
@@ -76,7 +87,7 @@ impl RecordFile {
             return Err(LoadError::io(&self.path, cause));
         }
         let camera = self.format.parse(&bytes);
-        camera.map(Some).map_err(|text| LoadError::parse(self.path.display(), text))
+        camera.map_err(|text| LoadError::parse(self.path.display(), text))
     }
 
     /// The bytes of the record at `offset`.

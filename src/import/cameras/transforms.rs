@@ -13,10 +13,9 @@ use super::lens_keys::LensKeys;
 use super::listed_camera::{ListedCamera, MAX_CAMERAS};
 use super::matrix::Matrix;
 use super::names::picture_name;
-use super::pose::{CameraAxes, FARTHEST, RigidTransform};
 use super::recorded_view::{RecordedKeys, RecordedView};
 use crate::error::LoadError;
-use blinn_scene::LightRotation;
+use blinn_scene::{CameraAxes, FARTHEST, LightRotation, SimilarityTransform};
 
 /// The document. Other keys are ignored.
 #[derive(Default)]
@@ -32,7 +31,8 @@ struct Document {
 /// A frame, whose lens may be completed by the root, which may follow it.
 struct Frame {
     name: Option<String>,
-    to_world: RigidTransform,
+    /// `None` for a picture whose pose is not known.
+    to_world: Option<SimilarityTransform>,
     /// Seconds.
     time: Option<f64>,
     /// `None` without keys of its own.
@@ -48,20 +48,35 @@ struct OwnKeys {
     view_point: Option<DVec3>,
 }
 
-/// Loads the cameras in the order of the frames, and their recorded lens if no frame has another one.
-pub(super) fn load(path: &Path, limit: u64) -> Result<(Vec<ListedCamera>, Option<RecordedView>), LoadError> {
+/// The cameras of a document.
+pub(super) struct Transforms {
+    /// In the order of the frames.
+    pub cameras: Vec<ListedCamera>,
+    /// The recorded lens.
+    pub recorded: Option<RecordedView>,
+    /// Number of frames without a pose.
+    pub without_pose: usize,
+}
+
+/// Loads the cameras. Frames without a pose are left out, unless none has one.
+pub(super) fn load(path: &Path, limit: u64) -> Result<Transforms, LoadError> {
     let Document { lens: root, integer_depth_scale, recorded, frames } = json::read_document(path, limit)?;
     if let Some(scale) = integer_depth_scale.filter(|scale| !(*scale > 0.0 && scale.is_finite())) {
         let message = format!("must be greater than zero, not {scale}");
         return Err(json::invalid(path, "integer_depth_scale", message));
     }
+    let count = frames.len();
+    if count > 0 && frames.iter().all(|frame| frame.to_world.is_none()) {
+        return Err(json::invalid(path, "frames[0]", "has no transform_matrix"));
+    }
     let complete = |(i, frame): (usize, Frame)| {
+        let Some(to_world) = frame.to_world else { return Ok(None) };
         let (lens, size) = frame
             .lens
             .unwrap_or_default()
             .resolve(&root)
             .map_err(|message| json::invalid(path, &format!("frames[{i}]"), message))?;
-        let (view_point, basis) = frame.to_world.camera_pose(CameraAxes::OpenGl);
+        let (view_point, basis) = to_world.camera_pose(CameraAxes::OpenGl);
         let (view_point, light) = match &recorded {
             Some(view) => (view.position_in_metres(view_point, frame.own.view_point), frame.own.light),
             None => (view_point, LightRotation::default()),
@@ -72,7 +87,7 @@ pub(super) fn load(path: &Path, limit: u64) -> Result<(Vec<ListedCamera>, Option
             let message = "is too far from the origin for single precision, without the normalization";
             return Err(json::invalid(path, &format!("frames[{i}]"), message));
         }
-        Ok(ListedCamera {
+        Ok(Some(ListedCamera {
             name: frame.name,
             view_point,
             basis,
@@ -81,15 +96,17 @@ pub(super) fn load(path: &Path, limit: u64) -> Result<(Vec<ListedCamera>, Option
             time: frame.time.or(recorded.map(|view| view.time)),
             depth_step: integer_depth_scale,
             light,
-        })
+        }))
     };
+    let completed = frames.into_iter().enumerate().map(complete);
     let cameras =
-        frames.into_iter().enumerate().map(complete).collect::<Result<Vec<ListedCamera>, LoadError>>()?;
+        completed.filter_map(Result::transpose).collect::<Result<Vec<ListedCamera>, LoadError>>()?;
     let is_same = |view: &RecordedView| {
         cameras.iter().all(|camera| view.matches(&camera.camera(view.size), camera.size))
     };
     let recorded = recorded.map(|view| RecordedView { is_exact: is_same(&view), ..view });
-    Ok((cameras, recorded))
+    let without_pose = count - cameras.len();
+    Ok(Transforms { cameras, recorded, without_pose })
 }
 
 impl<'de> Deserialize<'de> for Document {
@@ -170,9 +187,10 @@ impl<'de> Deserialize<'de> for Frame {
                         "file_path" => name = map.next_value::<Option<String>>()?,
                         "time" => time = map.next_value::<Option<f64>>()?,
                         "transform_matrix" => {
-                            let matrix = map.next_value::<Matrix>()?.to_rigid();
+                            let matrix = map.next_value::<Option<Matrix>>()?;
                             let named = |defect| A::Error::custom(format!("transform_matrix {defect}"));
-                            to_world = Some(matrix.map_err(named)?);
+                            let pose = matrix.map(|matrix| matrix.to_similarity());
+                            to_world = pose.transpose().map_err(named)?;
                         }
                         "light_rotation" => own.light.sources = number(map.next_value()?),
                         "environment_rotation" => own.light.environment = number(map.next_value()?),
@@ -183,7 +201,7 @@ impl<'de> Deserialize<'de> for Frame {
                 }
                 Ok(Frame {
                     name: name.as_deref().and_then(picture_name),
-                    to_world: to_world.ok_or_else(|| A::Error::custom("has no transform_matrix"))?,
+                    to_world,
                     time,
                     lens: (!lens.is_empty()).then(|| Box::new(lens)),
                     own,

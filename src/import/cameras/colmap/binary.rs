@@ -89,8 +89,8 @@ impl RecordFormat for ImageRecord {
         read_image(reader)
     }
 
-    fn parse(&self, bytes: &[u8]) -> Result<ListedCamera, String> {
-        parse_image(bytes, &self.0)
+    fn parse(&self, bytes: &[u8]) -> Result<Option<ListedCamera>, String> {
+        parse_image(bytes, &self.0).map(Some)
     }
 }
 

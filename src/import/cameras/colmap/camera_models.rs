@@ -2,6 +2,7 @@
 
 use crate::cameras::lens::Lens;
 use crate::cameras::picture_size::picture_size;
+use blinn_scene::NEGLIGIBLE;
 
 /// A lens with the size of its pictures, or the reason why it is not supported.
 pub(super) type CameraLens = Result<(Lens, (u32, u32)), String>;
@@ -80,7 +81,7 @@ pub(super) fn camera_lens(id: u32, name: &str, width: f64, height: f64, paramete
         return Err(located(format!("the model {name} has {expected} parameters, not {count}")));
     }
     let (fx, rest) = (parameters[0], &parameters[model.focal_lengths..]);
-    if rest[2..].iter().any(|coefficient| *coefficient != 0.0) {
+    if rest[2..].iter().any(|coefficient| !(coefficient.abs() <= NEGLIGIBLE)) {
         return Err(located(format!("the model {name} has distortion, which is not supported; {UNDISTORT}")));
     }
     let fy = if model.focal_lengths == 2 { parameters[1] } else { fx };

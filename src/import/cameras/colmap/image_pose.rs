@@ -7,8 +7,7 @@ use glam::DVec3;
 use super::camera_models::CameraLens;
 use crate::cameras::listed_camera::ListedCamera;
 use crate::cameras::names::picture_name;
-use crate::cameras::pose::{CameraAxes, RigidTransform};
-use blinn_scene::LightRotation;
+use blinn_scene::{CameraAxes, LightRotation, SimilarityTransform};
 
 /// Lenses by the ids of cameras.
 pub(super) type LensesById = HashMap<u32, CameraLens>;
@@ -27,7 +26,7 @@ impl ImagePose<'_> {
         let id = self.camera_id;
         let lens = lenses.get(&id).ok_or_else(|| format!("camera {id} is not in the list of cameras"))?;
         let (lens, size) = lens.clone()?;
-        let to_camera = RigidTransform::from_quaternion(self.quaternion, self.translation)?;
+        let to_camera = SimilarityTransform::from_quaternion(self.quaternion, self.translation)?;
         let (view_point, basis) = to_camera.inverse().camera_pose(CameraAxes::OpenCv);
         Ok(ListedCamera {
             name: picture_name(self.name),

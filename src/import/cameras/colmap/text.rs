@@ -8,7 +8,7 @@ use glam::DVec3;
 
 use super::camera_models::{MAX_PARAMETERS, camera_lens};
 use super::image_pose::{ImagePose, LensesById};
-use crate::cameras::lines::{Lines, read_record_line};
+use crate::cameras::lines::{Line, Lines, read_record_line};
 use crate::cameras::listed_camera::{ListedCamera, MAX_CAMERAS};
 use crate::cameras::records::{RecordFile, RecordFormat};
 use crate::error::LoadError;
@@ -43,27 +43,45 @@ pub(super) fn load_lenses(path: &Path, limit: u64) -> Result<LensesById, LoadErr
     Ok(lenses)
 }
 
-/// Opens the images: a line with the pose, and a line with points, for each.
+/// Opens the images: a line with the pose for each, and a line with points, which some programs leave out.
 pub(super) fn open_images(path: &Path, lenses: LensesById, limit: u64) -> Result<RecordFile, LoadError> {
     let file = open_scene_file(path, limit)?.into_inner();
     let io_error = |e| LoadError::io(path, e);
     let reader = file.try_clone().map_err(io_error)?;
     let mut records = RecordFile::new(path, Box::new(ImageLine(lenses)), file);
     let mut lines = Lines::new(BufReader::new(reader));
-    while let Some(line) = lines.next_line().map_err(io_error)? {
-        if is_comment(&line.text) {
+    let mut follows_image = false;
+    while let Some(line) = lines.next_line_or_start().map_err(io_error)? {
+        let is_points = follows_image && is_points(&line);
+        follows_image = false;
+        if is_points || is_comment(&line.text) {
             continue;
         }
-        records.add(line.offset, line.text.as_bytes(), &format!("line {}", line.number))?;
-        let words = lines.skip_line().map_err(io_error)?.unwrap_or(0);
-        if words % 3 != 0 {
-            return Err(LoadError::parse(
-                format!("{}, line {}", path.display(), line.number + 1),
-                "expected the points of the image before, X Y POINT3D_ID each; leave the line empty if it has none",
-            ));
+        let place = format!("line {}", line.number);
+        if !line.is_whole {
+            let text = "expected an image, IMAGE_ID QW QX QY QZ TX TY TZ CAMERA_ID NAME";
+            return Err(LoadError::parse(format!("{}, {place}", path.display()), text));
         }
+        records.add(line.offset, line.text.as_bytes(), &place)?;
+        follows_image = true;
     }
     Ok(records)
+}
+
+/// Returns true for a line of points, X Y POINT3D_ID each, perhaps of none. Names of images are no numbers, and numbers
+/// of images no whole triples.
+fn is_points(line: &Line) -> bool {
+    let mut words: Vec<&str> = line.text.split_ascii_whitespace().collect();
+    if !line.is_whole {
+        // The last word may be cut, and the last triple incomplete.
+        words.pop();
+        words.truncate(words.len() / 3 * 3);
+    }
+    words.len() % 3 == 0
+        && words.chunks_exact(3).all(|point| {
+            let is_number = |word: &str| word.parse::<f64>().is_ok();
+            is_number(point[0]) && is_number(point[1]) && point[2].parse::<i64>().is_ok()
+        })
 }
 
 /// The line of an image with its pose.
@@ -75,8 +93,8 @@ impl RecordFormat for ImageLine {
         read_record_line(reader)
     }
 
-    fn parse(&self, bytes: &[u8]) -> Result<ListedCamera, String> {
-        parse_line(&String::from_utf8_lossy(bytes), &self.0)
+    fn parse(&self, bytes: &[u8]) -> Result<Option<ListedCamera>, String> {
+        parse_line(&String::from_utf8_lossy(bytes), &self.0).map(Some)
     }
 }
 
