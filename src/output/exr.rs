@@ -16,6 +16,7 @@ use exr::prelude::{
 };
 use rayon::prelude::*;
 
+use super::checksum::{seal, with_room};
 use super::cryptomatte::{Cryptomatte, PixelFn};
 use super::exr_header::sort_attributes;
 use super::picture::{FINGERPRINT_KEY, Picture};
@@ -60,6 +61,9 @@ pub(super) fn encode(picture: &Picture, half: bool) -> io::Result<Vec<u8>> {
     let image = Image::new(ImageAttributes::new(display_window), layer);
     let mut bytes = write_image(&image).map_err(io::Error::other)?;
     sort_attributes(&mut bytes);
+    if let Some(fingerprint) = &picture.fingerprint {
+        seal(&mut bytes, &with_room(fingerprint));
+    }
     Ok(bytes)
 }
 
@@ -95,7 +99,7 @@ fn text_attributes(
     mattes: &[Cryptomatte],
 ) -> std::collections::HashMap<ExrText, AttributeValue> {
     let text = |value: &str| ExrText::from_bytes_unchecked(value.bytes().collect());
-    let fingerprint = picture.fingerprint.iter().map(|f| (FINGERPRINT_KEY.to_string(), f.clone()));
+    let fingerprint = picture.fingerprint.iter().map(|f| (FINGERPRINT_KEY.to_string(), with_room(f)));
     let all = mattes.iter().flat_map(Cryptomatte::metadata).chain(fingerprint);
     all.map(|(key, value)| (text(&key), AttributeValue::Text(text(&value)))).collect()
 }

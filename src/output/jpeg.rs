@@ -5,6 +5,7 @@ use std::io;
 use image::codecs::jpeg::JpegEncoder;
 use image::{ExtendedColorType, ImageEncoder};
 
+use super::checksum::{seal, with_room};
 use super::display_colors::DisplayColors;
 use super::picture::FINGERPRINT_KEY;
 
@@ -28,7 +29,9 @@ pub(super) fn encode(
     let encoder = JpegEncoder::new_with_quality(&mut out, quality.clamp(1, 100));
     encoder.write_image(colors.bytes(), width, height, ExtendedColorType::Rgb8).map_err(io::Error::other)?;
     if let Some(fingerprint) = fingerprint {
-        insert_comment(&mut out, &format!("{FINGERPRINT_KEY} {fingerprint}"));
+        let text = with_room(fingerprint);
+        insert_comment(&mut out, &format!("{FINGERPRINT_KEY} {text}"));
+        seal(&mut out, &text);
     }
     Ok(out)
 }

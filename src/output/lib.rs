@@ -8,6 +8,7 @@
 mod animation;
 mod atomic;
 mod canvas;
+mod checksum;
 pub mod compare;
 mod cryptomatte;
 pub mod datasets;

@@ -4,6 +4,7 @@ use std::io;
 
 use image_webp::{ColorType, WebPEncoder};
 
+use super::checksum::{seal, with_room};
 use super::display_colors::DisplayColors;
 use super::riff;
 
@@ -18,11 +19,15 @@ pub(super) fn encode(
 ) -> io::Result<Vec<u8>> {
     let mut out = Vec::new();
     let mut encoder = WebPEncoder::new(&mut out);
-    if let Some(fingerprint) = fingerprint {
-        encoder.set_xmp_metadata(xmp(fingerprint));
+    let text = fingerprint.map(with_room);
+    if let Some(text) = &text {
+        encoder.set_xmp_metadata(xmp(text));
     }
     let color = if colors.is_opaque() { ColorType::Rgb8 } else { ColorType::Rgba8 };
     encoder.encode(colors.bytes(), width, height, color).map_err(io::Error::other)?;
+    if let Some(text) = &text {
+        seal(&mut out, text);
+    }
     Ok(out)
 }
 

@@ -151,6 +151,28 @@ fn strict_does_not_keep_images_made_with_a_warning() {
     }
 }
 
+/// Blocks that a disk never wrote are zeros, in a file of the right length.
+#[test]
+fn damaged_images_are_rendered_again() {
+    let (_dir, at) = folder();
+    let scene = model("tests/cube.obj");
+    for extension in ["png", "jpg", "webp", "exr"] {
+        let line =
+            format!("turntable {scene} --count 3 --size 48x48 -s 1 --resume -o {extension}/#.{extension}");
+        runs(&at, &line);
+        let file = at.join(format!("{extension}/2.{extension}"));
+        let good = fs::read(&file).unwrap();
+        for at_byte in [good.len() / 2, good.len() * 2 / 3] {
+            let mut hole = good.clone();
+            hole[at_byte..at_byte + 24].fill(0);
+            fs::write(&file, &hole).unwrap();
+            assert!(hole == good || runs(&at, &line).contains("kept 2 of"), "{extension} at {at_byte}");
+            assert!(fs::read(&file).unwrap() == good, "{extension} at {at_byte}");
+        }
+        assert!(runs(&at, &line).contains("kept 3 of"), "{extension}");
+    }
+}
+
 /// A job that is killed several times ends with the same files as an undisturbed one.
 #[cfg(unix)]
 #[test]
