@@ -255,6 +255,43 @@ fn the_mp4_index_precedes_the_frames_and_points_to_them() {
     assert!(animation.push(&frame(0, [0; 4])).unwrap_err().to_string().contains("no transparency"));
 }
 
+/// The frames of an MP4, and its number of ticks a frame and a second.
+fn mp4_frames(bytes: &[u8]) -> (u32, [u32; 2]) {
+    let mdia = mp4_box(bytes, &[b"moov", b"trak", b"mdia"]);
+    let stbl = mp4_box(mdia, &[b"minf", b"stbl"]);
+    let header = mp4_box(mdia, &[b"mdhd"]);
+    let timescale = read_u32(header, if header[0] == 1 { 20 } else { 12 });
+    (read_u32(mp4_box(stbl, &[b"stsz"]), 8), [read_u32(mp4_box(stbl, &[b"stts"]), 12), timescale])
+}
+
+#[test]
+fn mp4_has_all_frames_at_any_rate() {
+    let frames: Vec<_> = (0..8).map(|i| frame(i, [10, 20, 30, 255])).collect();
+    for (fps, timescale) in
+        [(0.25, 250), (1.0, 1000), (1.001, 1001), (2.0, 2000), (5.5, 5500), (240.0, 240_000)]
+    {
+        let bytes = encode(AnimationFormat::Mp4, &AnimationSettings { fps, ..SETTINGS }, &frames);
+        assert_eq!(mp4_frames(&bytes), (8, [1000, timescale]), "{fps}");
+    }
+}
+
+/// Noise exceeds the encoder's buffer at high quality.
+#[test]
+fn mp4_of_noise_has_a_lower_quality() {
+    let settings = AnimationSettings { width: 320, height: 240, quality: 100, ..SETTINGS };
+    let mut state = 1u32;
+    let mut noise = || {
+        state = state.wrapping_mul(1_664_525).wrapping_add(1_013_904_223);
+        (state >> 24) as u8
+    };
+    let mut frames: Vec<Vec<[u8; 4]>> =
+        (0..3).map(|_| (0..320 * 240).map(|_| [noise(), noise(), noise(), 255]).collect()).collect();
+    frames.insert(0, vec![[90, 120, 30, 255]; 320 * 240]);
+    let bytes = encode(AnimationFormat::Mp4, &settings, &frames);
+    assert_eq!(mp4_frames(&bytes).0, 4);
+    assert!(bytes == encode(AnimationFormat::Mp4, &settings, &frames));
+}
+
 #[test]
 fn an_html_page_embeds_all_frames_and_escapes_its_title() {
     let folder = tempfile::tempdir().unwrap();

@@ -26,6 +26,11 @@ const MIN_SIDE: u32 = 16;
 const FRAME_TICKS: u32 = 1000;
 /// Bits per second. Level 5.2 allows it, and no animation reaches it: the quality is constant.
 const MAX_BIT_RATE: u32 = 280_000_000;
+/// The lowest rate that the encoder is told: at 1 a second it skips frames. Their times in the file are exact.
+const MIN_ENCODER_RATE: f64 = 6.0;
+/// The lowest quality, and how much it is lowered for a frame that exceeds the encoder's buffer.
+const MAX_QP: u8 = 51;
+const QP_STEP: u8 = 6;
 /// Seconds between key frames.
 const KEY_FRAME_INTERVAL: f64 = 2.0;
 
@@ -41,6 +46,8 @@ mod nal {
 pub(super) struct Mp4 {
     settings: AnimationSettings,
     encoder: H264Encoder,
+    /// Quantiser of the encoder.
+    qp: u8,
     track: Track,
 }
 
@@ -71,10 +78,20 @@ pub(super) fn check_size((width, height): (u32, u32)) -> Result<(), String> {
     ))
 }
 
+/// The quantiser of a quality from 1 to 100.
+fn quantiser(quality: u8) -> u8 {
+    (f32::from(MAX_QP) - 0.35 * f32::from(quality.clamp(1, 100))).round() as u8
+}
+
+/// The encoder of a quantiser.
+fn h264_encoder(settings: &AnimationSettings, qp: u8) -> io::Result<H264Encoder> {
+    H264Encoder::with_api_config(OpenH264API::from_source(), encoder_config(settings, qp))
+        .map_err(io::Error::other)
+}
+
 /// Constant quality on one thread: the same bytes on every machine.
-fn encoder_config(settings: &AnimationSettings) -> EncoderConfig {
-    let AnimationSettings { fps, quality, .. } = *settings;
-    let qp = (51.0 - 0.35 * f32::from(quality.clamp(1, 100))).round() as u8;
+fn encoder_config(settings: &AnimationSettings, qp: u8) -> EncoderConfig {
+    let fps = settings.fps;
     let key_frame_period = (fps * KEY_FRAME_INTERVAL).ceil().clamp(1.0, 1e4) as u32;
     EncoderConfig::new()
         .profile(Profile::High)
@@ -83,7 +100,7 @@ fn encoder_config(settings: &AnimationSettings) -> EncoderConfig {
         .qp(QpRange::new(qp, qp))
         // Never happens at this bit rate, but without it the encoder prints a warning.
         .skip_frames(true)
-        .max_frame_rate(FrameRate::from_hz(fps as f32))
+        .max_frame_rate(FrameRate::from_hz(fps.max(MIN_ENCODER_RATE) as f32))
         .intra_frame_period(IntraFramePeriod::from_num_frames(key_frame_period))
         .scene_change_detect(false)
         .background_detection(false)
@@ -94,12 +111,12 @@ fn encoder_config(settings: &AnimationSettings) -> EncoderConfig {
 
 impl Mp4 {
     pub fn new(settings: &AnimationSettings) -> io::Result<Mp4> {
-        let config = encoder_config(settings);
+        let qp = quantiser(settings.quality);
         let even = |side: u32| side.next_multiple_of(2) as u16;
         Ok(Mp4 {
             settings: *settings,
-            encoder: H264Encoder::with_api_config(OpenH264API::from_source(), config)
-                .map_err(io::Error::other)?,
+            encoder: h264_encoder(settings, qp)?,
+            qp,
             track: Track {
                 width: even(settings.width),
                 height: even(settings.height),
@@ -110,16 +127,26 @@ impl Mp4 {
         })
     }
 
-    /// Encodes a frame to an H.264 byte stream.
+    /// Encodes a frame to an H.264 byte stream. A frame with more detail than the encoder's buffer holds, such as noise,
+    /// and those after it have a lower quality.
     fn encode(&mut self, pixels: &[[u8; 4]]) -> io::Result<Vec<u8>> {
         let AnimationSettings { width, height, fps, .. } = self.settings;
         let yuv = Yuv420::from_rgba(pixels, width as usize, height as usize);
         let strides = (yuv.width, yuv.width / 2, yuv.width / 2);
         let source = YUVSlices::new((&yuv.y, &yuv.u, &yuv.v), (yuv.width, yuv.height), strides);
-        let start = self.track.frame_sizes.len() as f64 * 1000.0 / fps;
+        let start = self.track.frame_sizes.len() as f64 * 1000.0 / fps.max(MIN_ENCODER_RATE);
         let timestamp = Timestamp::from_millis(start.min(1e15) as u64);
-        let stream = self.encoder.encode_at(&source, timestamp).map_err(io::Error::other)?;
-        Ok(stream.to_vec())
+        loop {
+            let error = match self.encoder.encode_at(&source, timestamp) {
+                Ok(stream) => return Ok(stream.to_vec()),
+                Err(error) => error,
+            };
+            if self.qp == MAX_QP {
+                return Err(io::Error::other(error));
+            }
+            self.qp = (self.qp + QP_STEP).min(MAX_QP);
+            self.encoder = h264_encoder(&self.settings, self.qp)?;
+        }
     }
 
     /// Converts a frame from start codes to the length prefixes of MP4, and keeps its parameter sets.
