@@ -20,6 +20,7 @@ mod fingerprint;
 mod format;
 mod id_image;
 mod jpeg;
+mod layer_folder;
 mod picture;
 mod png;
 mod png_chunks;
@@ -39,10 +40,13 @@ pub use canvas::{Anchor, Canvas, TextStyle};
 pub use escape::escape_html;
 pub use fingerprint::read_fingerprint;
 pub use format::{BitDepth, ImageFormat, JPEG_QUALITY};
+pub use layer_folder::LayerFolder;
 pub use picture::{CropWindow, IdNames, Picture};
 pub use png::{encode_mask, encode_png};
 pub use preview::{heat_color, heat_map_max, preview_layer, preview_matte, quantize_depth};
-pub use save::{EncodedFile, SaveError, check_overwrite, check_writable, encode_files, save};
+pub use save::{
+    EncodedFile, SaveError, check_overwrite, check_writable, encode_files, save, save_with_layers,
+};
 pub use shard::{ShardMember, ShardWriter, read_shard};
 pub use thumbnail::encode_thumbnail;
 pub use write_target::canonical_path;

@@ -8,6 +8,7 @@ use glam::Vec4;
 use super::atomic::{self, Overwrite, write_atomically};
 use super::format::{BitDepth, ImageFormat};
 use super::id_image;
+use super::layer_folder::LayerFolder;
 use super::picture::Picture;
 use super::png;
 use super::preview::{preview_layer, preview_matte, quantize_depth};
@@ -26,10 +27,25 @@ pub fn save(
     depth: BitDepth,
     overwrite: Overwrite,
 ) -> Result<Vec<PathBuf>, SaveError> {
-    let previews = preview_paths(picture, path, format);
+    save_with_layers(picture, path, LayerFolder::Beside, format, depth, overwrite)
+}
+
+/// [`save`] with the previews of layers in a folder, which exists.
+///
+/// # Errors
+/// As [`save`].
+pub fn save_with_layers(
+    picture: &Picture,
+    path: &Path,
+    layers: LayerFolder,
+    format: ImageFormat,
+    depth: BitDepth,
+    overwrite: Overwrite,
+) -> Result<Vec<PathBuf>, SaveError> {
+    let previews = preview_paths(picture, path, layers, format);
     check_overwrite(path, overwrite)?;
     previews.iter().try_for_each(|file| check_overwrite(file, overwrite))?;
-    encode_files(picture, path, format, depth)
+    encode_in(picture, path, layers, format, depth)
         .map(|file| {
             let EncodedFile { path, bytes } = file?;
             write_atomically(&path, &bytes, overwrite).map_err(|e| SaveError::new(&path, e))?;
@@ -54,13 +70,23 @@ pub fn encode_files<'p>(
     format: ImageFormat,
     depth: BitDepth,
 ) -> impl Iterator<Item = Result<EncodedFile, SaveError>> + 'p {
+    encode_in(picture, path, LayerFolder::Beside, format, depth)
+}
+
+fn encode_in<'p>(
+    picture: &'p Picture,
+    path: &'p Path,
+    folder: LayerFolder,
+    format: ImageFormat,
+    depth: BitDepth,
+) -> impl Iterator<Item = Result<EncodedFile, SaveError>> + 'p {
     let image = std::iter::once_with(move || (path.to_path_buf(), format.encode(picture, depth)));
     let layers = picture.layers.iter().map(|layer| encode_layer(picture, layer));
     let mattes = picture.mattes.iter().map(|matte| {
         let colors = preview_matte(matte);
         png::encode_colors(picture.size(), &colors[..].into(), picture.fingerprint.as_deref())
     });
-    let previews = preview_paths(picture, path, format).into_iter().zip(layers.chain(mattes));
+    let previews = preview_paths(picture, path, folder, format).into_iter().zip(layers.chain(mattes));
     image.chain(previews).map(|(path, bytes)| match bytes {
         Ok(bytes) => Ok(EncodedFile { path, bytes }),
         Err(cause) => Err(SaveError { path, cause }),
@@ -68,13 +94,13 @@ pub fn encode_files<'p>(
 }
 
 /// The files of the layers, then of the mattes. None for formats that hold layers.
-fn preview_paths(picture: &Picture, path: &Path, format: ImageFormat) -> Vec<PathBuf> {
+fn preview_paths(picture: &Picture, path: &Path, folder: LayerFolder, format: ImageFormat) -> Vec<PathBuf> {
     if format.supports_layers() {
         return Vec::new();
     }
     let layers = picture.layers.iter().map(|layer| layer.aov.name().to_string());
     let mattes = picture.mattes.iter().map(|matte| format!("cryptomatte-{}", matte.kind.name()));
-    layers.chain(mattes).map(|name| path.with_extension(format!("{name}.png"))).collect()
+    layers.chain(mattes).map(|name| folder.file(path, &name)).collect()
 }
 
 fn encode_layer(picture: &Picture, layer: &AovLayer) -> io::Result<Vec<u8>> {

@@ -28,6 +28,9 @@ fn shares_and_resumed_runs_equal_the_whole() {
         "train/000001/depth/000004.png",
         "train/000001/mask/000001_000000.png",
         "train/000001/mask_visib/000001_000000.png",
+        "train/000001/layers/000002.depth.png",
+        "train/000001/layers/000002.mask.png",
+        "train/000001/layers/000002.normal.png",
         "train/000001/rgb/000002.png",
         "train/000001/rgb/annotations.json",
         "train/000001/rgb/sparse/0/points3D.txt",
@@ -35,6 +38,11 @@ fn shares_and_resumed_runs_equal_the_whole() {
     ] {
         assert!(whole.contains_key(file), "{file} is missing: {:?}", whole.keys());
     }
+    // BOP's tools take each picture in this folder as an image.
+    let is_image = |name: &&String| name.starts_with("train/000001/rgb/") && name.ends_with(".png");
+    assert_eq!(whole.keys().filter(is_image).count(), 4);
+    let transforms = String::from_utf8_lossy(&whole["train/000001/rgb/transforms.json"]).into_owned();
+    assert!(transforms.contains("\"../layers/000002.depth.png\""), "{transforms}");
     for share in ["--chunk 1/2 --no-overwrite", "--chunk 2/2 --no-overwrite"] {
         runs(&at, &format!("{line} -o {} {share}", images("parts")));
     }

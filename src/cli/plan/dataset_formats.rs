@@ -6,6 +6,7 @@ use super::outputs::{OutputKind, Outputs, Target};
 use crate::args::TurnArgs;
 use crate::args::values::{CategoryRule, DatasetFormat, DatasetFormats};
 use crate::usage::UsageError;
+use blinn_output::LayerFolder;
 use blinn_output::datasets::{CocoMasks, ColmapForm};
 use blinn_session::{DatasetPlan, ImageKind, PlannedFrame};
 
@@ -37,6 +38,11 @@ impl FormatsPlan {
 
     pub fn has(&self, format: DatasetFormat) -> bool {
         self.formats.0.contains(&format)
+    }
+
+    /// Where layers are: BOP's tools take every file in the folder of images as an image.
+    pub fn layer_folder(&self) -> LayerFolder {
+        if self.has(DatasetFormat::Bop) { LayerFolder::Layers } else { LayerFolder::Beside }
     }
 
     /// The form of COLMAP's model, if the dataset has one.

@@ -143,7 +143,9 @@ impl RenderPlan {
         let time = args.time.time.unwrap_or(0.0);
         let frames = turntable::frames(&args.turn, time, dataset.as_ref(), chunk.frames)?;
         let sequence = turntable::sequence_info(&args.turn, chunk.frames);
+        let formats = FormatsPlan::from_args(&args.turn)?;
         let outputs = Outputs::new(&args.output, &sequence, &frames, &options)?;
+        let outputs = outputs.with_layers_in(formats.layer_folder());
         chunk.check_shards(&outputs)?;
         if args.turn.fps.is_some() && !matches!(outputs.kind, OutputKind::Animation(_)) {
             return Err(outputs::animation_only("--fps"));
@@ -162,7 +164,7 @@ impl RenderPlan {
                 max_memory: args.process.max_memory,
             },
             outputs,
-            formats: FormatsPlan::from_args(&args.turn)?,
+            formats,
             check: None,
             strict: args.common.strict,
             dry_run: args.process.dry_run,

@@ -11,7 +11,7 @@ use super::shards::{self, ShardPlan};
 use crate::args::OutputArgs;
 use crate::console::is_stdout;
 use crate::usage::UsageError;
-use blinn_output::{BitDepth, ImageFormat, Overwrite, read_fingerprint};
+use blinn_output::{BitDepth, ImageFormat, LayerFolder, Overwrite, read_fingerprint};
 use blinn_render::display::Background;
 use blinn_render::integrator::Aov;
 use blinn_session::{
@@ -59,8 +59,10 @@ pub struct Outputs {
     pub resume: bool,
     /// Set if all images go into numbered archives.
     pub shards: Option<ShardPlan>,
-    /// Names of AOV previews beside each image.
+    /// Names of AOV previews of each image.
     previews: Vec<String>,
+    /// Where they are.
+    pub layer_folder: LayerFolder,
 }
 
 /// An image of an earlier run that is up to date.
@@ -121,6 +123,7 @@ impl Outputs {
             resume: args.resume,
             shards,
             previews: Vec::new(),
+            layer_folder: LayerFolder::Beside,
         };
         let OutputKind::Images(ImageKind { format, .. }) = outputs.kind else {
             return match options.depth_unit {
@@ -153,6 +156,11 @@ impl Outputs {
     /// Names files after the cameras of a list.
     pub fn with_cameras(self, cameras: Option<&Arc<CameraList>>) -> Outputs {
         Outputs { cameras: cameras.cloned(), ..self }
+    }
+
+    /// Writes the layers of images to a folder.
+    pub fn with_layers_in(self, layer_folder: LayerFolder) -> Outputs {
+        Outputs { layer_folder, ..self }
     }
 
     /// Where a frame of the `index`-th scene, counted from 1, is written.
@@ -190,7 +198,7 @@ impl Outputs {
     /// The files of an image: itself and its previews.
     pub fn files(&self, target: &Target) -> Vec<PathBuf> {
         let Target::File(path) = target else { return Vec::new() };
-        let previews = self.previews.iter().map(|aov| path.with_extension(format!("{aov}.png")));
+        let previews = self.previews.iter().map(|aov| self.layer_folder.file(path, aov));
         std::iter::once(path.clone()).chain(previews).collect()
     }
 

@@ -81,21 +81,23 @@ impl TransformsFile<'_> {
     fn describe_views(&self) -> Result<Vec<DatasetView>> {
         let TransformsFile { plan, path, index, .. } = *self;
         let name = |file: &Path| file.file_name().unwrap_or_default().to_string_lossy().into_owned();
+        let layers = plan.outputs.layer_folder;
         let mut views = Vec::new();
         for frame in self.views.frames() {
             let target = plan.outputs.target(path, index, &frame);
             let Target::File(image) = &target else { continue };
             let files = plan.outputs.files(&target);
             let preview = |aov: Aov| {
-                let expected = image.with_extension(format!("{}.png", aov.name()));
-                files.iter().find(|file| **file == expected).map(|file| name(file))
+                let expected = layers.file(image, aov.name());
+                files.iter().find(|file| **file == expected).map(|file| layers.relative(&name(file)))
             };
             let previews = AOV_KEYS.iter().filter_map(|&(aov, keys)| Some((keys, preview(aov)?)));
-            let layers = previews.flat_map(|(keys, file)| keys.iter().map(move |&key| (key, file.clone())));
+            let keys_and_files =
+                previews.flat_map(|(keys, file)| keys.iter().map(move |&key| (key, file.clone())));
             let ImageCamera { camera, light, .. } = self.views.view(&frame)?;
             views.push(DatasetView {
                 file: name(image),
-                layers: layers.collect(),
+                layers: keys_and_files.collect(),
                 camera,
                 light,
                 is_empty: false,

@@ -14,7 +14,7 @@ use crate::plan::BopFolders;
 use blinn_output::datasets::{
     BopObject, BopScene, DatasetView, Pinhole, PosedObject, RigidPose, WorldUp, posed_objects,
 };
-use blinn_output::encode_mask;
+use blinn_output::{LayerFolder, encode_mask};
 use blinn_render::integrator::{Aov, Frame};
 use blinn_render::{MaskRect, RenderSettings};
 
@@ -83,7 +83,7 @@ impl<'a> BopWriter<'a> {
     /// Writes the depth image under the name that BOP's tools read.
     fn write_depth(&self, number: i64, view: &DatasetView) -> Result<()> {
         let image = self.files.transforms.file().with_file_name(&view.file);
-        let depth = image.with_extension(format!("{}.png", Aov::Depth.name()));
+        let depth = LayerFolder::Layers.file(&image, Aov::Depth.name());
         let bytes = fs::read(&depth).with_context(|| format!("{} cannot be read", depth.display()))?;
         let name = format!("{number:06}.png");
         self.files.update_file(&self.folders.scene.join("depth").join(name), &bytes)

@@ -11,7 +11,7 @@ use crate::files::create_parent_folder;
 use crate::plan::{OutputKind, Target};
 use crate::run::dataset::note_view;
 use crate::run::report::{Report, THUMBNAIL_SIDE};
-use blinn_output::{encode_thumbnail, save};
+use blinn_output::{encode_thumbnail, save_with_layers};
 use blinn_session::{ImageKind, PlannedFrame, RenderedImage};
 
 /// Writes each image, with a fingerprint of what it was made from.
@@ -41,8 +41,17 @@ impl ImageSink for FileSink<'_> {
             Target::File(file) => {
                 let is_empty = image.empty.is_some();
                 image.picture.fingerprint = self.output.fingerprint(frame, image);
+                let outputs = &plan.outputs;
                 create_parent_folder(&file)?;
-                for written in save(&image.picture, &file, format, depth, plan.outputs.replace)? {
+                create_parent_folder(&outputs.layer_folder.file(&file, "layer"))?;
+                for written in save_with_layers(
+                    &image.picture,
+                    &file,
+                    outputs.layer_folder,
+                    format,
+                    depth,
+                    outputs.replace,
+                )? {
                     files.add_file(&written);
                     log.reporter.wrote_image(Some(path), &written, is_empty);
                 }
