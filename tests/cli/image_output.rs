@@ -1,8 +1,9 @@
 //! Written image files, read back by other decoders.
 
+use std::fs;
 use std::path::{Path, PathBuf};
 
-use crate::common::program::{blinn_args, model};
+use crate::common::program::{blinn_args, folder, model, refused, runs};
 
 /// Renders. Returns the path of the picture.
 #[track_caller]
@@ -66,6 +67,23 @@ fn jpeg_and_webp_match_png() {
 }
 
 /// Pictures larger than the format allows are rejected before the scene is read.
+/// Thumbnailers of desktops are given an empty file whose name ends in random letters.
+#[test]
+fn an_empty_file_of_any_name_becomes_a_png() {
+    let (_dir, at) = folder();
+    let scene = model("tests/cube.obj");
+    for name in [".gnome_desktop_thumbnail.X3KQ81", "thumbnail"] {
+        fs::write(at.join(name), "").unwrap();
+        runs(&at, &format!("render {scene} --max-size 32 -s 1 -q -o {name}"));
+        let picture =
+            image::load_from_memory_with_format(&fs::read(at.join(name)).unwrap(), image::ImageFormat::Png);
+        assert_eq!(picture.unwrap().width(), 32, "{name}");
+        // Now it has contents that a wrong name must not replace.
+        refused(&at, &format!("render {scene} -o {name}"), "unknown format");
+    }
+    refused(&at, &format!("render {scene} -o missing.X3KQ81"), "unknown format");
+}
+
 #[test]
 fn sizes_beyond_a_format_are_refused() {
     let dir = tempfile::tempdir().unwrap();

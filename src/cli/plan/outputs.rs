@@ -283,6 +283,8 @@ fn image_kind(name: &str, args: &OutputArgs, options: &Options) -> Result<Output
     let mut format = match ImageFormat::from_path(Path::new(name)) {
         _ if name == "-" => ImageFormat::Png,
         Some(format) => format,
+        // Thumbnailers are given an empty file whose name ends in random letters.
+        None if is_empty_file(Path::new(name)) => ImageFormat::Png,
         None => {
             return Err(UsageError(format!(
                 "-o {name}: unknown format; the name must end in {}, .gif, .apng, .mp4, .html or .tar, or in / for a folder",
@@ -310,6 +312,10 @@ fn image_kind(name: &str, args: &OutputArgs, options: &Options) -> Result<Output
     }
     let depth = bit_depth(args.depth.as_deref(), format)?;
     Ok(OutputKind::Images(ImageKind { format, depth }))
+}
+
+fn is_empty_file(path: &Path) -> bool {
+    path.metadata().is_ok_and(|metadata| metadata.is_file() && metadata.len() == 0)
 }
 
 fn bit_depth(bits: Option<&str>, format: ImageFormat) -> Result<BitDepth, UsageError> {
