@@ -1,12 +1,13 @@
 //! Cameras with any position, orientation and view rectangle.
 
-use glam::{DMat4, DVec2, DVec3, DVec4};
+use glam::{DVec2, DVec3};
 use numpy::{AllowTypeChange, PyArray1, PyArray2, PyArrayLike2, PyArrayMethods};
 use pyo3::prelude::*;
 
 use super::errors::value_error;
+use super::size::{optional_size, picture_size};
 use blinn_core::geometry::Basis;
-use blinn_scene::{Camera, ClipPlanes, Intrinsics, Projection, ViewRect};
+use blinn_scene::{Camera, CameraAxes, ClipPlanes, Intrinsics, Projection, SimilarityTransform, ViewRect};
 
 /// Anything that NumPy converts to a matrix of numbers.
 type Matrix<'py> = PyArrayLike2<'py, f64, AllowTypeChange>;
@@ -114,7 +115,7 @@ impl PyCamera {
         Ok(PyCamera { view_point: eye, basis, projection, rect, clip: clip(near, far)?, size: None })
     }
 
-    /// A camera from its 4×4 camera-to-world matrix, a rotation and a translation.
+    /// A camera from its 4×4 camera-to-world matrix, a rotation and a translation. A uniform scale has no effect.
     ///
     /// `convention` says which way the camera looks: "opengl" (glTF, Blender, NeRF) along −Z with +Y up; "opencv"
     /// (COLMAP, BOP) along +Z with +Y down.
@@ -142,27 +143,26 @@ impl PyCamera {
     #[allow(non_snake_case)]
     fn from_intrinsics(
         K: Matrix<'_>,
-        size: (u32, u32),
+        size: &Bound<'_, PyAny>,
         camera_to_world: Option<Matrix<'_>>,
         convention: &str,
         near: f64,
         far: f64,
     ) -> PyResult<PyCamera> {
+        let size = picture_size(size)?;
         let k = K.as_array();
         if k.shape() != [3, 3] {
             return Err(value_error(format!("K must be 3×3, not {:?}", k.shape())));
         }
-        let (fx, fy, cx, cy) = (k[[0, 0]], k[[1, 1]], k[[0, 2]], k[[1, 2]]);
-        if k[[0, 1]] != 0.0 {
-            return Err(value_error("K has skew, which is not supported; set K[0, 1] = 0"));
-        }
-        let intrinsics = Intrinsics { fx, fy, cx, cy };
+        let numbers = std::array::from_fn(|i| k[[i / 3, i % 3]]);
+        let intrinsics =
+            Intrinsics::from_matrix(numbers).map_err(|defect| value_error(format!("K {defect}")))?;
         if !intrinsics.is_valid() || size.0 == 0 || size.1 == 0 {
             return Err(value_error("focal lengths and size must be positive and finite"));
         }
         let (view_point, basis) = match &camera_to_world {
             Some(matrix) => pose(matrix, convention)?,
-            None => axes(&DMat4::IDENTITY, convention)?,
+            None => axes(&SimilarityTransform::IDENTITY, convention)?,
         };
         let rect = Extent::Bounds(intrinsics.view_rect(size));
         let projection = Projection::Perspective;
@@ -201,8 +201,9 @@ impl PyCamera {
     fn intrinsics<'py>(
         &self,
         py: Python<'py>,
-        size: Option<(u32, u32)>,
+        size: Option<&Bound<'py, PyAny>>,
     ) -> PyResult<Bound<'py, PyArray2<f64>>> {
+        let size = optional_size(size)?;
         if self.projection == Projection::Orthographic {
             return Err(value_error("an orthographic camera has no focal length"));
         }
@@ -299,29 +300,21 @@ fn pose(matrix: &Matrix<'_>, convention: &str) -> PyResult<(DVec3, Basis)> {
     if m.shape() != [4, 4] && m.shape() != [3, 4] {
         return Err(value_error(format!("camera_to_world must be 4×4, not {:?}", m.shape())));
     }
-    let column = |j: usize| DVec4::new(m[[0, j]], m[[1, j]], m[[2, j]], f64::from(u8::from(j == 3)));
-    axes(&DMat4::from_cols(column(0), column(1), column(2), column(3)), convention)
+    let rows: Vec<f64> = m.iter().copied().collect();
+    let to_world = SimilarityTransform::from_rows(&rows);
+    axes(&to_world.map_err(|defect| value_error(format!("camera_to_world {defect}")))?, convention)
 }
 
-/// Position and basis of a camera-to-world matrix.
-fn axes(m: &DMat4, convention: &str) -> PyResult<(DVec3, Basis)> {
-    let [x, y, z] = [m.x_axis, m.y_axis, m.z_axis].map(|axis| axis.truncate());
-    let is_rotation = m.is_finite()
-        && [x, y, z].iter().all(|axis| (axis.length() - 1.0).abs() < 1e-3)
-        && x.cross(y).dot(z) > 0.99;
-    if !is_rotation {
-        return Err(value_error(
-            "camera_to_world must be a rotation and a translation, without scale or mirroring",
-        ));
-    }
-    let (u, v, w) = match convention {
-        "opengl" => (x, y, z),
-        "opencv" => (x, -y, -z),
+/// Position and basis of a camera-to-world transform.
+fn axes(to_world: &SimilarityTransform, convention: &str) -> PyResult<(DVec3, Basis)> {
+    let axes = match convention {
+        "opengl" => CameraAxes::OpenGl,
+        "opencv" => CameraAxes::OpenCv,
         _ => {
             return Err(value_error(format!(
                 "convention must be \"opengl\" or \"opencv\", not {convention:?}"
             )));
         }
     };
-    Ok((m.w_axis.truncate(), Basis { u, v, w }))
+    Ok(to_world.camera_pose(axes))
 }

@@ -5,8 +5,10 @@ use std::path::PathBuf;
 use pyo3::prelude::*;
 
 use super::camera::PyCamera;
-use super::errors::{load_error, value_error};
+use super::errors::{CallDepth, load_error, value_error, warn};
+use super::size::optional_size;
 use blinn_import::{CameraFile, Limits, UpAxis};
+use blinn_session::Notice;
 
 /// Load the cameras of a list: transforms.json of NeRF tools, a COLMAP model, BOP's scene_camera.json, or JSON lines.
 ///
@@ -14,12 +16,23 @@ use blinn_import::{CameraFile, Limits, UpAxis};
 /// "z" turns (x, y, z) into (x, z, −y), as Blender's exporter does. By default it is "y", or what the list names.
 #[pyfunction]
 #[pyo3(signature = (path, *, size = None, up = None))]
-pub fn load_cameras(path: PathBuf, size: Option<(u32, u32)>, up: Option<&str>) -> PyResult<Vec<PyCamera>> {
+pub fn load_cameras(
+    py: Python<'_>,
+    path: PathBuf,
+    size: Option<&Bound<'_, PyAny>>,
+    up: Option<&str>,
+) -> PyResult<Vec<PyCamera>> {
+    let size = optional_size(size)?;
     if size.is_some_and(|(width, height)| width == 0 || height == 0) {
         return Err(value_error("the size must be positive"));
     }
     let name = path.display().to_string();
     let file = CameraFile::open(&path, &Limits::default()).map_err(|error| load_error(&name, error))?;
+    let without_pose = file.without_pose();
+    if without_pose > 0 {
+        let notice = Notice::CamerasWithoutPose { count: without_pose, file: file.path().to_path_buf() };
+        warn(py, &name, &[notice.to_string()], CallDepth::Direct)?;
+    }
     let up = match up {
         None => file.up(),
         Some("y") => UpAxis::Y,

@@ -27,6 +27,7 @@ mod ray_order;
 mod rays;
 mod render_job;
 mod scene;
+mod size;
 
 use pyo3::prelude::*;
 

@@ -87,7 +87,8 @@ impl LoadedScene {
         Ok(starts.entry(key).or_insert_with(|| Arc::new(ClipStart::new(cell))).clone())
     }
 
-    fn single_sided(&self) -> Arc<Scene> {
+    /// The scene with single-sided materials.
+    pub fn single_sided(&self) -> Arc<Scene> {
         let single_sided = || {
             let mut scene = Scene::clone(&self.scene);
             scene.materials.iter_mut().for_each(|material| material.double_sided = false);

@@ -27,6 +27,8 @@ pub struct RayHits {
     pub triangle: Vec<i32>,
     /// Barycentric coordinates of the triangle's corners; 0 for a miss.
     pub barycentrics: Vec<[f32; 3]>,
+    /// The points in the world, in front of their triangles by their error bound; NaN for a miss.
+    pub points: Vec<[f64; 3]>,
 }
 
 impl RayHits {
@@ -38,6 +40,7 @@ impl RayHits {
             instance: vec![-1; count],
             triangle: vec![-1; count],
             barycentrics: vec![[0.0; 3]; count],
+            points: vec![[f64::NAN; 3]; count],
         }
     }
 }
@@ -69,47 +72,100 @@ pub fn intersect(
         rays.coherence = shared_origin(&rays.origins);
         let mut hits = Vec::new();
         accel.intersect(&rays, &MaterialHitFilter(posed), &mut hits);
-        let coordinates = |(i, hit): (usize, &Hit)| {
-            let ray = Ray { o: rays.origins[i], d: rays.directions[i] };
-            match hit.is_miss() {
-                true => [0.0; 3],
-                false => barycentrics(posed.world_triangle(hit.id), ray).map(|b| b as f32),
+        let point = |(i, hit): (usize, &Hit)| match hit.is_miss() {
+            true => HitPoint::default(),
+            false => {
+                HitPoint::new(posed.world_triangle(hit.id), Ray { o: rays.origins[i], d: rays.directions[i] })
             }
         };
-        let coordinates: Vec<[f32; 3]> = hits.iter().enumerate().map(coordinates).collect();
-        (hits, coordinates)
+        let points: Vec<HitPoint> = hits.iter().enumerate().map(point).collect();
+        (hits, points)
     };
     let order = coherent_order(&origins, &directions, posed.centred_bounds());
-    let tasks: Vec<(Vec<Hit>, Vec<[f32; 3]>)> = order.par_chunks(TASK_RAYS).map(trace).collect();
+    let tasks: Vec<(Vec<Hit>, Vec<HitPoint>)> = order.par_chunks(TASK_RAYS).map(trace).collect();
     let mut out = RayHits::misses(origins.len());
-    for (order, (hits, coordinates)) in order.chunks(TASK_RAYS).zip(&tasks) {
-        for ((&i, hit), coordinates) in order.iter().zip(hits).zip(coordinates) {
+    for (order, (hits, points)) in order.chunks(TASK_RAYS).zip(&tasks) {
+        for ((&i, hit), point) in order.iter().zip(hits).zip(points) {
             if let (i, false) = (i as usize, hit.is_miss()) {
                 out.t[i] = hit.t;
                 out.object[i] = posed.scene.instances[hit.id.instance as usize].object;
                 out.instance[i] = hit.id.instance as i32;
                 out.triangle[i] = hit.id.triangle as i32;
-                out.barycentrics[i] = *coordinates;
+                out.barycentrics[i] = point.barycentrics;
+                out.points[i] = (point.p + posed.centre).to_array();
             }
         }
     }
     Ok(out)
 }
 
+/// A point where a ray hits a triangle.
+#[derive(Clone, Copy, Default)]
+struct HitPoint {
+    barycentrics: [f32; 3],
+    /// Relative to the centre of the posed scene.
+    p: DVec3,
+}
+
+/// Error bound of a point, relative to the sum of its terms: rounding of the corners, of a transform and of the point.
+const POINT_ERROR: f64 = 16.0 * 0.5 * f32::EPSILON as f64;
+
+impl HitPoint {
+    /// The point of a ray on a triangle, moved towards the ray's origin by its error bound.
+    fn new(corners: [Vec3; 3], ray: Ray) -> HitPoint {
+        let b = barycentrics(corners, ray);
+        let corners = corners.map(|corner| corner.as_dvec3());
+        let terms = [0, 1, 2].map(|i| corners[i] * b[i]);
+        let n = (corners[1] - corners[0]).cross(corners[2] - corners[0]).normalize_or_zero();
+        let n = if n.dot(ray.d.as_dvec3()) > 0.0 { -n } else { n };
+        let error = terms.iter().map(|term| term.abs()).sum::<DVec3>() * POINT_ERROR;
+        let p = terms.iter().sum::<DVec3>() + n * n.abs().dot(error);
+        HitPoint { barycentrics: b.map(|b| b as f32), p }
+    }
+}
+
+/// Length at the ends of a way in which nothing blocks it, relative to the size of the scene: points that callers compute
+/// from distances in single precision lie so far beside their surfaces.
+const END_CLEARANCE: f32 = 16.0 * f32::EPSILON;
+
+/// Shortens a way at both ends, so that it does not meet the surfaces on which they lie.
+fn clear_ends(from: Vec3, to: Vec3, scene_size: f32) -> (Vec3, Vec3) {
+    let clearance = |p: Vec3| END_CLEARANCE * p.abs().max_element().max(scene_size);
+    let (direction, length) = (to - from).normalize_and_length();
+    let (start, end) = (clearance(from), length - clearance(to));
+    match start < end {
+        true => (from + direction * start, from + direction * end),
+        false => (from, from),
+    }
+}
+
 /// Finds whether something blocks the way between two points. Translucent surfaces block nothing, and nothing blocks a
-/// way of no length or one that is not finite.
+/// way of no length or one that is not finite. The triangles of `sources`, on which ways start, do not block them.
 ///
 /// # Errors
 /// The scene has no acceleration structure.
-pub fn occluded(frame: &PosedFrame, from: &ArrayView2<f64>, to: &ArrayView2<f64>) -> Result<Vec<bool>> {
+pub fn occluded(
+    frame: &PosedFrame,
+    from: &ArrayView2<f64>,
+    to: &ArrayView2<f64>,
+    sources: Option<&[HitId]>,
+) -> Result<Vec<bool>> {
     let PosedFrame { posed, .. } = frame;
     let accel = accel(frame)?;
-    let (from, to) = (read_rows(from, posed.centre), read_rows(to, posed.centre));
+    let (mut from, mut to) = (read_rows(from, posed.centre), read_rows(to, posed.centre));
+    let bounds = posed.centred_bounds();
+    let scene_size = bounds.min.abs().max(bounds.max.abs()).max_element() as f32;
+    for (from, to) in from.iter_mut().zip(&mut to) {
+        let (start, end) = clear_ends(*from, *to, scene_size);
+        // Exact points of hits need no clearance.
+        (*from, *to) = (if sources.is_none() { start } else { *from }, end);
+    }
     let directions: Vec<Vec3> = from.iter().zip(&to).map(|(from, to)| to - from).collect();
     let trace = |order: &[u32]| {
         let mut segments = ShadowRayBatch::default();
         for &i in order {
-            segments.push(from[i as usize], to[i as usize], HitId::NONE);
+            let source = sources.map_or(HitId::NONE, |sources| sources[i as usize]);
+            segments.push(from[i as usize], to[i as usize], source);
         }
         let mut occluded = Vec::new();
         let filter: &dyn HitFilter = &MaterialHitFilter(posed);

@@ -4,7 +4,9 @@ use std::path::PathBuf;
 use std::sync::{Arc, OnceLock};
 
 use glam::DVec3;
-use numpy::{AllowTypeChange, IntoPyArray, PyArray1, PyArray2, PyArrayLike2, PyArrayMethods};
+use numpy::{
+    AllowTypeChange, IntoPyArray, PyArray1, PyArray2, PyArrayLike2, PyArrayMethods, PyReadonlyArray1,
+};
 use pyo3::exceptions::PyTypeError;
 use pyo3::prelude::*;
 use pyo3::types::{PyBytes, PyDict, PyString};
@@ -20,7 +22,9 @@ use super::pool;
 use super::posed::PosedCell;
 use super::rays;
 use super::render_job::RenderJob;
+use super::size::optional_size;
 use blinn_cli::embed::scene_properties;
+use blinn_core::geometry::HitId;
 use blinn_scene::{AnimationChoice, Scene, View, clip_duration};
 use blinn_session::{SessionPlan, camera_name, load_limits, natural_size};
 
@@ -34,11 +38,25 @@ pub struct PyScene {
     /// The pose without and with acceleration structure, made when they are needed.
     pose: OnceLock<Arc<PosedCell>>,
     traceable: OnceLock<Arc<PosedCell>>,
+    /// The same with single-sided materials.
+    single_sided: OnceLock<Arc<PosedCell>>,
+}
+
+/// The use of a pose.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum PoseUse {
+    /// Looked at, without acceleration structure.
+    Inspect,
+    /// Rays are traced in it.
+    Trace,
+    /// Rays are traced that pass through the back faces of all materials.
+    TraceFrontFaces,
 }
 
 impl PyScene {
     fn at(loaded: Arc<LoadedScene>, time: f64, animation: Option<String>) -> PyScene {
-        PyScene { loaded, time, animation, pose: OnceLock::new(), traceable: OnceLock::new() }
+        let (pose, traceable, single_sided) = (OnceLock::new(), OnceLock::new(), OnceLock::new());
+        PyScene { loaded, time, animation, pose, traceable, single_sided }
     }
 
     fn scene(&self) -> &Scene {
@@ -55,15 +73,23 @@ impl PyScene {
         self.choice(&plan(OptionSet::Render, None, &options)?)
     }
 
-    /// The pose, with acceleration structure if rays are traced in it.
-    fn posed(&self, py: Python<'_>, is_traced: bool) -> PyResult<Arc<PosedCell>> {
-        let slot = if is_traced { &self.traceable } else { &self.pose };
+    /// The pose for a use.
+    fn posed(&self, py: Python<'_>, pose_use: PoseUse) -> PyResult<Arc<PosedCell>> {
+        let slot = match pose_use {
+            PoseUse::Inspect => &self.pose,
+            PoseUse::Trace => &self.traceable,
+            PoseUse::TraceFrontFaces => &self.single_sided,
+        };
         if let Some(cell) = slot.get() {
             return Ok(cell.clone());
         }
         let choice = self.animation_choice()?;
-        let pose = if is_traced { PosedCell::build } else { PosedCell::pose };
-        let (scene, time) = (self.loaded.scene.clone(), self.time);
+        let pose = if pose_use == PoseUse::Inspect { PosedCell::pose } else { PosedCell::build };
+        let scene = match pose_use {
+            PoseUse::TraceFrontFaces => self.loaded.single_sided(),
+            _ => self.loaded.scene.clone(),
+        };
+        let time = self.time;
         let cell = pool::run_interruptible(py, move || pose(scene, time, &choice))?;
         Ok(slot.get_or_init(|| Arc::new(cell)).clone())
     }
@@ -178,7 +204,7 @@ impl PyScene {
     /// The lowest and the highest corner of all that is visible, shape (2, 3), in metres.
     #[getter]
     fn bounds<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyArray2<f64>>> {
-        let bounds = self.posed(py, false)?.borrow_dependent().posed.bounds();
+        let bounds = self.posed(py, PoseUse::Inspect)?.borrow_dependent().posed.bounds();
         let corner = |v: DVec3| if bounds.is_empty() { DVec3::NAN } else { v };
         let corners = [corner(bounds.min).to_array(), corner(bounds.max).to_array()];
         PyArray1::from_slice(py, corners.as_flattened()).reshape([2, 3])
@@ -187,7 +213,7 @@ impl PyScene {
     /// The file's cameras at this time, in the order of their indices.
     #[getter]
     fn cameras(&self, py: Python<'_>) -> PyResult<Vec<PyCamera>> {
-        let posed = self.posed(py, false)?;
+        let posed = self.posed(py, PoseUse::Inspect)?;
         let scene = self.scene();
         let resolve = |index: usize| {
             let (width, height) = natural_size(scene, Some(index));
@@ -200,7 +226,7 @@ impl PyScene {
 
     /// What is in the scene, as `blinn info --json` prints it.
     fn info<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyAny>> {
-        let posed = self.posed(py, false)?;
+        let posed = self.posed(py, PoseUse::Inspect)?;
         let LoadedScene { warnings, glass, .. } = &*self.loaded;
         let value =
             pool::run(py, || Ok(scene_properties(&posed.borrow_dependent().posed, warnings, *glass)))?;
@@ -214,7 +240,7 @@ impl PyScene {
         &self,
         py: Python<'_>,
         camera: Option<&Bound<'_, PyAny>>,
-        size: Option<(u32, u32)>,
+        size: Option<&Bound<'_, PyAny>>,
         samples: u32,
         layers: Vec<String>,
         progress: Option<Py<PyAny>>,
@@ -222,7 +248,7 @@ impl PyScene {
     ) -> PyResult<PyPicture> {
         let own = camera.and_then(|camera| camera.extract::<PyCamera>().ok());
         let named = if own.is_some() { None } else { camera };
-        let size = size.or(own.as_ref().and_then(PyCamera::picture_size));
+        let size = optional_size(size)?.or(own.as_ref().and_then(PyCamera::picture_size));
         let picture = PictureArguments { size, samples, layers };
         PyPictures::start(self.job(py, picture, named, vec![own], options)?, progress)?.single(py)
     }
@@ -234,12 +260,13 @@ impl PyScene {
         &self,
         py: Python<'_>,
         cameras: Vec<PyCamera>,
-        size: Option<(u32, u32)>,
+        size: Option<&Bound<'_, PyAny>>,
         samples: u32,
         layers: Vec<String>,
         progress: Option<Py<PyAny>>,
         options: Option<&Bound<'_, PyDict>>,
     ) -> PyResult<PyPictures> {
+        let size = optional_size(size)?;
         let sizes: Vec<_> = cameras.iter().filter_map(PyCamera::picture_size).collect();
         if size.is_none() && sizes.iter().any(|other| *other != sizes[0]) {
             return Err(value_error("the cameras have different sizes; pass size"));
@@ -260,7 +287,8 @@ impl PyScene {
     ) -> PyResult<Bound<'py, PyDict>> {
         let (origins, directions) = (origins.as_array(), directions.as_array());
         check_pairs("origins", origins.shape(), "directions", directions.shape())?;
-        let posed = self.posed(py, true)?;
+        let pose_use = if cull_back_faces { PoseUse::TraceFrontFaces } else { PoseUse::Trace };
+        let posed = self.posed(py, pose_use)?;
         let hits = pool::run(py, || {
             rays::intersect(posed.borrow_dependent(), &origins, &directions, cull_back_faces)
         })?;
@@ -272,20 +300,38 @@ impl PyScene {
         let count = hits.barycentrics.len();
         let barycentrics = hits.barycentrics.into_flattened().into_pyarray(py);
         out.set_item("barycentrics", barycentrics.reshape([count, 3])?)?;
+        let points = hits.points.into_flattened().into_pyarray(py);
+        out.set_item("points", points.reshape([count, 3])?)?;
         Ok(out)
     }
 
-    /// Find whether something blocks the way between points. See the package.
+    /// Find whether something blocks the way between points. See the package. `sources` are the instances and triangles
+    /// that the ways start on.
+    #[pyo3(signature = (from_points, to_points, *, sources = None))]
     fn occluded<'py>(
         &self,
         py: Python<'py>,
         from_points: PyArrayLike2<'py, f64, AllowTypeChange>,
         to_points: PyArrayLike2<'py, f64, AllowTypeChange>,
+        sources: Option<(PyReadonlyArray1<'py, i32>, PyReadonlyArray1<'py, i32>)>,
     ) -> PyResult<Bound<'py, PyArray1<bool>>> {
         let (from, to) = (from_points.as_array(), to_points.as_array());
         check_pairs("from_points", from.shape(), "to_points", to.shape())?;
-        let posed = self.posed(py, true)?;
-        let occluded = pool::run(py, || rays::occluded(posed.borrow_dependent(), &from, &to))?;
+        let posed = self.posed(py, PoseUse::Trace)?;
+        let sources: Option<Vec<HitId>> = sources.map(|(instances, triangles)| {
+            let (instances, triangles) = (instances.as_array(), triangles.as_array());
+            // −1 of a miss is no triangle.
+            let id = |(&instance, &triangle): (&i32, &i32)| HitId {
+                instance: instance as u32,
+                triangle: triangle as u32,
+            };
+            instances.iter().zip(&triangles).map(id).collect()
+        });
+        if sources.as_ref().is_some_and(|sources| sources.len() != from.nrows()) {
+            return Err(value_error("from_points must be the points of from_hits, one for each hit"));
+        }
+        let occluded =
+            pool::run(py, || rays::occluded(posed.borrow_dependent(), &from, &to, sources.as_deref()))?;
         Ok(occluded.into_pyarray(py))
     }
 

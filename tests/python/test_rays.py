@@ -107,3 +107,53 @@ def test_every_ray_towards_a_closed_surface_hits() -> None:
     origins = rng.normal(size=(50_000, 3)) * 10.0 ** rng.integers(-1, 5, (50_000, 1)) + 7
     inside = 7 + (rng.random((50_000, 3)) - 0.5) * [0.99, 1.99, 2.99]
     assert np.isfinite(scene.intersect(origins, inside - origins).t).all()
+
+
+def sphere(radius: float = 1.0) -> tuple[np.ndarray, np.ndarray]:
+    """A ball of 80 × 40 quads as triangles, without trimesh."""
+    down, around = np.meshgrid(np.linspace(0, np.pi, 41), np.linspace(0, 2 * np.pi, 81), indexing="ij")
+    vertices = np.stack([np.sin(down) * np.cos(around), np.cos(down), np.sin(down) * np.sin(around)], -1)
+    i, j = np.meshgrid(np.arange(40), np.arange(80), indexing="ij")
+    a = (i * 81 + j).ravel()
+    faces = np.concatenate([np.c_[a, a + 1, a + 82], np.c_[a, a + 82, a + 81]])
+    return radius * vertices.reshape(-1, 3), faces
+
+
+@pytest.mark.parametrize("offset", [(0, 0, 0), (500000.25, 4500000.37, 300.1)])
+@pytest.mark.parametrize("radius", [1e-3, 1.0, 1e4])
+def test_surface_points_are_not_occluded_by_their_surface(radius: float, offset: tuple[float, ...]) -> None:
+    centre = np.array(offset)
+    vertices, faces = sphere(radius)
+    scene = blinn.Scene.from_arrays(vertices + centre, faces)
+    directions = np.random.default_rng(0).normal(size=(5_000, 3))
+    directions /= np.linalg.norm(directions, axis=1, keepdims=True)
+    hits = scene.intersect(centre + directions * radius * 3, -directions)
+    far = centre + directions * radius * 50
+    assert not scene.occluded(hits.points, far).any()
+    assert not scene.occluded(hits.points, far, from_hits=hits).any()
+    # Through the ball, even if the triangle of the hit does not count.
+    assert scene.occluded(hits.points, 2 * centre - far, from_hits=hits).all()
+    computed = centre + directions * radius * 3 - hits.t[:, None].astype(float) * directions
+    assert scene.occluded(computed, far).mean() < 0.001
+    # Points inside of the ball are still closed in.
+    assert scene.occluded(centre + directions * radius * 0.99, far).all()
+
+
+def test_points_of_hits_lie_before_their_triangles(quad: blinn.Scene) -> None:
+    hits = quad.intersect([[0.5, 0.25, 3], [0.5, 0.25, -3], [2, 0, 3]], [[0, 0, -1], [0, 0, 2], [0, 0, -1]])
+    np.testing.assert_allclose(hits.points[:2], [[0.5, 0.25, 0]] * 2, atol=1e-5)
+    # Coordinates of 0 have no error.
+    assert 0 <= hits.points[0, 2] < 1e-5 and -1e-5 < hits.points[1, 2] <= 0
+    assert np.isnan(hits.points[2]).all()
+    with pytest.raises(ValueError, match="from_hits"):
+        quad.occluded([[0, 0, 1]], [[0, 0, 2]], from_hits=hits)
+
+
+def test_back_faces_are_culled_whatever_the_material(quad: blinn.Scene) -> None:
+    origins, directions = [[0.3, 0.2, -2], [0.3, 0.2, 2]], [[0, 0, 1], [0, 0, -1]]
+    single = blinn.Scene.from_arrays(
+        [[-1, -1, 0], [1, -1, 0], [1, 1, 0]], [[0, 1, 2]], material={"double_sided": False}
+    )
+    for scene in (quad, single):
+        np.testing.assert_array_equal(scene.intersect(origins, directions, cull_back_faces=True).t, [np.inf, 2])
+        np.testing.assert_array_equal(scene.intersect(origins, directions).t, [2, 2])

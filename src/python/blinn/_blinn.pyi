@@ -22,7 +22,7 @@ def set_threads(count: int) -> None: ...
 def load_cameras(
     path: str | os.PathLike[str],
     *,
-    size: tuple[int, int] | None = None,
+    size: Sequence[int] | None = None,
     up: Literal["y", "z"] | None = None,
 ) -> list[Camera]: ...
 
@@ -51,7 +51,7 @@ class Camera:
     @staticmethod
     def from_intrinsics(
         K: npt.ArrayLike,
-        size: tuple[int, int],
+        size: Sequence[int],
         camera_to_world: npt.ArrayLike | None = None,
         *,
         convention: Literal["opengl", "opencv"] = "opencv",
@@ -66,7 +66,7 @@ class Camera:
     def size(self) -> tuple[int, int] | None: ...
     @property
     def orthographic(self) -> bool: ...
-    def intrinsics(self, size: tuple[int, int] | None = None) -> npt.NDArray[np.float64]: ...
+    def intrinsics(self, size: Sequence[int] | None = None) -> npt.NDArray[np.float64]: ...
 
 class Picture:
     @property
@@ -112,7 +112,7 @@ class Scene:
     def render(
         self,
         camera: Camera | str | int | None = None,
-        size: tuple[int, int] | None = None,
+        size: Sequence[int] | None = None,
         samples: int = 4,
         layers: list[str] = ...,
         progress: Callable[[float], object] | None = None,
@@ -121,7 +121,7 @@ class Scene:
     def render_many(
         self,
         cameras: list[Camera],
-        size: tuple[int, int] | None = None,
+        size: Sequence[int] | None = None,
         samples: int = 4,
         layers: list[str] = ...,
         progress: Callable[[float], object] | None = None,
@@ -135,5 +135,9 @@ class Scene:
         cull_back_faces: bool = False,
     ) -> dict[str, Any]: ...
     def occluded(
-        self, from_points: npt.NDArray[np.float64], to_points: npt.NDArray[np.float64]
+        self,
+        from_points: npt.NDArray[np.float64],
+        to_points: npt.NDArray[np.float64],
+        *,
+        sources: tuple[npt.NDArray[np.int32], npt.NDArray[np.int32]] | None = None,
     ) -> npt.NDArray[np.bool_]: ...

@@ -6,12 +6,16 @@ import json
 import struct
 import zlib
 from dataclasses import dataclass
-from typing import Any, Mapping
+from typing import Any, Mapping, Sequence
 
 import numpy as np
 import numpy.typing as npt
 
 _FLOAT, _UINT = 5126, 5125
+# What is farther from the origin than so many times its size is moved to it: single precision would round its shape.
+_FAR = 4.0
+# Largest number that computations leave where 0 or 1 is exact.
+_NEGLIGIBLE = 1e-6
 
 
 @dataclass
@@ -28,7 +32,22 @@ class Mesh:
     name: str = "mesh"
 
 
-class _Writer:
+@dataclass
+class _MeshArrays:
+    """The arrays of a mesh as a file has them."""
+
+    positions: npt.NDArray[np.float32]
+    """Relative to `centre`."""
+    faces: npt.NDArray[np.uint32]
+    normals: npt.NDArray[np.float32] | None
+    uvs: npt.NDArray[np.float32] | None
+    colors: npt.NDArray[np.float32] | None
+    centre: npt.NDArray[np.float64]
+    radius: float
+    """Half of the longest side of the bounds."""
+
+
+class Writer:
     """The JSON and the binary chunk of a GLB file."""
 
     def __init__(self) -> None:
@@ -43,8 +62,10 @@ class _Writer:
             "materials": [],
             "textures": [],
             "images": [],
+            "cameras": [],
         }
         self.binary = bytearray()
+        self._textures: dict[int, tuple[Any, int]] = {}
         self.extensions: set[str] = set()
 
     def view(self, data: bytes) -> int:
@@ -60,10 +81,75 @@ class _Writer:
         return len(self.json["accessors"]) - 1
 
     def texture(self, image: npt.ArrayLike) -> dict[str, int]:
-        view = self.view(_png(image))
-        self.json["images"].append({"bufferView": view, "mimeType": "image/png"})
-        self.json["textures"].append({"source": len(self.json["images"]) - 1})
-        return {"index": len(self.json["textures"]) - 1}
+        """Add a texture. An array that several materials share is written once."""
+        if id(image) not in self._textures:
+            view = self.view(_png(image))
+            self.json["images"].append({"bufferView": view, "mimeType": "image/png"})
+            self.json["textures"].append({"source": len(self.json["images"]) - 1})
+            # The array is kept, so that no other one has its identity.
+            self._textures[id(image)] = (image, len(self.json["textures"]) - 1)
+        return {"index": self._textures[id(image)][1]}
+
+    def mesh(self, mesh: Mesh, node_names: Sequence[str] | None = None) -> None:
+        """Add a mesh with a node for each of its transforms."""
+        arrays = _mesh_arrays(mesh)
+        finite = arrays.positions[np.isfinite(arrays.positions).all(1)]
+        low, high = (finite.min(0), finite.max(0)) if len(finite) else (np.zeros(3), np.zeros(3))
+        bounds = {"min": [float(x) for x in low], "max": [float(x) for x in high]}
+        attributes = {"POSITION": self.accessor(arrays.positions, _FLOAT, "VEC3", **bounds)}
+        if arrays.normals is not None:
+            attributes["NORMAL"] = self.accessor(arrays.normals, _FLOAT, "VEC3")
+        if arrays.uvs is not None:
+            attributes["TEXCOORD_0"] = self.accessor(arrays.uvs, _FLOAT, "VEC2")
+        if arrays.colors is not None:
+            shape = "VEC3" if arrays.colors.shape[1] == 3 else "VEC4"
+            attributes["COLOR_0"] = self.accessor(arrays.colors, _FLOAT, shape)
+        primitive = {
+            "attributes": attributes,
+            "indices": self.accessor(arrays.faces.ravel(), _UINT, "SCALAR"),
+            "material": _write_material(self, mesh.material or {}, arrays.colors),
+        }
+        self.json["meshes"].append({"name": mesh.name, "primitives": [primitive]})
+        index = len(self.json["meshes"]) - 1
+        for i, matrix in enumerate(_placements(mesh)):
+            node = {"name": node_names[i] if node_names else mesh.name, "mesh": index}
+            self.place(node, matrix, arrays.centre, arrays.radius)
+
+    def place(
+        self,
+        node: dict[str, Any],
+        matrix: npt.NDArray[np.float64],
+        centre: npt.ArrayLike = (0, 0, 0),
+        size: float = 0.0,
+    ) -> None:
+        """Add a node with a transform of an object around `centre` that has about `size`.
+
+        A file has single precision. Of a translation that is far beyond the size, a parent has the large part, and the
+        node what is left.
+        """
+        matrix = matrix.copy()
+        matrix[:3, 3] += matrix[:3, :3] @ np.asarray(centre, np.float64)
+        matrix[3] = [0, 0, 0, 1]
+        far = np.zeros(3)
+        if np.abs(matrix[:3, 3]).max() > _FAR * size * np.abs(matrix[:3, :3]).max():
+            with np.errstate(over="ignore"):
+                far = matrix[:3, 3].astype("f4").astype(np.float64)
+            matrix[:3, 3] -= far
+        if not np.array_equal(matrix, np.eye(4)):
+            node["matrix"] = [float(x) for x in matrix.T.ravel()]
+        elif far.any():
+            node["translation"] = [float(x) for x in far]
+            far = np.zeros(3)
+        self.json["nodes"].append(node)
+        if far.any():
+            child = len(self.json["nodes"]) - 1
+            self.json["nodes"].append({"translation": [float(x) for x in far], "children": [child]})
+        self.json["scenes"][0]["nodes"].append(len(self.json["nodes"]) - 1)
+
+    def camera(self, matrix: npt.NDArray[np.float64], perspective: Mapping[str, float], name: str) -> None:
+        """Add a perspective camera with the properties of glTF."""
+        self.json["cameras"].append({"name": name, "type": "perspective", "perspective": dict(perspective)})
+        self.place({"name": name, "camera": len(self.json["cameras"]) - 1}, matrix)
 
     def bytes(self) -> bytes:
         root = {key: value for key, value in self.json.items() if value != []}
@@ -71,7 +157,7 @@ class _Writer:
             root["extensionsUsed"] = sorted(self.extensions)
         self.binary += b"\0" * (-len(self.binary) % 4)
         root["buffers"] = [{"byteLength": len(self.binary)}]
-        text = json.dumps(root).encode()
+        text = json.dumps(root, allow_nan=False).encode()
         text += b" " * (-len(text) % 4)
         total = 12 + 8 + len(text) + 8 + len(self.binary)
         return b"".join(
@@ -87,59 +173,59 @@ class _Writer:
 
 def write_glb(meshes: list[Mesh]) -> bytes:
     """Return a GLB file with the meshes."""
-    writer = _Writer()
+    writer = Writer()
     for mesh in meshes:
-        _write_mesh(writer, mesh)
+        writer.mesh(mesh)
     return writer.bytes()
 
 
-def _write_mesh(writer: _Writer, mesh: Mesh) -> None:
+def _mesh_arrays(mesh: Mesh) -> _MeshArrays:
+    """Check the arrays of a mesh, and move its vertices to the origin if they are far from it."""
     vertices = _rows(mesh.vertices, (3,), "vertices")
-    faces = np.asarray(mesh.faces)
-    if faces.ndim != 2 or faces.shape[1] != 3:
-        raise ValueError(f"faces must have shape (m, 3), not {faces.shape}; triangulate polygons first")
-    if faces.size and (faces.min() < 0 or faces.max() >= len(vertices)):
-        raise ValueError(f"faces must have indices from 0 to {len(vertices) - 1}")
-    low, high = (vertices.min(0), vertices.max(0)) if len(vertices) else (np.zeros(3), np.zeros(3))
-    attributes = {
-        "POSITION": writer.accessor(
-            vertices.astype("<f4"),
-            _FLOAT,
-            "VEC3",
-            min=[float(x) for x in low.astype("f4")],
-            max=[float(x) for x in high.astype("f4")],
-        )
-    }
-    if mesh.normals is not None:
-        normals = _rows(mesh.normals, (3,), "normals", len(vertices))
-        attributes["NORMAL"] = writer.accessor(normals.astype("<f4"), _FLOAT, "VEC3")
+    finite = vertices[np.isfinite(vertices).all(1)]
+    low, high = (finite.min(0), finite.max(0)) if len(finite) else (np.zeros(3), np.zeros(3))
+    centre, half = 0.5 * low + 0.5 * high, 0.5 * high - 0.5 * low
+    if np.abs(centre).max() <= _FAR * half.max():
+        centre = np.zeros(3)
+    with np.errstate(over="ignore", invalid="ignore"):
+        positions = (vertices - centre).astype("<f4")
+    normals = None if mesh.normals is None else _rows(mesh.normals, (3,), "normals", len(vertices)).astype("<f4")
+    uvs = None
     if mesh.uvs is not None:
-        uvs = _rows(mesh.uvs, (2,), "uvs", len(vertices)).copy()
-        uvs[:, 1] = 1.0 - uvs[:, 1]
-        attributes["TEXCOORD_0"] = writer.accessor(uvs.astype("<f4"), _FLOAT, "VEC2")
-    if mesh.colors is not None:
-        colors = _linear_colors(mesh.colors, len(vertices))
-        attributes["COLOR_0"] = writer.accessor(colors, _FLOAT, "VEC3" if colors.shape[1] == 3 else "VEC4")
-    primitive = {
-        "attributes": attributes,
-        "indices": writer.accessor(faces.astype("<u4").ravel(), _UINT, "SCALAR"),
-        "material": _write_material(writer, mesh.material or {}),
-    }
-    writer.json["meshes"].append({"name": mesh.name, "primitives": [primitive]})
+        # Rows of a texture count from the top.
+        uvs = (_rows(mesh.uvs, (2,), "uvs", len(vertices)) * [1, -1] + [0, 1]).astype("<f4")
+    colors = None if mesh.colors is None else _linear_colors(mesh.colors, len(vertices))
+    return _MeshArrays(positions, _indices(mesh.faces, len(vertices)), normals, uvs, colors, centre, float(half.max()))
+
+
+def _indices(faces: npt.ArrayLike, count: int) -> npt.NDArray[np.uint32]:
+    """Return the corners of triangles as indices of vertices."""
+    array = np.asarray(faces)
+    if array.ndim != 2 or array.shape[1] != 3:
+        raise ValueError(f"faces must have shape (m, 3), not {array.shape}; triangulate polygons first")
+    is_integer = array.dtype.kind in "iu" or array.dtype.kind == "f" and bool((array == np.floor(array)).all())
+    if array.size and not is_integer:
+        raise ValueError(f"faces must be integers, the indices of vertices, not {array.dtype} with fractions")
+    if array.size and (array.min() < 0 or array.max() >= count):
+        raise ValueError(f"faces must have indices from 0 to {count - 1}")
+    return array.astype("<u4")
+
+
+def _placements(mesh: Mesh) -> npt.NDArray[np.float64]:
+    """Return the matrices that place a mesh."""
     transforms = np.eye(4)[None] if mesh.transforms is None else np.asarray(mesh.transforms, np.float64)
     if transforms.ndim == 2:
         transforms = transforms[None]
     if transforms.shape[1:] != (4, 4) or not np.isfinite(transforms).all():
         raise ValueError(f"transforms must be finite and have shape (4, 4) or (k, 4, 4), not {transforms.shape}")
-    for matrix in transforms:
-        node: dict[str, Any] = {"name": mesh.name, "mesh": len(writer.json["meshes"]) - 1}
-        if not np.array_equal(matrix, np.eye(4)):
-            node["matrix"] = [float(x) for x in matrix.T.ravel()]
-        writer.json["nodes"].append(node)
-        writer.json["scenes"][0]["nodes"].append(len(writer.json["nodes"]) - 1)
+    if transforms.size and np.abs(transforms[:, 3] - [0, 0, 0, 1]).max() > _NEGLIGIBLE:
+        raise ValueError("transforms must have the last row 0, 0, 0, 1; are they transposed?")
+    return transforms
 
 
-def _write_material(writer: _Writer, material: Mapping[str, Any]) -> int:
+def _write_material(
+    writer: Writer, material: Mapping[str, Any], colors: npt.NDArray[np.float32] | None
+) -> int:
     known = {
         "name", "base_color", "base_color_texture", "metallic", "roughness", "metallic_roughness_texture",
         "normal_texture", "occlusion_texture", "emissive", "emissive_texture", "alpha_mode", "alpha_cutoff",
@@ -148,13 +234,17 @@ def _write_material(writer: _Writer, material: Mapping[str, Any]) -> int:
     unknown = set(material) - known
     if unknown:
         raise ValueError(f"unknown material keys: {sorted(unknown)}; known are {sorted(known)}")
-    color = [float(x) for x in np.asarray(material.get("base_color", (0.8, 0.8, 0.8)), np.float64).ravel()]
+    # Beside a texture or colours of vertices, a factor of 1 shows them as they are.
+    texture = material.get("base_color_texture")
+    is_colored = texture is not None or colors is not None
+    is_mapped = material.get("metallic_roughness_texture") is not None
+    color = _numbers(material, "base_color", (1.0,) * 3 if is_colored else (0.8,) * 3)
     if len(color) not in (3, 4):
         raise ValueError("base_color must have 3 or 4 numbers")
     pbr: dict[str, Any] = {
         "baseColorFactor": color + [1.0] * (4 - len(color)),
-        "metallicFactor": float(material.get("metallic", 0.0)),
-        "roughnessFactor": float(material.get("roughness", 0.6)),
+        "metallicFactor": _number(material, "metallic", 1.0 if is_mapped else 0.0),
+        "roughnessFactor": _number(material, "roughness", 1.0 if is_mapped else 0.6),
     }
     entry: dict[str, Any] = {"pbrMetallicRoughness": pbr, "doubleSided": bool(material.get("double_sided", True))}
     if "name" in material:
@@ -169,25 +259,52 @@ def _write_material(writer: _Writer, material: Mapping[str, Any]) -> int:
         if material.get(key) is not None:
             place[name] = writer.texture(material[key])
     if "emissive" in material:
-        entry["emissiveFactor"] = [float(x) for x in material["emissive"]]
+        entry["emissiveFactor"] = _numbers(material, "emissive", ())
     elif "emissiveTexture" in entry:
         entry["emissiveFactor"] = [1.0, 1.0, 1.0]
     if "alpha_mode" in material:
         entry["alphaMode"] = str(material["alpha_mode"]).upper()
-    elif len(color) == 4 and color[3] < 1.0:
+    elif len(color) == 4 and color[3] < 1.0 or _has_alpha(colors) or _has_alpha(texture):
         entry["alphaMode"] = "BLEND"
     if "alpha_cutoff" in material:
-        entry["alphaCutoff"] = float(material["alpha_cutoff"])
+        entry["alphaCutoff"] = _number(material, "alpha_cutoff", 0.5)
     extensions = {}
     if "ior" in material:
-        extensions["KHR_materials_ior"] = {"ior": float(material["ior"])}
+        extensions["KHR_materials_ior"] = {"ior": _number(material, "ior", 1.5)}
     if "transmission" in material:
-        extensions["KHR_materials_transmission"] = {"transmissionFactor": float(material["transmission"])}
+        extensions["KHR_materials_transmission"] = {"transmissionFactor": _number(material, "transmission", 0.0)}
     if extensions:
         entry["extensions"] = extensions
         writer.extensions.update(extensions)
     writer.json["materials"].append(entry)
     return len(writer.json["materials"]) - 1
+
+
+def _number(material: Mapping[str, Any], key: str, default: float) -> float:
+    """Return a finite number of a material."""
+    value = float(material.get(key, default))
+    if not np.isfinite(value):
+        raise ValueError(f"{key} must be finite, not {value}")
+    return value
+
+
+def _numbers(material: Mapping[str, Any], key: str, default: Sequence[float]) -> list[float]:
+    """Return the finite numbers of a colour of a material."""
+    values = np.asarray(material.get(key, default), np.float64).ravel()
+    if not np.isfinite(values).all():
+        raise ValueError(f"{key} must be finite, not {values.tolist()}")
+    return [float(value) for value in values]
+
+
+def _has_alpha(colors: npt.ArrayLike | None) -> bool:
+    """Tell whether colours, or the texels of an image, are translucent somewhere."""
+    if colors is None:
+        return False
+    values = np.asarray(colors)
+    if values.ndim == 0 or values.shape[-1] != 4:
+        return False
+    opaque = np.iinfo(values.dtype).max if values.dtype.kind in "iu" else 1.0
+    return bool((values[..., 3] < opaque).any())
 
 
 def _rows(
@@ -203,29 +320,37 @@ def _rows(
 
 
 def _linear_colors(values: npt.ArrayLike, count: int) -> npt.NDArray[np.float32]:
-    """Return linear RGB or RGBA. Integers are sRGB."""
+    """Return linear RGB or RGBA. Integers are sRGB: up to 65535 in uint16, else up to 255."""
     raw = np.asarray(values)
+    if raw.dtype.kind not in "iuf":
+        raise ValueError(f"colors must be integers or floats, not {raw.dtype}")
     colors = _rows(raw, (3, 4), "colors", count)
     if raw.dtype.kind in "iu":
-        encoded = colors / 255.0
+        largest = 65535.0 if raw.dtype == np.uint16 else 255.0
+        if colors.size and (colors.min() < 0 or colors.max() > largest):
+            raise ValueError("integer colors must be from 0 to 255, or uint16 from 0 to 65535")
+        encoded = colors / largest
         linear = np.where(encoded <= 0.04045, encoded / 12.92, ((encoded + 0.055) / 1.055) ** 2.4)
         colors = np.concatenate([linear[:, :3], encoded[:, 3:]], axis=1)
     return colors.astype("<f4")
 
 
 def _png(image: npt.ArrayLike) -> bytes:
-    """Return a PNG of a uint8 array of shape (height, width[, 3 or 4])."""
+    """Return a PNG of a uint8 or uint16 array of shape (height, width[, 3 or 4])."""
     pixels = np.asarray(image)
     if pixels.ndim == 2:
         pixels = np.repeat(pixels[:, :, None], 3, axis=2)
-    if pixels.dtype != np.uint8 or pixels.ndim != 3 or pixels.shape[2] not in (3, 4):
+    if pixels.dtype not in (np.uint8, np.uint16) or pixels.ndim != 3 or pixels.shape[2] not in (3, 4):
         raise ValueError(
-            f"images must be uint8 of shape (height, width, 3 or 4), not {pixels.dtype} of {pixels.shape}"
+            f"images must be uint8 or uint16 of shape (height, width, 3 or 4), not {pixels.dtype} of {pixels.shape}"
         )
     height, width, channels = pixels.shape
-    rows = np.zeros((height, 1 + width * channels), np.uint8)
-    rows[:, 1:] = pixels.reshape(height, width * channels)
-    header = struct.pack(">IIBBBBB", width, height, 8, 6 if channels == 4 else 2, 0, 0, 0)
+    depth = pixels.dtype.itemsize
+    # PNG has the high byte first.
+    samples = np.ascontiguousarray(pixels, pixels.dtype.newbyteorder(">")).view(np.uint8)
+    rows = np.zeros((height, 1 + width * channels * depth), np.uint8)
+    rows[:, 1:] = samples.reshape(height, width * channels * depth)
+    header = struct.pack(">IIBBBBB", width, height, 8 * depth, 6 if channels == 4 else 2, 0, 0, 0)
 
     def chunk(kind: bytes, data: bytes) -> bytes:
         return struct.pack(">I", len(data)) + kind + data + struct.pack(">I", zlib.crc32(kind + data))

@@ -11,9 +11,10 @@ import numpy.typing as npt
 from . import _blinn
 from ._blinn import Camera, Picture, Pictures
 from ._glb import Mesh, write_glb
+from ._trimesh import write_trimesh
 
 Source = Union[str, "os.PathLike[str]", bytes, bytearray, memoryview]
-Size = tuple[int, int]
+Size = Sequence[int]
 
 
 class Hits(NamedTuple):
@@ -29,6 +30,9 @@ class Hits(NamedTuple):
     """Indices of the triangles in their meshes, shape (n,)."""
     barycentrics: npt.NDArray[np.float32]
     """Weights of the triangles' corners, shape (n, 3)."""
+    points: npt.NDArray[np.float64]
+    """The points that are hit, shape (n, 3), metres; NaN for misses. They lie just in front of their triangles, on the
+    side of the ray: rays that start there do not hit their own triangle, and `occluded` takes them."""
 
 
 def load(source: Source, *, name: str | os.PathLike[str] | None = None, **options: Any) -> "Scene":
@@ -72,11 +76,11 @@ class Scene:
     ) -> "Scene":
         """Build a scene of one mesh. `from_meshes` builds scenes of several.
 
-        - ``vertices``: shape (n, 3), metres.
+        - ``vertices``: shape (n, 3), metres. They may be far from the origin.
         - ``faces``: shape (m, 3), indices of vertices, counter-clockwise seen from the front.
         - ``normals``: shape (n, 3), unit length. Without them, faces are flat; ``smooth=60`` makes smooth ones.
         - ``uvs``: shape (n, 2). v runs up, as in OBJ files and trimesh: row 0 of a texture is at v = 1.
-        - ``colors``: shape (n, 3) or (n, 4): uint8 sRGB, or float linear RGB.
+        - ``colors``: shape (n, 3) or (n, 4): sRGB in integers from 0 to 255 or uint16, or float linear RGB.
         - ``material``: see `from_meshes`.
         - ``transforms``: shape (4, 4) or (k, 4, 4): places the mesh once or k times.
 
@@ -100,14 +104,17 @@ class Scene:
     def from_meshes(cls, meshes: Iterable[Mesh | Mapping[str, Any]], **options: Any) -> "Scene":
         """Build a scene of several meshes: `Mesh` objects, or mappings with the arguments of `from_arrays`.
 
-        A material is a mapping. Colours are linear RGB, images are uint8 arrays of shape (height, width, 3 or 4) with
-        row 0 on top:
+        A material is a mapping. Colours are linear RGB, images are uint8 or uint16 arrays of shape (height, width, 3 or
+        4) with row 0 on top:
 
-        - ``base_color`` (3 or 4 numbers), ``base_color_texture`` (sRGB)
-        - ``metallic``, ``roughness`` (0 to 1), ``metallic_roughness_texture`` (green: roughness, blue: metallic)
+        - ``base_color`` (3 or 4 numbers; by default 0.8, and 1 beside a texture or colours of vertices, which it
+          multiplies), ``base_color_texture`` (sRGB)
+        - ``metallic`` (default 0), ``roughness`` (default 0.6), ``metallic_roughness_texture`` (green: roughness, blue:
+          metallic; beside it both are 1 by default)
         - ``normal_texture``, ``occlusion_texture`` (red)
         - ``emissive`` (3 numbers), ``emissive_texture`` (sRGB)
-        - ``alpha_mode`` ("OPAQUE", "MASK", "BLEND"), ``alpha_cutoff``
+        - ``alpha_mode`` ("OPAQUE", "MASK", "BLEND"; by default "BLEND" if a colour or texel is translucent),
+          ``alpha_cutoff``
         - ``double_sided`` (default True), ``ior``, ``transmission`` (0 to 1), ``name``
         """
         converted = [mesh if isinstance(mesh, Mesh) else Mesh(**mesh) for mesh in meshes]
@@ -117,10 +124,10 @@ class Scene:
     def from_trimesh(cls, mesh: Any, **options: Any) -> "Scene":
         """Build a scene of a ``trimesh.Trimesh`` or ``trimesh.Scene``, with textures, colours and instances.
 
-        trimesh writes the scene as a GLB file in memory, and blinn reads it.
+        Colours of vertices and faces are sRGB; those with alpha are translucent. Normals of a file, or that were set,
+        smooth a mesh; those that trimesh computes do not: use ``smooth=60``.
         """
-        exported = mesh.export(file_type="glb")
-        return cls(_blinn.Scene.load(bytes(exported), name="trimesh", **options))
+        return cls(_blinn.Scene.load(write_trimesh(mesh), name="trimesh", **options))
 
     def pose(self, time: float = 0.0, *, animation: str | int | None = None) -> "Scene":
         """Return the scene at a time in seconds, 0 or later. It shares the data of this one.
@@ -252,12 +259,24 @@ class Scene:
         )
         return Hits(**hits)
 
-    def occluded(self, from_points: npt.ArrayLike, to_points: npt.ArrayLike) -> npt.NDArray[np.bool_]:
+    def occluded(
+        self, from_points: npt.ArrayLike, to_points: npt.ArrayLike, *, from_hits: Hits | None = None
+    ) -> npt.NDArray[np.bool_]:
         """Find whether something blocks the way between two points, for each row of arrays of shape (n, 3).
 
-        The points themselves may lie on surfaces. Translucent surfaces block nothing.
+        The points themselves may lie on surfaces: what is nearer to an end than the rounding of single precision does
+        not count. ``from_hits`` are the hits that the ways start at, whose triangles do not block them.
+        Translucent surfaces block nothing.
+
+        >>> triangle = Scene.from_arrays([[0, 0, 0], [1, 0, 0], [0, 1, 0]], [[0, 1, 2]])
+        >>> hits = triangle.intersect([[0.25, 0.25, 2]], [[0, 0, -1]])
+        >>> triangle.occluded(hits.points, [[0, 0, 9]], from_hits=hits).tolist()
+        [False]
         """
-        return self._scene.occluded(np.asarray(from_points, np.float64), np.asarray(to_points, np.float64))
+        sources = None if from_hits is None else (from_hits.instance, from_hits.triangle)
+        return self._scene.occluded(
+            np.asarray(from_points, np.float64), np.asarray(to_points, np.float64), sources=sources
+        )
 
     def __repr__(self) -> str:
         return repr(self._scene)
