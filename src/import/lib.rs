@@ -39,6 +39,7 @@ pub use files::limits::Limits;
 pub use files::read_file::{open_input_file, open_scene_file};
 pub use files::tar_archive::{file_version, has_tar_extension, is_in_archive, scenes_in_tar};
 pub use image::environment::load_environment;
+pub use image::stored_frames::{StoredFrame, StoredFrames};
 pub use image::stored_picture::{PictureChannel, PictureEncoding, StoredPicture};
 pub use options::{GlassMode, LoadOptions, MtlColors, SceneChoice, UpAxis};
 pub use smooth::NormalMode;

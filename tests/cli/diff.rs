@@ -142,6 +142,67 @@ fn images_are_compared_exactly_or_within_a_tolerance() {
     assert_eq!(json["views"][0]["max"], 1.0);
 }
 
+/// The frames of an animation are compared one by one.
+#[test]
+fn later_frames_of_animations_count() {
+    let (_dir, dir) = folder();
+    let frame = |shade: u8| image::RgbaImage::from_pixel(20, 10, image::Rgba([shade, 90, 30, 255]));
+    let write = |name: &str, shades: &[u8], milliseconds: u32| {
+        let delay = image::Delay::from_numer_denom_ms(milliseconds, 1);
+        let mut encoder = image::codecs::gif::GifEncoder::new(fs::File::create(dir.join(name)).unwrap());
+        let frames = shades.iter().map(|shade| image::Frame::from_parts(frame(*shade), 0, 0, delay));
+        encoder.encode_frames(frames).unwrap();
+    };
+    write("a.gif", &[10, 20, 30], 100);
+    write("b.gif", &[10, 20, 90], 100);
+    write("slow.gif", &[10, 20, 30], 200);
+    write("short.gif", &[10, 20], 100);
+    write("one.gif", &[10], 100);
+    frame(10).save(dir.join("one.png")).unwrap();
+    let json = diff(&dir, "a.gif a.gif", 0);
+    assert_eq!(json["views"].as_array().unwrap().len(), 1);
+    let json = diff(&dir, "a.gif b.gif", 1);
+    assert_eq!(
+        (&json["views"][0]["name"], &json["views"][0]["changed_pixels"]),
+        (&json!("frame 3"), &json!(200))
+    );
+    diff(&dir, "a.gif b.gif --tolerance 0.5", 0);
+    for (pair, text) in [
+        ("a.gif slow.gif", "frame 1 is shown for 100 and 200 ms"),
+        ("a.gif short.gif", "the numbers of frames differ: 3 and 2"),
+        ("one.png a.gif", "the numbers of frames differ: 1 and 3"),
+    ] {
+        let json = diff(&dir, pair, 1);
+        assert!(json["mismatch"].as_str().unwrap().contains(text), "{json:#}");
+    }
+    diff(&dir, "one.gif one.png", 0);
+}
+
+/// NaN is equal to itself, and differs most from a number.
+#[test]
+fn flip_compares_pictures_with_nan() {
+    let (_dir, dir) = folder();
+    let write = |name: &str, shade: f32| {
+        let mut picture = image::Rgb32FImage::from_pixel(40, 30, image::Rgb([0.25, 0.5, 0.75]));
+        picture.put_pixel(7, 5, image::Rgb([shade, 0.5, 0.75]));
+        picture.save(dir.join(name)).unwrap();
+    };
+    write("number.exr", 0.25);
+    write("nan.exr", f32::NAN);
+    write("infinite.exr", f32::INFINITY);
+    for file in ["nan.exr", "infinite.exr", "number.exr"] {
+        diff(&dir, &format!("{file} {file} --flip"), 0);
+    }
+    for other in ["nan.exr", "infinite.exr"] {
+        let json = diff(&dir, &format!("number.exr {other} --flip --tolerance 0.9"), 1);
+        let view = &json["views"][0];
+        assert_eq!(
+            (&view["max"], &view["boxes"][0]),
+            (&json!(1.0), &json!({"x": 7, "y": 5, "width": 1, "height": 1}))
+        );
+    }
+}
+
 #[test]
 fn failures_have_the_exit_code_2() {
     let (_dir, dir) = folder();

@@ -72,7 +72,10 @@ impl PicturePair {
         let PicturePair { width, height, map, colors: [old, new], shown: [before, after] } = self;
         let tolerance = args.tolerance.unwrap_or(0.0);
         let map = if args.flip {
-            let magnitudes = flip(width as usize, &old, &new, FLIP_PIXELS_PER_DEGREE);
+            let errors = flip(width as usize, &old, &new, FLIP_PIXELS_PER_DEGREE);
+            // NaN beside a number has no colour to compare.
+            let error = |(error, difference): (f32, &f32)| if difference.is_finite() { error } else { 1.0 };
+            let magnitudes = errors.into_iter().zip(&map.magnitudes).map(error).collect();
             DifferenceMap { magnitudes, ..map }
         } else {
             map

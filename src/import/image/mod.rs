@@ -7,6 +7,7 @@ mod exr;
 pub mod jpeg;
 mod ktx2;
 mod radiance;
+pub(crate) mod stored_frames;
 pub(crate) mod stored_picture;
 mod tiff;
 
