@@ -77,7 +77,7 @@ fn is_points(line: &Line) -> bool {
         words.pop();
         words.truncate(words.len() / 3 * 3);
     }
-    words.len() % 3 == 0
+    words.len().is_multiple_of(3)
         && words.chunks_exact(3).all(|point| {
             let is_number = |word: &str| word.parse::<f64>().is_ok();
             is_number(point[0]) && is_number(point[1]) && point[2].parse::<i64>().is_ok()
