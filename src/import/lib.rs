@@ -21,6 +21,7 @@ mod missing_uvs;
 mod normal_maps;
 mod obj;
 mod options;
+mod scale;
 mod smooth;
 mod tangents;
 
@@ -111,6 +112,7 @@ fn load_input(
         }
     };
     options.cancel.check()?;
+    scale::scale_lengths(&mut scene, options.scale.unwrap_or(1.0));
     warnings.extend(missing_uvs::warnings(&scene));
     scene.name = path.file_stem().map(|s| s.to_string_lossy().into_owned()).unwrap_or_default();
     (scene.source.digest, scene.source.files) = folder.sources.into_contents();

@@ -4,6 +4,7 @@ use super::NormalMode;
 use super::files::limits::Limits;
 use blinn_core::cancellation::CancelToken;
 use blinn_scene::SourceFormat;
+use glam::{DMat3, DVec3};
 
 /// Selects one of the file's scenes.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
@@ -23,6 +24,16 @@ pub enum UpAxis {
     Y,
     /// +Z: (x, y, z) becomes (x, z, −y) for everything in the file.
     Z,
+}
+
+impl UpAxis {
+    /// Returns the rotation from the file's coordinates to +Y up.
+    pub(crate) fn rotation(self) -> DMat3 {
+        match self {
+            UpAxis::Y => DMat3::IDENTITY,
+            UpAxis::Z => DMat3::from_cols(DVec3::X, DVec3::NEG_Z, DVec3::Y),
+        }
+    }
 }
 
 /// The choice of transmissive meshes that bound bodies, which refract light.
@@ -60,6 +71,8 @@ pub struct LoadOptions {
     pub scene: SceneChoice,
     /// The file's up axis.
     pub up: UpAxis,
+    /// Factor of all lengths in the file; `None` is 1.
+    pub scale: Option<f64>,
     /// Name of a material variant (KHR_materials_variants); `none` or `None` selects the default materials.
     pub variant: Option<String>,
     /// The encoding of colours in MTL files.
@@ -72,4 +85,11 @@ pub struct LoadOptions {
     pub allow_outside: bool,
     /// Ends the import early. It decides nothing else.
     pub cancel: CancelToken,
+}
+
+impl LoadOptions {
+    /// Returns the transform from the file's coordinates to the scene's: the up axis and the scale.
+    pub(crate) fn root_transform(&self) -> DMat3 {
+        self.up.rotation() * self.scale.unwrap_or(1.0)
+    }
 }

@@ -4,7 +4,7 @@
 use std::collections::HashMap;
 
 use ::gltf::json::Node as JsonNode;
-use glam::{DAffine3, DVec3};
+use glam::{DAffine3, DMat3, DVec3};
 use rayon::prelude::*;
 
 use super::super::tangents;
@@ -21,7 +21,7 @@ use super::{
     light_temperature, lost_lights, sun_strengths, topology, variants,
 };
 use crate::error::{LoadError, Warnings};
-use crate::options::{LoadOptions, UpAxis};
+use crate::options::LoadOptions;
 use blinn_core::cancellation::{CancelToken, Cancelled};
 use blinn_scene::{LocalTransform, Mesh, Node, Scene, Source, SourceFormat, unit_quaternion};
 
@@ -70,7 +70,7 @@ pub(super) fn scene(
         Some(world) => Some(world),
         None => image_based_light::read(doc, selected, options.up, warnings)?,
     };
-    let scene_nodes = add_nodes(&mut scene, doc, &nodes, options.up);
+    let scene_nodes = add_nodes(&mut scene, doc, &nodes, options.root_transform());
     let objects = ObjectBuilder::new(doc, mesh_ids, &scene_nodes);
     let attached = objects.attach_all(&mut scene, &nodes, warnings)?;
     let ids = SceneIds {
@@ -215,15 +215,15 @@ fn add_tangents(scene: &mut Scene, cancel: &CancelToken) -> Result<(), Cancelled
     })
 }
 
-/// Adds the nodes, below a root that rotates the scene if the file's up axis is +Z. Returns the scene's
-/// node for each node of the file.
-fn add_nodes(scene: &mut Scene, doc: &Document<'_>, nodes: &[SceneNode], up: UpAxis) -> Vec<Option<u32>> {
-    if up == UpAxis::Z {
-        let rotation = DAffine3::from_cols(DVec3::X, DVec3::NEG_Z, DVec3::Y, DVec3::ZERO);
-        scene.nodes.push(Node { local: LocalTransform::Matrix(rotation), visible: true, ..Node::default() });
+/// Adds the nodes, below a root with the transform `root` unless that is the identity. Returns the scene's node for each
+/// node of the file.
+fn add_nodes(scene: &mut Scene, doc: &Document<'_>, nodes: &[SceneNode], root: DMat3) -> Vec<Option<u32>> {
+    let top = (root != DMat3::IDENTITY).then_some(0);
+    if top.is_some() {
+        let local = LocalTransform::Matrix(DAffine3::from_mat3(root));
+        scene.nodes.push(Node { local, visible: true, ..Node::default() });
     }
     let offset = scene.nodes.len() as u32;
-    let top = (up == UpAxis::Z).then_some(0);
     let mut scene_nodes = vec![None; doc.root().nodes.len()];
     for (id, node) in (offset..).zip(nodes) {
         let json = &doc.root().nodes[node.node];

@@ -59,12 +59,8 @@ pub(super) fn read(
     }
     let rotation =
         quaternion.map_or(DMat3::IDENTITY, |q| DMat3::from_quat(unit_quaternion(q.map(|v| v as f32))));
-    let to_world = match up {
-        UpAxis::Y => DMat3::IDENTITY,
-        UpAxis::Z => DMat3::from_cols(DVec3::X, DVec3::NEG_Z, DVec3::Y),
-    };
     let environment = Environment::from_cube_map(&cube, irradiance);
-    Ok(Some(environment.scaled(Rgb::splat(intensity.unwrap_or(1.0))).rotated(to_world * rotation)))
+    Ok(Some(environment.scaled(Rgb::splat(intensity.unwrap_or(1.0))).rotated(up.rotation() * rotation)))
 }
 
 /// Index of the light that a scene uses.

@@ -18,6 +18,7 @@ mod nodes;
 mod null_values;
 mod parse;
 mod ranges;
+mod scale;
 mod tangents;
 mod validate;
 mod variants;

@@ -42,7 +42,7 @@ use glam::{DAffine3, DMat3, DVec3};
 use super::error::{LoadError, Warning, Warnings};
 use super::finite_uvs::replace_nonfinite;
 use super::memory::MemoryBudget;
-use super::{Limits, LoadOptions, UpAxis};
+use super::{Limits, LoadOptions};
 use crate::files::{escape::printable, scene_folder::SceneFolder, scene_input::SceneInput};
 use blinn_core::cancellation::CancelToken;
 use blinn_scene::{
@@ -201,7 +201,7 @@ fn build_scene(
         objects: geometry.objects.clone(),
         ..Default::default()
     };
-    let local = LocalTransform::Matrix(to_world(options.up, origin));
+    let local = LocalTransform::Matrix(to_world(options.root_transform(), origin));
     scene.nodes.push(Node { name: String::new(), local, visible: true, ..Default::default() });
     options.cancel.check()?;
     let names = std::mem::take(&mut geometry.materials);
@@ -264,13 +264,9 @@ fn warn_about_faces(geometry: &ObjGeometry, warnings: &mut Warnings) {
     warn(geometry.self_intersecting, "triangulated {} self-intersecting polygons as fans: too many corners");
 }
 
-/// Returns the transform from coordinates relative to `origin` to the world.
-fn to_world(up: UpAxis, origin: Option<DVec3>) -> DAffine3 {
-    let turn = match up {
-        UpAxis::Y => DMat3::IDENTITY,
-        UpAxis::Z => DMat3::from_cols(DVec3::X, DVec3::NEG_Z, DVec3::Y),
-    };
-    DAffine3 { matrix3: turn, translation: turn * origin.unwrap_or_default() }
+/// Returns the transform from coordinates relative to `origin` to the world; `root` is that of the file's coordinates.
+fn to_world(root: DMat3, origin: Option<DVec3>) -> DAffine3 {
+    DAffine3 { matrix3: root, translation: root * origin.unwrap_or_default() }
 }
 
 /// Returns the first comment with a word, in which exporters name themselves: some draw lines of `#` around it.

@@ -170,6 +170,12 @@ fn geometry_far_from_the_origin_keeps_its_precision() {
         let first = turned.transform_point3(scene.meshes[0].positions[0].as_dvec3());
         assert!(first.abs_diff_eq(DVec3::new(500000.125, 7.0, -5300000.001), 1e-7), "{first}");
     }
+    // A scale multiplies what is turned.
+    let options = LoadOptions { up: UpAxis::Z, scale: Some(0.001), ..LoadOptions::default() };
+    let scaled = load_with("v 1000 0 3000\nv 2000 0 3000\nv 1000 2000 3000\nf 1 2 3\n", &options);
+    let to_world = scaled.nodes[0].local.affine();
+    let points = scaled.meshes[0].positions.iter().map(|p| to_world.transform_point3(p.as_dvec3()));
+    assert!(points.clone().any(|p| p.abs_diff_eq(DVec3::new(1.0, 3.0, -2.0), 1e-9)), "{points:?}");
     // With a face near the origin nothing is recentred.
     let near = "v 0.1 0 0\nv 1e6 0 0\nv 1e6 1e6 0\nf 2 3 1\nf 1 2 3\n";
     let scene = scene(near);

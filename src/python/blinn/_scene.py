@@ -40,8 +40,8 @@ def load(source: Source, *, name: str | os.PathLike[str] | None = None, **option
 
     ``name`` is the path that bytes were read from: messages show it, and its folder has the files that the scene
     refers to. Other options are those of the command with underscores: ``format``, ``scene``, ``variant``,
-    ``up`` ("y" or "z"), ``mtl_colors``, ``glass``, ``smooth``, ``hide``, ``only_objects``, ``allow_outside``,
-    ``max_memory``.
+    ``up`` ("y" or "z"), ``scale``, ``mtl_colors``, ``glass``, ``smooth``, ``hide``, ``only_objects``,
+    ``allow_outside``, ``max_memory``.
 
     Defects that do not prevent rendering are issued as `SceneWarning` and listed in ``Scene.warnings``.
 

@@ -15,7 +15,7 @@ const GLASS_MODES: Choices<GlassMode, 3> =
 const MTL_COLORS: Choices<MtlColors, 3> =
     [("auto", MtlColors::Auto), ("srgb", MtlColors::Srgb), ("linear", MtlColors::Linear)];
 
-pub static SCENE: [OptionDef; 7] = [
+pub static SCENE: [OptionDef; 8] = [
     OptionDef {
         name: "format",
         value_name: "FORMAT",
@@ -47,6 +47,19 @@ pub static SCENE: [OptionDef; 7] = [
         default: Some("y"),
         help: "Up axis of the file",
         effect: Effect::Value(|options, text| choose(&mut options.load.up, text, &UP_AXES)),
+        ..BASE
+    },
+    OptionDef {
+        name: "scale",
+        value_name: "FACTOR",
+        help: "Multiply all lengths of the file, such as 0.001 for millimetres that are written as metres [default: \
+               1]\n\n\
+               Meshes, animations, the places of cameras and lights, clip planes, radii, ranges and volumes are scaled. \
+               Intensities of lights stay as they are, in candela and lux, so that lights at a thousandth of their \
+               distance are brighter.",
+        effect: Effect::Value(|options, text| {
+            store(&mut options.load.scale, values::length_scale(text).map(Some))
+        }),
         ..BASE
     },
     OptionDef {

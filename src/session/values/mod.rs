@@ -9,6 +9,6 @@ pub use camera::{axis, clip, elevation, field_of_view, intrinsics, orbit, shift,
 pub use image::{aovs, background, color, crop, exposure, image_background, size};
 pub use lights::{ao, area_light, lights, point_light, radius, strength, sun};
 pub use numbers::{
-    angle, bytes, depth_unit, direction, exactly, fraction, glob, number, numbers, positive, smooth, vector,
-    whole,
+    angle, bytes, depth_unit, direction, exactly, fraction, glob, length_scale, number, numbers, positive,
+    smooth, vector, whole,
 };

@@ -48,6 +48,12 @@ pub fn positive(text: &str) -> Result<f64, String> {
     if v > 0.0 { Ok(v) } else { Err("must be greater than zero".into()) }
 }
 
+/// A factor of lengths. Coordinates of ordinary scenes remain within the range of `f32`.
+pub fn length_scale(text: &str) -> Result<f64, String> {
+    let v = positive(text)?;
+    if (1e-9..=1e9).contains(&v) { Ok(v) } else { Err("must be between 1e-9 and 1e9".into()) }
+}
+
 /// A whole number in a range.
 pub fn whole<T: TryFrom<i64>>(text: &str, range: RangeInclusive<i64>) -> Result<T, String> {
     let number: i64 = text.parse().map_err(|e: std::num::ParseIntError| match e.kind() {

@@ -1,6 +1,6 @@
 //! The world: a constant radiance, or an equirectangular picture in a buffer view.
 
-use glam::{DMat3, DVec3, Vec3};
+use glam::{DMat3, Vec3};
 
 use super::Members;
 use crate::error::{LoadError, Warnings};
@@ -42,9 +42,5 @@ pub fn read(
     let rotation = world.numbers::<4>("rotation", -1.0..=1.0, warnings);
     let rotation = rotation
         .map_or(DMat3::IDENTITY, |q| DMat3::from_quat(unit_quaternion(q.map(|component| component as f32))));
-    let to_world = match up {
-        UpAxis::Y => DMat3::IDENTITY,
-        UpAxis::Z => DMat3::from_cols(DVec3::X, DVec3::NEG_Z, DVec3::Y),
-    };
-    Ok(Some(environment.scaled(Vec3::splat(strength as f32)).rotated(to_world * rotation)))
+    Ok(Some(environment.scaled(Vec3::splat(strength as f32)).rotated(up.rotation() * rotation)))
 }
