@@ -6,6 +6,7 @@ mod area_light;
 mod attributes;
 mod blender;
 mod blinn_extras;
+mod exporters;
 mod extensions;
 mod graph;
 mod image_based_light;
