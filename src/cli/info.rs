@@ -8,6 +8,7 @@ use serde_json::{Map, Value, json};
 
 use super::args::{InfoArgs, named_options};
 use super::console::{print_error, print_stdout, scene_error, single_line, strict_error, with_flags};
+use super::exporters::{self, Exporter, version_of};
 use super::light_sources;
 use super::plan::scene_list;
 use super::run::panics;
@@ -123,12 +124,15 @@ fn bounded_lines(warnings: &[Warning]) -> Vec<String> {
     lines
 }
 
-/// Properties of a scene that do not depend on its file name and on the order of its objects.
+/// Properties of a scene that do not depend on its file name and on the order of its objects, without what follows from
+/// the generator.
 pub fn comparable_properties(scene: &Scene, warnings: &[Warning], mode: GlassMode) -> Result<Value> {
     let posed = pose(scene, &PoseSettings { animation: AnimationChoice::Rest, ..Default::default() })?;
     let report = BuildReport::count_degenerate(&posed);
     let mut all = properties(&posed, &report, &all_lines(warnings), mode);
-    all.remove("file");
+    for key in ["file", "exporters", "quirks"] {
+        all.remove(key);
+    }
     Ok(Value::Object(all))
 }
 
@@ -145,11 +149,16 @@ fn properties(posed: &PosedScene, report: &BuildReport, warnings: &[String], mod
     let bounds = posed.bounds();
     let corner = |v: glam::DVec3| if bounds.is_empty() { Value::Null } else { json!(v.to_array()) };
     let node = |n: u32| &scene.nodes[n as usize].name;
+    let exporters = exporters::candidates(&scene.source);
     let stored: usize = scene.meshes.iter().map(|m| m.triangles.len()).sum();
     let value = json!({
         "file": "",
         "format": match scene.source.format { SourceFormat::Gltf => "glTF", SourceFormat::Obj => "OBJ" },
         "generator": scene.source.generator,
+        "exporters": exporters.iter().map(|exporter| json!({
+            "name": exporter.name, "version": version_of(&scene.source.generator), "section": exporter.section(),
+        })).collect::<Vec<_>>(),
+        "quirks": quirks(&exporters),
         "scenes": scene.source.scenes,
         "nodes": scene.nodes.len(),
         "objects": scene.objects.len(),
@@ -200,6 +209,15 @@ fn properties(posed: &PosedScene, report: &BuildReport, warnings: &[String], mod
         "warnings": warnings,
     });
     value.as_object().cloned().unwrap_or_default()
+}
+
+/// What is known about the files of exporters, with the exporter's name if there are several.
+fn quirks(exporters: &[&Exporter]) -> Vec<String> {
+    let lines = exporters.iter().flat_map(|exporter| {
+        let prefix = if exporters.len() > 1 { format!("{}: ", exporter.name) } else { String::new() };
+        exporter.quirks.iter().map(move |quirk| format!("{prefix}{}", quirk.line()))
+    });
+    lines.collect()
 }
 
 /// The objects and materials behind the numbers of id AOVs.
@@ -253,6 +271,39 @@ pub(super) fn inline(value: &Value) -> String {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn exporters_and_their_quirks_are_listed() {
+        let mut scene = Scene::default();
+        let properties = |scene: &Scene| {
+            let posed = pose(scene, &PoseSettings::default()).unwrap();
+            scene_properties(&posed, &[], GlassMode::Auto)
+        };
+        assert_eq!(
+            (properties(&scene)["exporters"].clone(), properties(&scene)["quirks"].clone()),
+            (json!([]), json!([]))
+        );
+        scene.source.generator = "Open CASCADE Technology 7.9 [dev.opencascade.org]".into();
+        let several = properties(&scene);
+        let names = ["build123d (OCCT 8.0)", "CadQuery (OCCT 7.9)", "cascadio (OCCT 8.0)"];
+        for (exporter, name) in several["exporters"].as_array().unwrap().iter().zip(names) {
+            assert_eq!((&exporter["name"], &exporter["version"]), (&json!(name), &json!("7.9")));
+        }
+        let line = "CadQuery (OCCT 7.9): lengths are millimetres written as metres: --scale 0.001";
+        assert!(several["quirks"].as_array().unwrap().contains(&json!(line)), "{several}");
+        scene.source.generator = "Babylon.js v9.28.0".into();
+        let one = properties(&scene);
+        let section = "docs/reference/exporters.md#babylon-js-gltf";
+        assert_eq!(
+            one["exporters"],
+            json!([{"name": "Babylon.js", "version": "9.28.0", "section": section}])
+        );
+        let text = to_text(&one);
+        assert!(
+            text.contains("\n  hidden meshes (isVisible, setEnabled, visibility 0) are written"),
+            "{text}"
+        );
+    }
 
     #[test]
     fn numbers_are_as_short_as_in_the_file() {

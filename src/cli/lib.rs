@@ -6,6 +6,7 @@ mod bench;
 mod console;
 mod diff;
 pub mod embed;
+mod exporters;
 mod farm;
 mod files;
 mod info;

@@ -6,6 +6,8 @@ use std::path::Path;
 use blinn_import::{LoadError, LoadOptions, Warning, load, load_bytes};
 use blinn_scene::Scene;
 
+use super::exporters::section_about;
+
 /// Path that stands for standard input, as on Linux and macOS. The argument `-` is short for it.
 const STDIN: &str = "/dev/stdin";
 
@@ -19,11 +21,22 @@ pub fn is_stdin(scene: &Path) -> bool {
     scene == Path::new(STDIN)
 }
 
-/// Loads a scene. References of a scene on standard input are relative to the current folder.
+/// Loads a scene. Warnings that its exporter is known to cause name the section about them. References of a scene on
+/// standard input are relative to the current folder.
 ///
 /// # Errors
 /// As for [`load`]; standard input cannot be read.
 pub fn load_scene_file(path: &Path, options: &LoadOptions) -> Result<(Scene, Vec<Warning>), LoadError> {
+    let (scene, mut warnings) = load_file_or_stdin(path, options)?;
+    for warning in &mut warnings {
+        if let Some(section) = section_about(&scene.source, &warning.message) {
+            warning.message += &format!(" (see {section})");
+        }
+    }
+    Ok((scene, warnings))
+}
+
+fn load_file_or_stdin(path: &Path, options: &LoadOptions) -> Result<(Scene, Vec<Warning>), LoadError> {
     if !is_stdin(path) {
         return load(path, options);
     }

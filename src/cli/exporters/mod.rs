@@ -1,0 +1,130 @@
+//! What is known about the files of other programs, found by the generator that they name.
+
+mod version;
+
+use std::sync::LazyLock;
+
+use serde::Deserialize;
+
+use blinn_scene::{Source, SourceFormat};
+pub use version::version_of;
+
+const TABLE: &str = include_str!("exporters.toml");
+
+/// The page that has a section for each exporter.
+const PAGE: &str = "docs/reference/exporters.md";
+
+/// A program and one format that it writes: an entry of `exporters.toml`.
+#[derive(Debug, Deserialize)]
+#[serde(deny_unknown_fields)]
+#[cfg_attr(not(test), expect(dead_code, reason = "the page shows the other columns"))]
+pub struct Exporter {
+    pub name: String,
+    version: String,
+    format: Format,
+    files: Option<String>,
+    generator: Vec<String>,
+    unit: Option<String>,
+    up: Option<String>,
+    colors: Option<String>,
+    material: Option<String>,
+    normals: Option<String>,
+    alpha: Option<String>,
+    lights: Option<String>,
+    cameras: Option<String>,
+    #[serde(default)]
+    pub quirks: Vec<Quirk>,
+    check: Option<String>,
+    unrepeated: Option<String>,
+}
+
+/// What an exporter writes that readers would not expect.
+#[derive(Debug, Deserialize)]
+#[serde(deny_unknown_fields)]
+#[cfg_attr(not(test), expect(dead_code, reason = "the page shows the other columns"))]
+pub struct Quirk {
+    fact: String,
+    shown: String,
+    help: Option<String>,
+    /// Text of the warning that the quirk causes.
+    warning: Option<String>,
+}
+
+#[derive(Clone, Copy, Debug, Deserialize, PartialEq, Eq)]
+enum Format {
+    #[serde(rename = "glTF")]
+    Gltf,
+    #[serde(rename = "OBJ")]
+    Obj,
+}
+
+impl From<SourceFormat> for Format {
+    fn from(format: SourceFormat) -> Format {
+        match format {
+            SourceFormat::Gltf => Format::Gltf,
+            SourceFormat::Obj => Format::Obj,
+        }
+    }
+}
+
+#[derive(Default, Deserialize)]
+#[serde(deny_unknown_fields)]
+struct Table {
+    exporter: Vec<Exporter>,
+}
+
+/// All exporters, in the order of the page. A test checks that the table parses.
+static EXPORTERS: LazyLock<Vec<Exporter>> =
+    LazyLock::new(|| toml::from_str::<Table>(TABLE).unwrap_or_default().exporter);
+
+/// Returns the exporters that may have written a scene: those with the longest text that its generator contains.
+/// Programs that share a library share its generator.
+pub fn candidates(source: &Source) -> Vec<&'static Exporter> {
+    let length = |exporter: &Exporter| {
+        let marks = exporter.generator.iter().filter(|mark| source.generator.contains(mark.as_str()));
+        marks.map(String::len).max().filter(|_| exporter.format == source.format.into())
+    };
+    let longest = EXPORTERS.iter().filter_map(length).max();
+    EXPORTERS.iter().filter(|exporter| longest.is_some() && length(exporter) == longest).collect()
+}
+
+impl Exporter {
+    /// Returns the place of the exporter's section: a page and an anchor.
+    pub fn section(&self) -> String {
+        format!("{PAGE}#{}", self.anchor())
+    }
+
+    /// Returns the anchor of the exporter's section: letters and digits joined by hyphens.
+    fn anchor(&self) -> String {
+        let format = match self.format {
+            Format::Gltf => "gltf",
+            Format::Obj => "obj",
+        };
+        let name = self.name.to_lowercase();
+        let words = name.split(|c: char| !c.is_ascii_alphanumeric()).filter(|word| !word.is_empty());
+        words.chain([format]).take(5).collect::<Vec<_>>().join("-")
+    }
+}
+
+impl Quirk {
+    /// Returns the fact and what helps, on one line.
+    pub fn line(&self) -> String {
+        match &self.help {
+            Some(help) => format!("{}: {help}", self.fact),
+            None => self.fact.clone(),
+        }
+    }
+}
+
+/// Returns the section about a warning of a scene, if one of its exporters is known to cause it.
+pub fn section_about(source: &Source, warning: &str) -> Option<String> {
+    let causes = |exporter: &&Exporter| {
+        exporter.quirks.iter().filter_map(|quirk| quirk.warning.as_deref()).any(|text| warning.contains(text))
+    };
+    candidates(source).into_iter().find(causes).map(Exporter::section)
+}
+
+#[cfg(test)]
+mod page;
+#[cfg(test)]
+mod tests;
