@@ -22,20 +22,21 @@ use blinn_scene::pose;
 use blinn_scene::{
     AnimationChoice, FileProjection, PoseSettings, PosedScene, Reflectance, Scene, SourceFormat,
 };
-use blinn_session::{ignored_triangles, load_limits};
+use blinn_session::{Options, ignored_triangles, load_limits};
 
 /// Properties of a scene by name, in the order in which they are printed.
 type Properties = Map<String, Value>;
 
 pub fn run(args: &InfoArgs) -> Result<Summary, UsageError> {
     let named = named_options([&args.scene.options.given, &args.common.files.given])?;
-    let options = LoadOptions { limits: load_limits(None), ..named.finish()?.load };
+    let Options { load, blender, .. } = named.finish()?;
+    let options = LoadOptions { limits: load_limits(None), ..load };
     let scenes = scene_list(&args.scene.scenes)?;
     let mut summary = Summary::default();
     let mut all = Vec::new();
     for path in scenes.iter() {
         let path = &path?;
-        match panics::catch(|| read_properties(path, &options, args)) {
+        match panics::catch(|| read_properties(path, &options, blender.as_deref(), args)) {
             Ok(properties) => {
                 all.push(Value::Object(properties));
                 summary.add_scene(None);
@@ -62,8 +63,13 @@ pub fn run(args: &InfoArgs) -> Result<Summary, UsageError> {
 }
 
 /// Reads a scene and returns its properties.
-fn read_properties(path: &Path, options: &LoadOptions, args: &InfoArgs) -> Result<Properties> {
-    let (scene, warnings) = load_scene_file(path, options)?;
+fn read_properties(
+    path: &Path,
+    options: &LoadOptions,
+    blender: Option<&Path>,
+    args: &InfoArgs,
+) -> Result<Properties> {
+    let (scene, warnings) = load_scene_file(path, options, blender)?;
     let posed = pose(&scene, &PoseSettings { animation: AnimationChoice::Rest, ..Default::default() })?;
     let report = BuildReport::count_degenerate(&posed);
     let warnings: Vec<Warning> = warnings

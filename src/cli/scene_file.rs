@@ -3,8 +3,9 @@
 use std::io::{Read, stdin};
 use std::path::Path;
 
-use blinn_import::{LoadError, LoadOptions, Warning, load, load_bytes};
+use blinn_import::{LoadError, LoadOptions, Warning, load_bytes};
 use blinn_scene::Scene;
+use blinn_session::load_scene;
 
 use super::exporters::section_about;
 
@@ -22,12 +23,16 @@ pub fn is_stdin(scene: &Path) -> bool {
 }
 
 /// Loads a scene. Warnings that its exporter is known to cause name the section about them. References of a scene on
-/// standard input are relative to the current folder.
+/// standard input are relative to the current folder. `blender` is the option of that name.
 ///
 /// # Errors
-/// As for [`load`]; standard input cannot be read.
-pub fn load_scene_file(path: &Path, options: &LoadOptions) -> Result<(Scene, Vec<Warning>), LoadError> {
-    let (scene, mut warnings) = load_file_or_stdin(path, options)?;
+/// As for [`load_scene`]; standard input cannot be read.
+pub fn load_scene_file(
+    path: &Path,
+    options: &LoadOptions,
+    blender: Option<&Path>,
+) -> Result<(Scene, Vec<Warning>), LoadError> {
+    let (scene, mut warnings) = load_file_or_stdin(path, options, blender)?;
     for warning in &mut warnings {
         if let Some(section) = section_about(&scene.source, &warning.message) {
             warning.message += &format!(" (see {section})");
@@ -36,9 +41,13 @@ pub fn load_scene_file(path: &Path, options: &LoadOptions) -> Result<(Scene, Vec
     Ok((scene, warnings))
 }
 
-fn load_file_or_stdin(path: &Path, options: &LoadOptions) -> Result<(Scene, Vec<Warning>), LoadError> {
+fn load_file_or_stdin(
+    path: &Path,
+    options: &LoadOptions,
+    blender: Option<&Path>,
+) -> Result<(Scene, Vec<Warning>), LoadError> {
     if !is_stdin(path) {
-        return load(path, options);
+        return load_scene(path, options, blender);
     }
     let mut bytes = Vec::new();
     // One byte more than allowed makes the importer report the limit.

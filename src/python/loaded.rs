@@ -10,9 +10,9 @@ use super::errors::{CallDepth, load_error, value_error, warn};
 use super::pool;
 use super::posed::PosedCell;
 use super::render_job::ClipStart;
-use blinn_import::{GlassMode, LoadOptions, load, load_bytes};
+use blinn_import::{GlassMode, LoadOptions, load_bytes};
 use blinn_scene::{AnimationChoice, Scene};
-use blinn_session::{BackFaceCulling, SessionPlan, load_limits};
+use blinn_session::{BackFaceCulling, SessionPlan, load_limits, load_scene};
 
 /// Where a scene comes from.
 pub enum SceneInput {
@@ -43,10 +43,10 @@ impl LoadedScene {
     ) -> PyResult<LoadedScene> {
         let options = LoadOptions { limits: load_limits(plan.max_memory), ..plan.options.load.clone() };
         let glass = options.glass;
-        let path = name.clone();
+        let (path, blender) = (name.clone(), plan.options.blender.clone());
         let loaded = pool::run_interruptible(py, move || {
             Ok(match &input {
-                SceneInput::File(file) => load(file, &options),
+                SceneInput::File(file) => load_scene(file, &options, blender.as_deref()),
                 SceneInput::Memory(bytes) => load_bytes(bytes, &path, &options),
             })
         })?;

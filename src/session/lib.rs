@@ -9,6 +9,7 @@
 #![deny(unsafe_code)]
 #![warn(missing_docs)]
 
+mod blend;
 mod camera_list;
 mod camera_name;
 mod clip_bounds;
@@ -54,6 +55,7 @@ mod session;
 mod simd_level;
 pub mod values;
 
+pub use blend::load_scene;
 pub use camera_list::{CameraList, ImageCamera, ReplacedCameraFields};
 pub use camera_name::camera_name;
 pub use dataset_plan::DatasetPlan;

@@ -22,6 +22,8 @@ use blinn_scene::{
 pub struct Options {
     /// How the file is read. With default limits: limits depend on the machine and decide no pixels.
     pub load: LoadOptions,
+    /// Blender, or a Python with its module `bpy`, for .blend files; found if `None`.
+    pub blender: Option<PathBuf>,
     /// The objects that are shown.
     pub selection: Selection,
     /// Animation to play: a name, an index, `all` or `none`. `None` plays all that have different targets.
@@ -95,6 +97,7 @@ impl Default for Options {
         let RenderSettings { samples, filter, seed, .. } = RenderSettings::default();
         Options {
             load: LoadOptions::default(),
+            blender: None,
             selection: Selection::default(),
             animation: None,
             size: None,

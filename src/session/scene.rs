@@ -3,9 +3,10 @@
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
+use crate::blend::load_scene;
 use crate::error::SessionError;
 use crate::options::{BackFaceCulling, Options};
-use blinn_import::{LoadOptions, Warning, load};
+use blinn_import::{LoadOptions, Warning};
 use blinn_scene::{Scene as SceneData, Selection};
 
 /// A scene and where it comes from.
@@ -30,7 +31,7 @@ pub struct Scene {
 }
 
 impl Scene {
-    /// Loads a glTF, GLB or OBJ file as `blinn render` does.
+    /// Loads a glTF, GLB, OBJ or .blend file as `blinn render` does ([`load_scene`]).
     ///
     /// # Errors
     /// The file cannot be read, is malformed, exceeds a limit or needs an unsupported feature.
@@ -44,7 +45,7 @@ impl Scene {
     /// As [`Scene::load`].
     pub fn load_with(path: impl AsRef<Path>, options: &LoadOptions) -> Result<Scene, SessionError> {
         let path = path.as_ref().to_path_buf();
-        let (data, warnings) = load(&path, options)?;
+        let (data, warnings) = load_scene(&path, options, None)?;
         Ok(Scene { data: Arc::new(data), path, warnings, load: options.clone() })
     }
 

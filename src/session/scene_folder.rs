@@ -1,23 +1,30 @@
 //! The scene files in a folder and in the folders below it.
 
-use std::ffi::OsStr;
+use std::collections::HashSet;
+use std::ffi::{OsStr, OsString};
 use std::io;
 use std::path::{Path, PathBuf};
 
-/// Extensions of scene files, in lower case.
+/// Extensions of scene files that are read without Blender, in lower case.
 pub const SCENE_EXTENSIONS: [&str; 3] = ["gltf", "glb", "obj"];
 
 /// Deepest level of folders that is searched.
 const MAX_DEPTH: usize = 64;
 
-/// Returns true if a name has the extension of a scene file, in any case.
+/// Returns true if a name has one of [`SCENE_EXTENSIONS`], in any case.
 pub fn has_scene_extension(path: &Path) -> bool {
     let extension = path.extension().map(OsStr::to_ascii_lowercase).unwrap_or_default();
     SCENE_EXTENSIONS.iter().any(|known| extension == *known)
 }
 
+/// Returns true for the name of a .blend file, in any case; not for Blender's backups.
+fn is_blend_file(path: &Path) -> bool {
+    path.extension().is_some_and(|extension| extension.eq_ignore_ascii_case("blend"))
+}
+
 /// Calls `found` for each scene file in `folder` and below, in the order of their names, byte by byte, with a folder's
-/// content at the place of its name. Names that begin with a dot are skipped. Links to files are followed, links to
+/// content at the place of its name. A .blend file is found unless a scene file of the same name is beside it, which it was
+/// probably exported to. Names that begin with a dot are skipped. Links to files are followed, links to
 /// folders are not. A file that cannot be examined, such as a link to nothing, is found: reading it reports why.
 ///
 /// # Errors
@@ -39,12 +46,21 @@ fn visit(folder: &Path, depth: usize, found: &mut dyn FnMut(&Path) -> io::Result
             continue;
         }
         let is_folder = entry.file_type().map_err(with_path)?.is_dir();
-        if is_folder || has_scene_extension(Path::new(&name)) {
+        if is_folder || has_scene_extension(Path::new(&name)) || is_blend_file(Path::new(&name)) {
             entries.push((name, is_folder));
         }
     }
     entries.sort_unstable();
+    let exported: HashSet<OsString> = entries
+        .iter()
+        .filter(|(name, is_folder)| !is_folder && has_scene_extension(Path::new(name)))
+        .filter_map(|(name, _)| Path::new(name).file_stem().map(OsStr::to_os_string))
+        .collect();
     for (name, is_folder) in entries {
+        let stem = Path::new(&name).file_stem().unwrap_or_default();
+        if !is_folder && !has_scene_extension(Path::new(&name)) && exported.contains(stem) {
+            continue;
+        }
         let path: PathBuf = folder.join(name);
         if is_folder {
             visit(&path, depth + 1, found)?;
@@ -62,9 +78,19 @@ mod tests {
     #[test]
     fn scenes_are_found_in_the_order_of_their_names() {
         let dir = tempfile::tempdir().unwrap();
-        for name in
-            ["b/2.GLB", "b/10.obj", "b/.hidden.glb", "b/note.txt", "a.gltf", "c.glb", ".git/x.glb", "B.obj"]
-        {
+        for name in [
+            "b/2.GLB",
+            "b/10.obj",
+            "b/.hidden.glb",
+            "b/note.txt",
+            "a.gltf",
+            "a.blend",
+            "d/e.blend",
+            "d/e.blend1",
+            "c.glb",
+            ".git/x.glb",
+            "B.obj",
+        ] {
             let file = dir.path().join(name);
             std::fs::create_dir_all(file.parent().unwrap()).unwrap();
             std::fs::write(file, "").unwrap();
@@ -83,7 +109,7 @@ mod tests {
         };
         visit_scenes(dir.path(), &mut add).unwrap();
         let mut expected = vec!["B.obj", "a.gltf", "b/10.obj", "b/2.GLB", "c.glb"];
-        expected.extend(if cfg!(unix) { &["d.glb", "e.glb"][..] } else { &[] });
+        expected.extend(if cfg!(unix) { &["d/e.blend", "d.glb", "e.glb"][..] } else { &["d/e.blend"] });
         assert_eq!(names, expected);
         assert!(visit_scenes(&dir.path().join("gone"), &mut |_| Ok(())).is_err());
     }

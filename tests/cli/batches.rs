@@ -42,7 +42,7 @@ fn a_folder_is_a_batch() {
     assert_eq!(names, expected);
     runs(&at, &format!("render objects/ {SMALL} --dry-run -o {{parent}}/{{stem}}.png"));
     fs::create_dir(at.join("empty")).unwrap();
-    refused(&at, "render empty", "empty: a folder without .gltf, .glb or .obj files");
+    refused(&at, "render empty", "empty: a folder without .gltf, .glb, .obj or .blend files");
     refused(&at, "render objects missing/ -o a.png", "would both be written to a.png");
 }
 

@@ -5,6 +5,7 @@
 //! - `assemble`: `blinn assemble` over frames on disk
 //! - `batches`: folders and lists of scenes, `--chunk`, `--ledger` and `--timeout`, after kills too
 //! - `bench`: what `blinn bench` counts, writes, reads and compares
+//! - `blend_files`: .blend files and the programs that convert them
 //! - `camera`: `--orbit`, `--zoom`, f3d's camera flags, `--hide`, `--only-objects`
 //! - `cameras`: lists of cameras in each format
 //! - `dataset_formats`: `turntable --dataset`: COLMAP, BOP and COCO
@@ -44,6 +45,8 @@ mod assemble;
 mod batches;
 mod bench;
 mod benchmark_scenes;
+#[cfg(unix)]
+mod blend_files;
 mod camera;
 mod cameras;
 mod dataset_formats;

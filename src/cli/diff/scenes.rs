@@ -126,7 +126,7 @@ fn in_file(file: &Path, error: anyhow::Error) -> anyhow::Error {
 fn load(plan: &RenderPlan, file: &Path) -> Result<Loaded> {
     let limits = load_limits(plan.session.max_memory);
     let options = LoadOptions { limits, ..plan.session.options.load.clone() };
-    let (mut scene, warnings) = load_scene_file(file, &options)?;
+    let (mut scene, warnings) = load_scene_file(file, &options, plan.session.options.blender.as_deref())?;
     prepare_scene(&plan.session.options, &mut scene)?;
     Ok(Loaded { scene, warnings })
 }

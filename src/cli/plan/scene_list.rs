@@ -113,7 +113,7 @@ impl Expansion {
         let before = self.paths.count();
         visit_scenes(folder, &mut |scene| self.paths.push(scene))?;
         if self.paths.count() == before {
-            let text = format!("{}: a folder without .gltf, .glb or .obj files", folder.display());
+            let text = format!("{}: a folder without .gltf, .glb, .obj or .blend files", folder.display());
             return Err(io::Error::new(io::ErrorKind::NotFound, text));
         }
         Ok(())
@@ -269,7 +269,7 @@ mod tests {
         assert_eq!(expand(&[format!("@{}", at("list").display()).into()]).unwrap(), expected);
         std::fs::create_dir(at("empty")).unwrap();
         let error = expand(&[at("empty")]).unwrap_err().0;
-        assert!(error.contains("a folder without .gltf, .glb or .obj files"), "{error}");
+        assert!(error.contains("a folder without .gltf, .glb, .obj or .blend files"), "{error}");
     }
 
     #[test]

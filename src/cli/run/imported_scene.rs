@@ -38,7 +38,8 @@ impl ImportedScene {
         let start = Instant::now();
         let load_options =
             LoadOptions { limits, cancel: cancel.clone(), ..plan.session.options.load.clone() };
-        let (mut scene, warnings) = load_scene_file(path, &load_options)?;
+        let (mut scene, warnings) =
+            load_scene_file(path, &load_options, plan.session.options.blender.as_deref())?;
         let is_empty = scene.instances.is_empty();
         prepare_scene(&plan.session.options, &mut scene)?;
         Ok(ImportedScene { scene, warnings, is_empty, time: start.elapsed() })

@@ -37,7 +37,7 @@ impl LoadedScene {
     pub fn load(plan: &RenderPlan, path: &Path, cancel: &CancelToken) -> Result<LoadedScene> {
         let limits = load_limits(plan.session.max_memory);
         let options = LoadOptions { limits, cancel: cancel.clone(), ..plan.session.options.load.clone() };
-        let (mut scene, warnings) = load_scene_file(path, &options)?;
+        let (mut scene, warnings) = load_scene_file(path, &options, plan.session.options.blender.as_deref())?;
         if plan.session.options.cull == BackFaceCulling::All {
             scene.materials.iter_mut().for_each(|material| material.double_sided = false);
         }

@@ -36,12 +36,12 @@ class Hits(NamedTuple):
 
 
 def load(source: Source, *, name: str | os.PathLike[str] | None = None, **options: Any) -> "Scene":
-    """Load a .gltf, .glb or .obj file, or its bytes.
+    """Load a .gltf, .glb, .obj or .blend file, or the bytes of one of the first three.
 
     ``name`` is the path that bytes were read from: messages show it, and its folder has the files that the scene
     refers to. Other options are those of the command with underscores: ``format``, ``scene``, ``variant``,
     ``up`` ("y" or "z"), ``scale``, ``mtl_colors``, ``glass``, ``smooth``, ``hide``, ``only_objects``,
-    ``allow_outside``, ``max_memory``.
+    ``allow_outside``, ``max_memory``, ``blender`` (the Blender, or the Python with ``bpy``, that converts .blend files).
 
     Defects that do not prevent rendering are issued as `SceneWarning` and listed in ``Scene.warnings``.
 

@@ -15,13 +15,21 @@ const GLASS_MODES: Choices<GlassMode, 3> =
 const MTL_COLORS: Choices<MtlColors, 3> =
     [("auto", MtlColors::Auto), ("srgb", MtlColors::Srgb), ("linear", MtlColors::Linear)];
 
-pub static SCENE: [OptionDef; 8] = [
+pub static SCENE: [OptionDef; 9] = [
     OptionDef {
         name: "format",
         value_name: "FORMAT",
         choices: &names(&FORMATS),
         help: "Format of the scene files, which is otherwise detected",
         effect: Effect::Value(|options, text| choose(&mut options.load.format, text, &FORMATS)),
+        ..BASE
+    },
+    OptionDef {
+        name: "blender",
+        value_name: "PATH",
+        help: "Program that converts .blend files: Blender 4.2 or later, or a Python with the module bpy [default: \
+               $BLINN_BLENDER, or the newest on PATH]",
+        effect: Effect::Path(|options, path| options.blender = Some(path.into())),
         ..BASE
     },
     OptionDef {

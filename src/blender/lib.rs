@@ -1,0 +1,47 @@
+//! The Python modules of the Blender extension, for programs that run them in a Blender of the user.
+#![deny(unsafe_code)]
+#![warn(missing_docs)]
+
+/// Lists modules by name, with their text.
+macro_rules! modules {
+    ($($name:literal),* $(,)?) => {
+        [$(($name, include_str!($name))),*]
+    };
+}
+
+/// Name and text of each module. They belong into one folder.
+pub const MODULES: &[(&str, &str)] = &modules![
+    "__init__.py",
+    "area_light.py",
+    "camera.py",
+    "conversion.py",
+    "convert.py",
+    "export_hook.py",
+    "export_options.py",
+    "gltf_types.py",
+    "light_emission.py",
+    "node_links.py",
+    "panorama.py",
+    "punctual_light.py",
+    "render_state.py",
+    "scene_settings.py",
+    "world.py",
+];
+
+/// Name of the script that converts a .blend file.
+pub const CONVERT: &str = "convert.py";
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn all_modules_of_the_folder_are_listed() {
+        let folder = std::fs::read_dir(env!("CARGO_MANIFEST_DIR")).unwrap();
+        let names = folder.map(|entry| entry.unwrap().file_name().into_string().unwrap());
+        let mut names: Vec<_> = names.filter(|name| name.ends_with(".py")).collect();
+        names.sort();
+        let listed: Vec<_> = MODULES.iter().map(|(name, _)| *name).collect();
+        assert!(names == listed && listed.contains(&CONVERT), "{names:?} {listed:?}");
+    }
+}

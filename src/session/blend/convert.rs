@@ -1,0 +1,130 @@
+//! Converts a .blend file in a process of its own, or takes the conversion from the cache.
+
+use std::fs;
+use std::io::Read;
+use std::path::Path;
+use std::process::Command;
+
+use twox_hash::XxHash3_128;
+
+use super::blend_file::BlendFile;
+use super::cache::Cache;
+use super::child::{self, Ended};
+use super::conversion::{Conversion, Report};
+use super::find::find;
+use super::probe::{Blender, version_name};
+use blinn_blender::{CONVERT, MODULES};
+use blinn_import::{LoadError, LoadOptions, SceneChoice, open_scene_file};
+
+/// What a conversion depends on, beside the file.
+struct Settings<'a> {
+    blender: Blender,
+    /// Name or index of a scene; `None` for the active one.
+    scene: Option<&'a str>,
+    options: &'a LoadOptions,
+}
+
+/// Converts a file.
+///
+/// # Errors
+/// There is no Blender, it cannot convert the file, or the work was cancelled.
+pub fn convert(
+    file: &BlendFile,
+    options: &LoadOptions,
+    blender: Option<&Path>,
+) -> Result<Conversion, LoadError> {
+    let blender = find(blender, &options.cancel)?;
+    let scene = match &options.scene {
+        SceneChoice::Default => None,
+        SceneChoice::Named(name) => Some(name.as_str()),
+    };
+    let settings = Settings { blender, scene, options };
+    let (cache, key) = (Cache::of_user(), settings.key(file));
+    let max_bytes = options.limits.file_bytes;
+    if let Some(known) = cache.as_ref().and_then(|cache| cache.get(key, max_bytes)) {
+        return Ok(known);
+    }
+    let conversion = settings.run(file)?;
+    if let Some(cache) = cache {
+        cache.put(key, &conversion);
+    }
+    Ok(conversion)
+}
+
+impl Settings<'_> {
+    /// A hash of all that the conversion depends on, except linked files. Paths of those are relative to the file's
+    /// folder.
+    fn key(&self, file: &BlendFile) -> u128 {
+        let mut hash = XxHash3_128::new();
+        let outside = self.options.allow_outside;
+        let parts = (file.digest.to_string(), &file.path, self.blender.version, self.scene, outside);
+        hash.write(format!("{} {parts:?}", env!("CARGO_PKG_VERSION")).as_bytes());
+        MODULES.iter().for_each(|(_, text)| hash.write(text.as_bytes()));
+        hash.finish_128()
+    }
+
+    /// Runs Blender.
+    fn run(&self, file: &BlendFile) -> Result<Conversion, LoadError> {
+        let folder = tempfile::Builder::new().prefix("blinn-").tempdir();
+        let folder = folder.map_err(|cause| LoadError::Io { path: std::env::temp_dir(), cause })?;
+        let io_error = |cause| LoadError::Io { path: folder.path().to_path_buf(), cause };
+        let modules = folder.path().join("modules");
+        fs::create_dir(&modules).map_err(io_error)?;
+        for (name, text) in MODULES {
+            fs::write(modules.join(name), text).map_err(io_error)?;
+        }
+        let output = folder.path().join("scene.glb");
+        let report = folder.path().join("report.txt");
+        let mut command = self.command(&modules.join(CONVERT));
+        command.arg("--input").arg(&file.path).arg("--output").arg(&output).arg("--report").arg(&report);
+        command.arg("--end-with-input").arg(folder.path());
+        if let Some(scene) = self.scene {
+            command.arg(format!("--scene={scene}"));
+        }
+        if !self.options.allow_outside {
+            command.arg("--only-folder");
+        }
+        let memory = self.options.limits.memory_bytes;
+        if i64::try_from(memory).is_ok() {
+            command.arg("--memory").arg(memory.to_string());
+        }
+        let ended = child::run(&mut command, &self.options.cancel);
+        let ended = ended.map_err(|error| error.into_load_error(&self.blender.program))?;
+        let max_bytes = self.options.limits.file_bytes;
+        let text = fs::read(&report).unwrap_or_default();
+        let report = Report::of_script(&String::from_utf8_lossy(&text), max_bytes);
+        if !ended.status.success() || !output.is_file() {
+            return Err(self.failure(&ended, report));
+        }
+        Ok(Conversion::new(report, &read_file(&output, max_bytes)?))
+    }
+
+    /// The start of the command line. Settings and add-ons of the user are not loaded, and scripts of the file not run.
+    fn command(&self, script: &Path) -> Command {
+        let mut command = Command::new(&self.blender.program);
+        if self.blender.is_python {
+            command.arg(script);
+        } else {
+            command.args(["--background", "--factory-startup", "--disable-autoexec", "-noaudio"]);
+            command.args(["--python-exit-code", "1", "--python"]).arg(script).arg("--");
+        }
+        command
+    }
+
+    /// The error of a conversion that failed: its own, or what Blender printed last.
+    fn failure(&self, ended: &Ended, report: Report) -> LoadError {
+        let reason = report.error.unwrap_or_else(|| {
+            let version = version_name(self.blender.version);
+            let last = ended.output.lines().rfind(|line| !line.trim().is_empty()).unwrap_or("no message");
+            format!("Blender {version} ended with {}: {}", ended.status, last.trim())
+        });
+        LoadError::Unsupported(reason)
+    }
+}
+
+fn read_file(path: &Path, max_bytes: u64) -> Result<Vec<u8>, LoadError> {
+    let mut bytes = Vec::new();
+    let read = open_scene_file(path, max_bytes)?.read_to_end(&mut bytes);
+    read.map_err(|cause| LoadError::Io { path: path.to_path_buf(), cause })?;
+    Ok(bytes)
+}

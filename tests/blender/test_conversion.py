@@ -1,0 +1,235 @@
+"""Conversion of .blend files in a process of its own."""
+
+from __future__ import annotations
+
+import json
+import struct
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+bpy = pytest.importorskip("bpy")
+
+SCRIPT = Path(__file__).resolve().parents[2] / "src/blender/convert.py"
+
+
+class Converted:
+    """The result of a conversion."""
+
+    def __init__(self, folder: Path, status: int) -> None:
+        self.status = status
+        report = folder / "report.txt"
+        lines = report.read_text().splitlines() if report.exists() else []
+        self.report = [tuple(line.split(" ", 1)) for line in lines]
+        glb = folder / "scene.glb"
+        self.json = {}
+        if glb.exists():
+            data = glb.read_bytes()
+            self.json = json.loads(data[20 : 20 + struct.unpack("<I", data[12:16])[0]])
+
+    @property
+    def nodes(self) -> dict:
+        return {node["name"]: node for node in self.json.get("nodes", [])}
+
+    def vertices(self, name: str) -> int:
+        mesh = self.json["meshes"][self.nodes[name]["mesh"]]
+        return self.json["accessors"][mesh["primitives"][0]["attributes"]["POSITION"]]["count"]
+
+
+@pytest.fixture()
+def convert(tmp_path):
+    """A function that converts a file, or else saves and converts the scene."""
+
+    def run(*arguments: str, file: Path | None = None) -> Converted:
+        if file is None:
+            file = tmp_path / "scene.blend"
+            bpy.ops.wm.save_as_mainfile(filepath=str(file), copy=True)
+        folder = tmp_path / "out"
+        folder.mkdir(exist_ok=True)
+        command = [sys.executable, SCRIPT, "--input", file, "--output", folder / "scene.glb"]
+        command += ["--report", folder / "report.txt", *arguments]
+        status = subprocess.run(command, stdin=subprocess.DEVNULL, stdout=subprocess.DEVNULL, timeout=300).returncode
+        return Converted(folder, status)
+
+    return run
+
+
+def add_cube(scene, name, collection=None):
+    bpy.ops.mesh.primitive_cube_add()
+    cube = bpy.context.object
+    cube.name = name
+    if collection is not None:
+        scene.collection.objects.unlink(cube)
+        collection.objects.link(cube)
+    return cube
+
+
+def test_a_scene_is_converted_with_its_lights_and_settings(scene, add_light, convert):
+    add_light("AREA")
+    scene.render.resolution_x = 123
+    add_cube(scene, "Cube")
+    result = convert()
+    assert result.status == 0 and result.report == []
+    assert set(result.nodes) == {"Camera", "Area", "Cube"} and "cameras" in result.json
+    assert result.json["extensions"]["EXT_lights_area"]["lights"]
+    assert result.json["scenes"][0]["extras"]["blinn"]["resolution"][0] == 123
+    assert "animations" not in result.json
+
+
+def test_only_what_renders_is_converted(scene, convert):
+    hidden = bpy.data.collections.new("Hidden")
+    unseen = bpy.data.collections.new("Unseen")
+    for collection in [hidden, unseen]:
+        scene.collection.children.link(collection)
+    hidden.hide_render = True
+    unseen.hide_viewport = True
+    add_cube(scene, "Shown")
+    add_cube(scene, "Cutter").hide_render = True
+    add_cube(scene, "Behind").hide_viewport = True
+    add_cube(scene, "Closed").hide_set(True)
+    add_cube(scene, "In hidden", hidden)
+    add_cube(scene, "In unseen", unseen)
+    excluded = bpy.data.collections.new("Excluded")
+    scene.collection.children.link(excluded)
+    add_cube(scene, "In excluded", excluded)
+    bpy.context.view_layer.layer_collection.children["Excluded"].exclude = True
+    scene.camera.hide_render = True
+    assert set(convert().nodes) == {"Camera", "Shown", "Behind", "Closed", "In unseen"}
+
+
+def test_modifiers_and_levels_are_those_of_renders(scene, convert):
+    smooth, hidden = add_cube(scene, "Smooth"), add_cube(scene, "Hidden")
+    subdivision = smooth.modifiers.new("S", "SUBSURF")
+    subdivision.levels, subdivision.render_levels = 0, 2
+    array = hidden.modifiers.new("A", "ARRAY")
+    array.show_viewport, array.show_render = True, False
+    result = convert()
+    assert result.vertices("Smooth") > 90 and result.vertices("Hidden") == 24
+
+
+def test_animation_is_converted_if_there_is_some(scene, convert):
+    cube = add_cube(scene, "Cube")
+    scene.frame_start, scene.frame_end = 1, 11
+    for frame, x in [(1, 0.0), (11, 10.0)]:
+        cube.location.x = x
+        cube.keyframe_insert("location", frame=frame)
+    (animation,) = convert().json["animations"]
+    assert len(animation["channels"]) == 1
+    still = convert("--frame", "6.5")
+    assert "animations" not in still.json
+    assert 0.0 < still.nodes["Cube"]["translation"][0] < 10.0
+
+
+def test_a_scene_is_chosen_by_name_or_index(scene, convert):
+    other = bpy.data.scenes.new("Other")
+    other.collection.objects.link(bpy.data.objects.new("Only here", None))
+    for choice in ["Other", str(list(bpy.data.scenes).index(other))]:
+        result = convert(f"--scene={choice}")
+        assert [s["name"] for s in result.json["scenes"]] == ["Other"] and set(result.nodes) == {"Only here"}
+    result = convert("--scene=Missing")
+    assert result.status == 1
+    assert result.report == [("error", "there is no scene 'Missing'; the file has: 0 'Other', 1 'Scene'")]
+
+
+def test_linked_files_are_listed(scene, convert, tmp_path):
+    path = tmp_path / "a picture.png"
+    image = bpy.data.images.new("A", 2, 2)
+    image.filepath_raw, image.file_format = str(path), "PNG"
+    image.save()
+    linked = bpy.data.images.load(str(path), check_existing=False)
+    linked.use_fake_user = True
+    assert ("file", str(path)) in convert().report
+
+
+@pytest.mark.parametrize("is_packed", [False, True])
+def test_images_outside_the_folder_are_read_on_request(scene, convert, tmp_path, is_packed):
+    (tmp_path / "inside").mkdir()
+    for folder in [tmp_path, tmp_path / "inside"]:
+        image = bpy.data.images.new(folder.name, 2, 2)
+        image.generated_color = (float(folder == tmp_path), 0.5, 0.5, 1.0)
+        image.filepath_raw, image.file_format = str(folder / f"{folder.name}.png"), "PNG"
+        image.save()
+        material = bpy.data.materials.new(folder.name)
+        if bpy.app.version < (5, 0, 0):
+            material.use_nodes = True
+        nodes, links = material.node_tree.nodes, material.node_tree.links
+        texture = nodes.new("ShaderNodeTexImage")
+        texture.image = bpy.data.images.load(str(folder / f"{folder.name}.png"), check_existing=False)
+        if is_packed:
+            texture.image.pack()
+        surface = next(n for n in nodes if n.bl_idname == "ShaderNodeBsdfPrincipled")
+        links.new(texture.outputs["Color"], surface.inputs["Base Color"])
+        add_cube(scene, folder.name).data.materials.append(material)
+    file = tmp_path / "inside/scene.blend"
+    bpy.ops.wm.save_as_mainfile(filepath=str(file), copy=True)
+    result = convert("--only-folder", file=file)
+    assert len(result.json["images"]) == (2 if is_packed else 1)
+    assert sum(key == "warning" and "`allow-outside`" in text for key, text in result.report) == (not is_packed)
+    result = convert(file=file)
+    assert len(result.json["images"]) == 2 and not any(key == "warning" for key, _ in result.report)
+
+
+def test_scripts_of_the_file_do_not_run(scene, convert, tmp_path):
+    mark = tmp_path / "mark"
+    text = bpy.data.texts.new("evil.py")
+    text.write(f"open({str(mark)!r}, 'w').close()")
+    text.use_module = True
+    cube = add_cube(scene, "Cube")
+    driver = cube.driver_add("location", 0).driver
+    driver.type, driver.expression = "SCRIPTED", f"[open({str(mark)!r}, 'w'), 1.0][1]"
+    result = convert()
+    assert result.status == 0 and not mark.exists()
+    assert any(key == "warning" and "scripts were not run" in text for key, text in result.report)
+
+
+def test_worlds_that_are_lost_are_warnings(scene, convert):
+    scene.world = bpy.data.worlds.new("World")
+    if bpy.app.version < (5, 0, 0):
+        scene.world.use_nodes = True
+    nodes, links = scene.world.node_tree.nodes, scene.world.node_tree.links
+    background = next(n for n in nodes if n.bl_idname == "ShaderNodeBackground")
+    links.new(nodes.new("ShaderNodeTexNoise").outputs[0], background.inputs["Color"])
+    assert [key for key, text in convert().report if "world 'World' is not written" in text] == ["warning"]
+
+
+def test_files_of_newer_versions_are_warnings(scene, convert, tmp_path):
+    path = tmp_path / "newer.blend"
+    bpy.ops.wm.save_as_mainfile(filepath=str(path), copy=True, compress=False)
+    data = path.read_bytes()
+    major, minor = bpy.app.version[:2]
+    old, new = (b"v%02d%02d" % (major, m) if major >= 5 else b"v%d%02d" % (major, m) for m in (minor, minor + 1))
+    assert old in data[:20]
+    path.write_bytes(data[:20].replace(old, new) + data[20:])
+    result = convert(file=path)
+    warnings = [text for key, text in result.report if key == "warning"]
+    assert result.status == 0 and len(warnings) == 1
+    assert f"Blender {major}.{minor + 1} saved the file and Blender {major}.{minor} opened it" in warnings[0]
+
+
+@pytest.mark.parametrize("content", [b"BLENDER-v405", b"BLENDER17-01v0500" + bytes(100), b"", b"\x28\xb5\x2f\xfd\0\0"])
+def test_damaged_files_are_one_error(convert, tmp_path, content):
+    path = tmp_path / "damaged.blend"
+    path.write_bytes(content)
+    result = convert(file=path)
+    assert result.status != 0 and not result.json
+    assert [key for key, _ in result.report] == ["error"]
+
+
+def test_truncated_files_are_one_error_or_a_scene(scene, convert, tmp_path):
+    add_cube(scene, "Cube")
+    path = tmp_path / "whole.blend"
+    bpy.ops.wm.save_as_mainfile(filepath=str(path), copy=True, compress=False)
+    data = path.read_bytes()
+    for part in [100, len(data) // 2, len(data) - 100]:
+        path.write_bytes(data[:part])
+        result = convert(file=path)
+        assert result.status == 0 or [key for key, _ in result.report] == ["error"]
+
+
+def test_the_end_of_input_ends_the_conversion(scene, convert, tmp_path):
+    folder = tmp_path / "work"
+    folder.mkdir()
+    result = convert("--end-with-input", str(folder))
+    assert result.status == 1 and not folder.exists()
