@@ -128,16 +128,36 @@ soak:
 bad-files:
     GOLDEN=update cargo test --locked --test robustness bad_files::
 
-# Build the Blender extension: target/blender/blinn-VERSION.zip, for Edit > Preferences > Get Extensions > Install
-# from Disk.
+# Build the Blender extension with the wheel of `just wheel`: target/blender/blinn-VERSION-PLATFORM.zip, for Edit >
+# Preferences > Get Extensions > Install from Disk. Without a wheel it has no render engine.
 blender:
     #!/usr/bin/env bash
     set -euo pipefail
     version=$(sed -n 's/^version = "\(.*\)"/\1/p' src/blender/blender_manifest.toml)
+    stage=$(mktemp -d)
+    trap 'rm -r "$stage"' EXIT
+    cp src/blender/blender_manifest.toml src/blender/*.py LICENSE-MIT LICENSE-APACHE "$stage"
+    name=blinn-$version
+    wheel=$(ls -t target/wheels/blinn-"$version"-*.whl 2>/dev/null | head -n 1 || true)
+    if [ -n "$wheel" ]; then
+        case $wheel in
+            *linux*x86_64.whl) platform=linux-x64 ;;
+            *linux*aarch64.whl) platform=linux-arm64 ;;
+            *win_amd64.whl) platform=windows-x64 ;;
+            *macosx*arm64.whl) platform=macos-arm64 ;;
+            *) platform=macos-x64 ;;
+        esac
+        mkdir "$stage/wheels"
+        cp "$wheel" "$stage/wheels"
+        printf 'platforms = ["%s"]\nwheels = ["./wheels/%s"]\n' $platform "$(basename "$wheel")" >>"$stage/blender_manifest.toml"
+        name+=-$platform
+    else
+        echo "no wheel of blinn $version in target/wheels: the extension has no render engine; run just wheel first" >&2
+    fi
     mkdir -p target/blender
-    zip=$PWD/target/blender/blinn-$version.zip
+    zip=$PWD/target/blender/$name.zip
     rm -f "$zip"
-    (cd src/blender && python3 -m zipfile -c "$zip" blender_manifest.toml *.py ../../LICENSE-MIT ../../LICENSE-APACHE)
+    (cd "$stage" && python3 -m zipfile -c "$zip" *)
     echo "$zip"
 
 # Test the Blender extension with a Python that has bpy and pytest: `just blender-test .venv/bin/python`.

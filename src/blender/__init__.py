@@ -1,14 +1,16 @@
-"""Blender extension of blinn: File > Export > glTF also writes what glTF has no field for."""
+"""Blender extension of blinn: a render engine, and File > Export > glTF also writes what glTF has no field for."""
 
 from __future__ import annotations
 
 import bpy
 
+from . import engine, engine_panels, engine_settings
 from .export_hook import ENABLED, glTF2ExportUserExtension
 
 __all__ = ["glTF2ExportUserExtension", "register", "unregister"]
 
 PANEL = "blinn"
+PARTS = [engine_settings, engine, engine_panels]
 
 
 def draw_export(context: bpy.types.Context, layout: bpy.types.UILayout) -> None:
@@ -38,8 +40,12 @@ def register() -> None:
     )
     setattr(bpy.types.Scene, ENABLED, enabled)
     export_panels()[PANEL] = draw_export
+    for part in PARTS:
+        part.register()
 
 
 def unregister() -> None:
+    for part in reversed(PARTS):
+        part.unregister()
     export_panels().pop(PANEL, None)
     delattr(bpy.types.Scene, ENABLED)

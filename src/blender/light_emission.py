@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import bpy
 
+from .engine_settings import ENGINE
 from .node_links import linked_node
 
 WHITE = (1.0, 1.0, 1.0)
@@ -22,8 +23,8 @@ def tint(light: bpy.types.Light) -> tuple[float, float, float]:
 
 
 def node_emission(light: bpy.types.Light) -> tuple[float, float, float]:
-    """Returns the factor of the light's nodes, which only Cycles evaluates. Linked values count as 1."""
-    if bpy.context.scene.render.engine != "CYCLES" or not light.use_nodes or light.node_tree is None:
+    """Returns the factor of the light's nodes, which Cycles evaluates, and so blinn. Linked values count as 1."""
+    if bpy.context.scene.render.engine not in {"CYCLES", ENGINE} or not light.use_nodes or light.node_tree is None:
         return WHITE
     output = light.node_tree.get_output_node("CYCLES")
     emission = output and linked_node(output.inputs["Surface"])

@@ -6,7 +6,7 @@ from typing import Any
 
 import bpy
 
-from . import world
+from . import engine_settings, world
 
 VERSION = 1
 LIGHT_UNITS = {"SPEC": "standard", "COMPAT": "unitless", "RAW": "raw"}
@@ -79,6 +79,8 @@ def light_paths(scene: bpy.types.Scene) -> dict[str, Any]:
             "indirect": min(cycles.diffuse_bounces, cycles.max_bounces),
             "caustics": cycles.caustics_reflective or cycles.caustics_refractive,
         }
+    if scene.render.engine == engine_settings.ENGINE:
+        return engine_settings.light_paths(scene)
     eevee = getattr(scene, "eevee", None)
     if scene.render.engine.startswith("BLENDER_EEVEE") and getattr(eevee, "use_raytracing", False):
         return {"indirect": 1, "caustics": False}

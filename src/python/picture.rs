@@ -11,8 +11,8 @@ use pyo3::types::PyBytes;
 use super::errors::value_error;
 use super::pool;
 use blinn_output::{BitDepth, ImageFormat, Overwrite, Picture, SaveError, save};
-use blinn_render::AovLayer;
-use blinn_render::integrator::Aov;
+use blinn_render::integrator::{Aov, MatteKind};
+use blinn_render::{AovLayer, MATTE_RANKS};
 
 /// A rendered picture.
 #[pyclass(name = "Picture", module = "blinn", frozen)]
@@ -106,6 +106,30 @@ impl PyPicture {
 
     fn __contains__(&self, name: &str) -> bool {
         self.layer(name).is_some()
+    }
+
+    /// The objects or materials that each pixel shows, over all samples of the filter: ids from 1, uint32, and the parts of
+    /// the pixel that they cover, float32, each of shape (height, width, 6), the largest first and 0 for no more. `kind`
+    /// is "object" or "material".
+    fn matte<'py>(&self, py: Python<'py>, kind: &str) -> PyResult<(Bound<'py, PyAny>, Bound<'py, PyAny>)> {
+        if !MatteKind::ALL.iter().any(|known| known.name() == kind) {
+            return Err(value_error(format!("kind must be \"object\" or \"material\", not '{kind}'")));
+        }
+        let Some(matte) = self.picture.mattes.iter().find(|matte| matte.kind.name() == kind) else {
+            let text = "mattes were not rendered; pass layers=[\"cryptomatte\"] to render()";
+            return Err(PyKeyError::new_err(text));
+        };
+        let (width, height) = self.size();
+        let (ids, coverages): (Vec<u32>, Vec<f32>) = py.detach(|| {
+            let ranked = |pixel, rank| matte.pixel(pixel).get(rank).copied().unwrap_or_default();
+            let all =
+                (0..matte.len()).flat_map(|pixel| (0..MATTE_RANKS).map(move |rank| ranked(pixel, rank)));
+            all.unzip()
+        });
+        Ok((
+            shaped(ids.into_pyarray(py), width, height, MATTE_RANKS)?,
+            shaped(coverages.into_pyarray(py), width, height, MATTE_RANKS)?,
+        ))
     }
 
     /// Writes the picture. The ending picks the format: .png, .exr, .jpg or .webp. Layers are channels of an .exr, and

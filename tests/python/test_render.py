@@ -29,6 +29,20 @@ def test_arrays_are_contiguous_and_shaped(lecture: blinn.Scene) -> None:
         picture["colour"]
 
 
+def test_mattes_cover_what_the_mask_covers(quad: blinn.Scene) -> None:
+    picture = quad.render(size=(40, 30), samples=4, layers=["cryptomatte", "mask", "object-id"])
+    for kind in ["object", "material"]:
+        ids, coverage = picture.matte(kind)
+        assert ids.shape == coverage.shape == (30, 40, 6)
+        assert ids.dtype == np.uint32 and coverage.dtype == np.float32
+        assert ((coverage > 0) == (ids > 0)).all() and coverage.sum(axis=2).max() <= 1 + 1e-6
+        assert (ids[..., 0][coverage[..., 0] == 1] == 1).all() and (coverage[..., 0] == 1).any()
+    with pytest.raises(ValueError, match="kind must be"):
+        picture.matte("colour")
+    with pytest.raises(KeyError, match="cryptomatte"):
+        quad.render(size=(4, 3)).matte("object")
+
+
 def test_intrinsics_and_matrices_agree(quad: blinn.Scene) -> None:
     size = (64, 48)
     K = np.array([[60.0, 0, 40], [0, 55, 20], [0, 0, 1]])

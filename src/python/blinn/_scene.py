@@ -209,9 +209,10 @@ class Scene:
         - ``samples``: per pixel.
         - ``layers``: a name or several of "depth" (metres along the view direction, inf where nothing is), "normal",
           "vertex-normal", "geometric-normal", "position", "albedo", "uv", "mask", "object-id", "material-id", "steps",
-          "distance", "camera-normal", "camera-position", "nocs", "barycentric", "triangle-id", and the light of the
-          picture in layers that add up to it: "diffuse-direct", "diffuse-indirect", "specular-direct",
-          "specular-indirect", "emission", "environment". Flow leads from frame to frame, so only the command has it.
+          "distance", "camera-normal", "camera-position", "nocs", "barycentric", "triangle-id", "cryptomatte" for
+          ``Picture.matte``, and the light of the picture in layers that add up to it: "diffuse-direct",
+          "diffuse-indirect", "specular-direct", "specular-indirect", "emission", "environment". Flow leads from frame to
+          frame, so only the command has it.
         - ``progress``: called with the finished fraction, 0 to 1, in this thread.
         - ``options``: those of the command with underscores, such as ``lights="headlight"``, ``hdri="studio.hdr"``,
           ``exposure=0``, ``background="transparent"``, ``ao=16``; `render_options` lists them. True stands for a flag

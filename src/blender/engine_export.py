@@ -1,0 +1,63 @@
+"""The scene of a render as a GLB, by another Blender in the background.
+
+The exporter changes what it exports, and must not run in the thread that renders.
+"""
+
+from __future__ import annotations
+
+import os
+import subprocess
+import sys
+from pathlib import Path
+from typing import Callable, NamedTuple
+
+import bpy
+
+SCRIPT = Path(__file__).resolve().parent / "convert.py"
+PERIOD = 0.05  # Seconds between looks at the other Blender.
+
+
+class ExportError(Exception):
+    """The scene was not exported."""
+
+
+class Exported(NamedTuple):
+    """A scene as a file."""
+
+    glb: Path
+    warnings: list[str]
+
+
+def export(depsgraph: bpy.types.Depsgraph, folder: Path, is_cancelled: Callable[[], bool]) -> Exported | None:
+    """Exports the scene at its current frame into ``folder``; None after a cancellation."""
+    scene, view_layer = depsgraph.scene, depsgraph.view_layer
+    copy, glb, report = folder / "scene.blend", folder / "scene.glb", folder / "report.txt"
+    # As it is in memory, with its unsaved changes.
+    bpy.data.libraries.write(str(copy), {scene.original}, path_remap="ABSOLUTE")
+    command = [*program(), "--input", copy, "--output", glb, "--report", report, "--end-with-input", folder]
+    command += [f"--scene={scene.name}", f"--view-layer={view_layer.name}"]
+    command += [f"--frame={scene.frame_current + scene.frame_subframe}"]
+    with open(folder / "log.txt", "wb") as log:
+        with subprocess.Popen(command, stdin=subprocess.PIPE, stdout=log, stderr=log) as process:
+            while True:
+                try:
+                    status = process.wait(PERIOD)
+                    break
+                except subprocess.TimeoutExpired:
+                    if is_cancelled():
+                        process.kill()
+                        return None
+    lines = [line.split(" ", 1) for line in os.fsdecode(report.read_bytes()).splitlines()] if report.exists() else []
+    if status != 0 or not glb.exists():
+        errors = [text for key, text in lines if key == "error"]
+        printed = (folder / "log.txt").read_text(errors="replace").strip().splitlines()
+        raise ExportError((errors or printed[-1:] or [f"Blender ended with {status}"])[0])
+    return Exported(glb, [text for key, text in lines if key == "warning"])
+
+
+def program() -> list[object]:
+    """Returns the start of a command line that runs the script: this Blender, or this Python with bpy."""
+    if bpy.app.binary_path:
+        options = ["--background", "--factory-startup", "--disable-autoexec", "-noaudio", "--python-exit-code", "1"]
+        return [bpy.app.binary_path, *options, "--python", SCRIPT, "--"]
+    return [sys.executable, SCRIPT]
