@@ -48,9 +48,9 @@ pub(super) fn apply(scene: &mut Scene, mode: NormalMode, cancel: &CancelToken) -
         }
     }
     for mesh in &mut scene.meshes {
-        if let Some(map) = scene.materials.get(mesh.material as usize).and_then(|m| m.normal) {
+        if let Some(axes) = scene.materials.get(mesh.material as usize).and_then(|m| m.tangent_axes()) {
             cancel.check()?;
-            tangents::generate(mesh, &map.texture, &scene.source);
+            tangents::generate(mesh, axes, &scene.source);
         }
     }
     Ok(())

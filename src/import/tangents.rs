@@ -1,4 +1,4 @@
-//! Generates tangents for normal maps by MikkTSpace, as the glTF specification requires: normal maps are
+//! Generates tangents by MikkTSpace, as the glTF specification requires: normal maps are
 //! baked in this tangent space.
 
 use std::collections::HashMap;
@@ -8,7 +8,7 @@ use bevy_mikktspace::{Geometry, TangentSpace, generate_tangents};
 use glam::{Vec2, Vec3, Vec4};
 
 use super::flat;
-use blinn_scene::{GeneratedFrames, Influences, Mesh, MorphTarget, Source, TextureRef, UvTransform};
+use blinn_scene::{GeneratedFrames, Influences, Mesh, MorphTarget, Source, TangentAxes, UvTransform};
 
 #[cfg(test)]
 mod tests;
@@ -19,14 +19,15 @@ const MAX_VALENCE: u32 = 1024;
 /// Cosine of the smallest angle between a usable tangent and the normal, 0.1°.
 const MAX_COSINE: f32 = 0.999_998;
 
-/// Generates tangents of `mesh` along the texture coordinates of `map`. Splits vertices whose faces have
+/// Generates tangents of `mesh` along texture coordinates. Splits vertices whose faces have
 /// different tangents. A mesh without normals gets face normals. Tangents that the mesh has are kept where they
 /// are usable: finite, not 0, and not parallel to the normal.
 ///
-/// The tangents follow rotations and reflections of the map's texture transform (KHR_texture_transform),
+/// The tangents follow rotations and reflections of the coordinates' transform (KHR_texture_transform),
 /// except in Blender's files: Blender's normal maps use the axes of the untransformed coordinates.
-pub(super) fn generate(mesh: &mut Mesh, map: &TextureRef, source: &Source) {
-    if mesh.uv_set(map.uv_set).is_none() {
+pub(super) fn generate(mesh: &mut Mesh, axes: TangentAxes, source: &Source) {
+    let TangentAxes { uv_set, transform } = axes;
+    if mesh.uv_set(uv_set).is_none() {
         return;
     }
     let Some(own_tangents) = take_usable_tangents(mesh) else { return };
@@ -37,9 +38,9 @@ pub(super) fn generate(mesh: &mut Mesh, map: &TextureRef, source: &Source) {
         flat::generate_normals(mesh);
         mesh.generated_frames = GeneratedFrames::NormalsAndTangents;
     }
-    let uvs = &mesh.uvs[map.uv_set as usize];
-    let axes = if source.is_blender() { UvTransform::IDENTITY } else { map.transform };
-    let uvs: Vec<Vec2> = uvs.iter().map(|&uv| axes.apply(uv)).collect();
+    let uvs = &mesh.uvs[uv_set as usize];
+    let transform = if source.is_blender() { UvTransform::IDENTITY } else { transform };
+    let uvs: Vec<Vec2> = uvs.iter().map(|&uv| transform.apply(uv)).collect();
     let Faces { unique, duplicates } = select_faces(mesh, &uvs);
     let tangents = vec![None; mesh.triangles.len() * 3];
     let mut input = MikkMesh { mesh, uvs: &uvs, faces: &unique, tangents };

@@ -25,6 +25,8 @@ mod light;
 mod light_units;
 mod lighting;
 mod material;
+mod material_inputs;
+mod material_layers;
 mod memory_size;
 mod mesh;
 mod node;
@@ -66,9 +68,10 @@ pub use light::{Light, LightEval, LightKind, LightSample, LocalLight, PosedLight
 pub use light_units::LightUnits;
 pub use lighting::{LightSet, Lighting, ResolvedLighting, UserLight};
 pub use material::{
-    AlphaMode, Clearcoat, ColorInput, Dielectric, Material, MtlReflectance, NormalMap, Reflectance,
-    Reflection, ScalarInput, SurfaceClass, Volume,
+    AlphaMode, Dielectric, Material, MtlReflectance, Reflectance, Reflection, SurfaceClass, Volume,
 };
+pub use material_inputs::{ColorInput, NormalMap, ScalarInput, TangentAxes};
+pub use material_layers::Clearcoat;
 pub use mesh::{DeformedMesh, GeneratedFrames, Influences, Mesh, MorphTarget};
 pub use node::unit_quaternion;
 pub use node::{Instance, LocalTransform, Node, PackedTrs};

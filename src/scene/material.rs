@@ -2,52 +2,8 @@
 
 use glam::Vec3;
 
-use super::{TexelSemantics, TextureChannel, TextureRef};
+use super::{Clearcoat, ColorInput, NormalMap, ScalarInput, TangentAxes, TexelSemantics, TextureRef};
 use blinn_core::geometry::Rgb;
-
-/// A colour: a factor times an sRGB texture.
-#[derive(Clone, Copy, Debug, PartialEq, Default)]
-pub struct ColorInput {
-    /// Linear factor.
-    pub factor: Rgb,
-    /// Texture.
-    pub texture: Option<TextureRef>,
-}
-
-impl ColorInput {
-    /// Returns a constant colour.
-    pub fn new(factor: Rgb) -> ColorInput {
-        ColorInput { factor, texture: None }
-    }
-}
-
-/// A number: a factor times a channel of a linear texture.
-#[derive(Clone, Copy, Debug, PartialEq, Default)]
-pub struct ScalarInput {
-    /// Factor.
-    pub factor: f32,
-    /// Texture and channel.
-    pub texture: Option<(TextureRef, TextureChannel)>,
-}
-
-impl ScalarInput {
-    /// Returns a constant number.
-    pub fn new(factor: f32) -> ScalarInput {
-        ScalarInput { factor, texture: None }
-    }
-}
-
-/// A tangent-space normal map.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct NormalMap {
-    /// Texture, read as linear data.
-    pub texture: TextureRef,
-    /// Scale of the slopes; 1 is the full map.
-    pub scale: f32,
-    /// False multiplies x and y by `scale` (glTF). True also blends z towards 1 for scales below 1, so
-    /// that the normal goes from the surface's own to the map's, like Blender's strength.
-    pub scale_is_strength: bool,
-}
 
 /// How alpha affects visibility.
 #[derive(Clone, Copy, Debug, PartialEq, Default)]
@@ -126,15 +82,6 @@ pub enum Reflection {
     Constant,
     /// More at grazing angles, as Fresnel's equations say.
     Fresnel,
-}
-
-/// A clear coat over a surface (KHR_materials_clearcoat): a dielectric layer of index 1.5.
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub struct Clearcoat {
-    /// Share of the surface that is coated (texture: red); 0 is no coat.
-    pub factor: ScalarInput,
-    /// Perceptual roughness (texture: green).
-    pub roughness: ScalarInput,
 }
 
 /// The inside of a body (KHR_materials_volume).
@@ -234,19 +181,30 @@ impl Default for Material {
 }
 
 impl Material {
-    /// Returns true if textures other than the normal map vary the material.
+    /// Returns true if textures other than normal maps vary the material.
     #[inline]
     pub fn is_textured(&self) -> bool {
         self.texture_slots().into_iter().flatten().next().is_some()
     }
 
-    /// Returns all textures, including the normal map.
+    /// Returns all textures, including normal maps.
     pub fn textures(&self) -> impl Iterator<Item = &TextureRef> {
-        let normal = self.normal.as_ref().map(|map| &map.texture);
+        let normal = self.normal_maps().map(|map| &map.texture);
         self.textures_with_semantics().map(|(texture, _)| texture).chain(normal)
     }
 
-    /// Returns the textures other than the normal map, with their semantics.
+    /// Returns the normal maps of the surface and of its clear coat.
+    #[inline]
+    pub fn normal_maps(&self) -> impl Iterator<Item = &NormalMap> {
+        self.normal.iter().chain(&self.clearcoat.normal)
+    }
+
+    /// Returns the texture coordinates whose axes are the tangent space of the material; `None` if it needs none.
+    pub fn tangent_axes(&self) -> Option<TangentAxes> {
+        self.normal_maps().next().map(|map| TangentAxes::of(&map.texture))
+    }
+
+    /// Returns the textures other than normal maps, with their semantics.
     pub fn textures_with_semantics(&self) -> impl Iterator<Item = (&TextureRef, TexelSemantics)> {
         self.texture_slots().into_iter().flatten()
     }
@@ -255,6 +213,16 @@ impl Material {
     pub fn base_color_semantics(&self) -> TexelSemantics {
         let alpha_counts = self.alpha_from_base && self.alpha_mode != AlphaMode::Opaque;
         if alpha_counts { TexelSemantics::AlphaWeightedColor } else { TexelSemantics::Color }
+    }
+
+    /// Returns true if the material may have layers other than a coat over microfacets, both with the normal of the base.
+    #[inline]
+    pub fn is_layered(&self) -> bool {
+        let is_physical = matches!(
+            self.reflectance,
+            Reflectance::MetallicRoughness { .. } | Reflectance::SpecularGlossiness { .. }
+        );
+        is_physical && self.clearcoat.factor.factor > 0.0 && self.normal_maps().next().is_some()
     }
 
     #[inline]

@@ -71,7 +71,8 @@ fn white_plastic_never_exceeds_a_white_world() {
     for roughness in ROUGHNESSES {
         let (low, high) = range(physical(1.0, 0.0, roughness));
         assert!(low > 0.99 && high <= 1.0 + 1e-6, "roughness {roughness}: {low} to {high}");
-        let coat = Clearcoat { factor: ScalarInput::new(1.0), roughness: ScalarInput::new(roughness) };
+        let coat =
+            Clearcoat { factor: ScalarInput::new(1.0), roughness: ScalarInput::new(roughness), normal: None };
         let (low, high) = range(Material { clearcoat: coat, ..physical(1.0, 0.5, 0.5) });
         assert!(low > 0.98 && high <= 1.0 + 1e-6, "coat of roughness {roughness}: {low} to {high}");
     }
@@ -82,7 +83,7 @@ fn white_plastic_never_exceeds_a_white_world() {
 fn black_plastic_reflects_by_fresnel() {
     let (low, high) = range(physical(0.0, 0.0, 0.0));
     assert!((low - 0.04).abs() < 1e-3 && high > 0.2, "{low} to {high}");
-    let coat = Clearcoat { factor: ScalarInput::new(0.5), roughness: ScalarInput::new(0.0) };
+    let coat = Clearcoat { factor: ScalarInput::new(0.5), roughness: ScalarInput::new(0.0), normal: None };
     let (low, _) = range(Material { clearcoat: coat, ..physical(0.0, 0.0, 0.0) });
     assert!((low - (0.02 + 0.98 * 0.04)).abs() < 1e-3, "{low}");
 }

@@ -203,13 +203,13 @@ fn add_meshes(
     ids
 }
 
-/// Generates tangents for meshes with normal maps.
+/// Generates tangents for meshes whose materials have normal maps.
 fn add_tangents(scene: &mut Scene, cancel: &CancelToken) -> Result<(), Cancelled> {
     let Scene { meshes, materials, source, .. } = scene;
     meshes.par_iter_mut().try_for_each(|mesh| {
-        if let Some(map) = &materials[mesh.material as usize].normal {
+        if let Some(axes) = materials[mesh.material as usize].tangent_axes() {
             cancel.check()?;
-            tangents::generate(mesh, &map.texture, source);
+            tangents::generate(mesh, axes, source);
         }
         Ok(())
     })

@@ -91,6 +91,7 @@ impl MtlMaterial {
         Clearcoat {
             factor: ScalarInput::new(self.coat_share()),
             roughness: ScalarInput::new(self.coat_roughness.unwrap_or(0.0).clamp(0.0, 1.0)),
+            normal: None,
         }
     }
 

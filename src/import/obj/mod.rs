@@ -232,9 +232,9 @@ fn build_scene(
         mesh.keeps_normal_side = keeps_normal_side;
         nonfinite_uvs += mesh.uvs.iter_mut().map(|uvs| replace_nonfinite(uvs)).sum::<usize>();
         black += u64::from(has_colors && colors::remove_black(&mut mesh));
-        if let Some(map) = scene.materials[mesh.material as usize].normal {
+        if let Some(axes) = scene.materials[mesh.material as usize].tangent_axes() {
             // A normal map applies to flat faces too.
-            super::tangents::generate(&mut mesh, &map.texture, &scene.source);
+            super::tangents::generate(&mut mesh, axes, &scene.source);
         }
         let (mesh_id, object) = (i as u32, key.object + 1);
         scene.instances.push(Instance { node: 0, mesh: mesh_id, object, ..Instance::default() });

@@ -5,17 +5,17 @@ use blinn_scene::UvTransform;
 #[test]
 fn tangents_follow_the_texture_transform_except_in_blender_files() {
     let quarter = UvTransform::khr(Vec2::ZERO, std::f32::consts::FRAC_PI_2, Vec2::ONE);
-    let map = TextureRef { transform: quarter, ..map() };
+    let map = TangentAxes { transform: quarter, ..map() };
     for (generator, along) in [("", Vec3::Y), ("Khronos glTF Blender I/O v5.0.21", Vec3::X)] {
         let mut mesh = square();
-        generate(&mut mesh, &map, &Source { generator: generator.into(), ..Source::default() });
+        generate(&mut mesh, map, &Source { generator: generator.into(), ..Source::default() });
         let t = mesh.tangents[0].truncate();
         assert!(t.dot(along).abs() > 0.999, "{generator}: {t}");
     }
 }
 
-fn map() -> TextureRef {
-    TextureRef { texture: 0, uv_set: 0, transform: UvTransform::IDENTITY }
+fn map() -> TangentAxes {
+    TangentAxes { uv_set: 0, transform: UvTransform::IDENTITY }
 }
 
 /// A square of two triangles in the plane z = 0 with an upright image.
@@ -32,7 +32,7 @@ fn square() -> Mesh {
 #[test]
 fn tangents_of_an_upright_image_point_along_u() {
     let mut mesh = square();
-    generate(&mut mesh, &map(), &Source::default());
+    generate(&mut mesh, map(), &Source::default());
     // t points along +u, and b = cross(n, t)·w up in the image.
     assert_eq!(mesh.tangents, [Vec4::new(1.0, 0.0, 0.0, 1.0); 4]);
     assert_eq!(mesh.positions.len(), 4);
@@ -44,7 +44,7 @@ fn mirrored_texture_coordinates_split_the_seam() {
     // The second triangle is folded back onto the image.
     mesh.uvs[0][3] = Vec2::new(1.0, 1.0);
     mesh.colors = (0..4).map(|i| Vec4::splat(i as f32)).collect();
-    generate(&mut mesh, &map(), &Source::default());
+    generate(&mut mesh, map(), &Source::default());
     assert_eq!((mesh.positions.len(), mesh.tangents.len(), mesh.uvs[0].len()), (6, 6, 6));
     let signs: Vec<[f32; 3]> =
         mesh.triangles.iter().map(|t| t.map(|v| mesh.tangents[v as usize].w)).collect();
@@ -65,7 +65,7 @@ fn invalid_values_do_not_panic() {
         mesh.positions[2] = Vec3::splat(value);
         mesh.uvs[0][1] = Vec2::splat(value);
         mesh.normals[0] = Vec3::splat(value);
-        generate(&mut mesh, &map(), &Source::default());
+        generate(&mut mesh, map(), &Source::default());
         assert_eq!(mesh.tangents.len(), mesh.positions.len());
     }
 }
@@ -94,7 +94,7 @@ proptest::proptest! {
     #[test]
     fn degenerate_meshes_keep_their_shape(mesh in degenerate_meshes()) {
         let mut split = mesh.clone();
-        generate(&mut split, &map(), &Source::default());
+        generate(&mut split, map(), &Source::default());
         assert_eq!(split.tangents.len(), split.positions.len());
         assert_eq!(split.uvs[0].len(), split.positions.len());
         for (a, b) in mesh.triangles.as_flattened().iter().zip(split.triangles.as_flattened()) {
@@ -110,9 +110,9 @@ fn duplicate_triangles_share_their_tangents() {
     let mut mesh = square();
     mesh.uvs[0][3] = Vec2::new(1.0, 1.0);
     let mut alone = mesh.clone();
-    generate(&mut alone, &map(), &Source::default());
+    generate(&mut alone, map(), &Source::default());
     mesh.triangles.extend([[1, 2, 0], [3, 0, 2]]);
-    generate(&mut mesh, &map(), &Source::default());
+    generate(&mut mesh, map(), &Source::default());
     assert_eq!((&mesh.positions, &mesh.tangents), (&alone.positions, &alone.tangents));
     let turned: Vec<[u32; 3]> = [mesh.triangles[2], mesh.triangles[3]]
         .iter()
@@ -128,7 +128,7 @@ fn coincident_triangles_take_linear_time() {
     let start = std::time::Instant::now();
     let mut same = square();
     same.triangles = same.triangles.repeat(n / 2);
-    generate(&mut same, &map(), &Source::default());
+    generate(&mut same, map(), &Source::default());
     assert_eq!(same.positions.len(), 4);
     // Triangles at one position with different coordinates; a fan around one vertex; triangles without
     // area.
@@ -147,7 +147,7 @@ fn coincident_triangles_take_linear_time() {
             mesh.uvs[0].extend([Vec2::new(shift, 0.0), Vec2::new(shift + 1.0, f), Vec2::new(shift, 1.0)]);
             mesh.triangles.push([3 * i, 3 * i + 1, 3 * i + 2]);
         }
-        generate(&mut mesh, &map(), &Source::default());
+        generate(&mut mesh, map(), &Source::default());
         assert!(mesh.tangents.iter().all(|t| t.is_finite()));
     }
     // Quadratic time would take minutes.

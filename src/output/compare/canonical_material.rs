@@ -70,7 +70,7 @@ fn for_each_texture(material: &mut Material, change: &mut dyn FnMut(&mut Texture
     }
     colors.into_iter().flat_map(|color| &mut color.texture).for_each(&mut *change);
     scalars.into_iter().flat_map(|scalar| &mut scalar.texture).for_each(|(texture, _)| change(texture));
-    normal.iter_mut().for_each(|map| change(&mut map.texture));
+    normal.iter_mut().chain(&mut clearcoat.normal).for_each(|map| change(&mut map.texture));
 }
 
 #[cfg(test)]

@@ -16,10 +16,12 @@ use crate::integrator::direct_light::IncidentLight;
 use crate::integrator::emitters::Emitters;
 use crate::integrator::environment_lighting::apply_source_visibility;
 use crate::integrator::frame::Frame;
+use crate::integrator::layers::block_layers::add_layered_light;
+use crate::integrator::layers::layered_point::LobePdf;
 use crate::integrator::light_points::{LightPoints, SampleAreaLight};
 use crate::integrator::material::ggx::{MIRROR_ALPHA, NARROW_ALPHA};
 use crate::integrator::material::highlight_lobe::reflection_pdf;
-use crate::integrator::microfacet_highlights::{LobeWeights, add_weighted_highlights};
+use crate::integrator::microfacet_highlights::{LobeWeights, add_highlights};
 use crate::integrator::paths::balance_heuristic;
 use crate::integrator::sample::{SampleDimension, SampleStream};
 use crate::integrator::shading_batch::ShadingBatch;
@@ -291,17 +293,27 @@ impl AutovecKernel for AddLightPoints<'_> {
         }
         blinn_phong(block, incident, terms.has_specular && block.has_specular && lit, &diffuse_weight);
         let diffuse = if terms.separates_specular() { block.current_light } else { ZERO3_F32 };
+        if terms.has_specular && lit && block.layered.mask() != 0 {
+            add_layered_light(block, incident, true, &|i, pdfs| {
+                let weight = |probability: f32, LobePdf { density: of_lobe, alpha }: LobePdf| {
+                    light_weight(density[i], probability, alpha, probability * of_lobe)
+                };
+                [weight(spawn.facets[i], pdfs.facets), weight(spawn.coats[i], pdfs.coat)]
+            });
+        }
         if terms.has_specular && lit && block.highlights.points != 0 {
             let mut weights = LobeWeights { has_exact_fresnel: true, ..LobeWeights::ONE };
             for i in 0..LANES {
                 let (n, v, l) =
                     (block.n_specular(i).as_vec3(), block.v(i).as_vec3(), incident.l(i).as_vec3());
-                let weight =
-                    |probability: f32, alpha: f32| light_weight(density[i], probability, alpha, [n, v, l]);
+                let weight = |probability: f32, alpha: f32| {
+                    let of_ray = probability * reflection_pdf(n, l, v, alpha * alpha);
+                    light_weight(density[i], probability, alpha, of_ray)
+                };
                 weights.facets[i] = weight(spawn.facets[i], block.lobe_alpha[i]);
                 weights.coats[i] = weight(spawn.coats[i], block.coat_alpha[i]);
             }
-            add_weighted_highlights(block, incident, &weights);
+            add_highlights(block, incident, &weights);
         }
         if terms.separates_specular() {
             block.current_specular = diffuse;
@@ -314,10 +326,9 @@ impl AutovecKernel for AddLightPoints<'_> {
 }
 
 /// The weight of the light that a shadow ray finds in a lobe that spawns a ray with a probability. `density` is that of the
-/// shadow ray's direction, per steradian.
+/// shadow ray's direction, per steradian, and `of_ray` that of the ray.
 #[inline(always)]
-fn light_weight(density: f32, probability: f32, alpha: f32, [n, v, l]: [Vec3; 3]) -> f32 {
-    let of_ray = probability * reflection_pdf(n, l, v, alpha * alpha);
+fn light_weight(density: f32, probability: f32, alpha: f32, of_ray: f32) -> f32 {
     let weight = balance_heuristic(density, of_ray);
     // The image in a mirror has no noise.
     let weight = if alpha < MIRROR_ALPHA as f32 { 0.0 } else { weight };

@@ -38,7 +38,7 @@ pub(crate) fn survival_probability(
 /// Sets of points of a block, as bit masks.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub(crate) struct BlockLobes {
-    /// Points at which a lobe or a refracting surface is strong or narrow enough to spawn rays.
+    /// Points at which a lobe or a refracting surface is strong or narrow enough to spawn rays, and layered points.
     pub spawning: u32,
     /// Points whose microfacets look the environment up.
     facet_lookups: u32,
@@ -159,10 +159,13 @@ impl AutovecKernel for Classify<'_> {
         }
         let points = lanes.reflecting & mask(&is_visible);
         let reflecting = points & !lanes.refracting;
+        // Layered points request all light of their lobes one by one.
+        let layered = reflecting & block.layered.mask();
+        let plain = reflecting & !layered;
         *lobes = BlockLobes {
-            spawning: (points & lanes.refracting) | (reflecting & (facets.strong() | coat.strong())),
-            facet_lookups: reflecting & facets.lookups(),
-            coat_lookups: reflecting & coat.lookups(),
+            spawning: (points & lanes.refracting) | layered | (plain & (facets.strong() | coat.strong())),
+            facet_lookups: plain & facets.lookups(),
+            coat_lookups: plain & coat.lookups(),
         };
     }
 }

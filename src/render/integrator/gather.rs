@@ -11,6 +11,7 @@ use glam::DVec3;
 use crate::integrator::compositor::Compositor;
 use crate::integrator::emitters::Emitters;
 use crate::integrator::frame::Frame;
+use crate::integrator::layers::layer_inputs::LayerInputs;
 use crate::integrator::material::coefficient_lanes::CoefficientLanes;
 use crate::integrator::material::coefficients::Coefficients;
 use crate::integrator::material::evaluator::{EvalMaterial, EvalSettings};
@@ -244,7 +245,7 @@ impl<F: Fn(&Coefficients, DVec3) -> Rgb> MaterialPass<'_, F> {
         let (block, start) = soa.lane_mut(run.points.start);
         let lanes = start..start + run.points.len();
         let is_uniform = !(has_color || material.is_textured());
-        if !is_uniform || material.normal.is_some() {
+        if !is_uniform || material.normal_maps().next().is_some() {
             self.inputs.texels.set_material(posed, index);
             for (triangle, lanes) in run.triangles() {
                 self.inputs.set_triangle(posed, triangle, block, lanes);
@@ -279,6 +280,14 @@ impl<F: Fn(&Coefficients, DVec3) -> Rgb> MaterialPass<'_, F> {
             has_normal_map: material.normal.is_some(),
             antialiasing: SpecularAntialiasing::new(material, &frame.overrides),
         });
+        if self.settings.reflections_enabled && material.is_layered() {
+            let inputs = LayerInputs::new(posed, material, &self.inputs);
+            for (triangle, lanes) in run.triangles() {
+                for lane in lanes {
+                    block.layered.set(lane, inputs.layers(triangle, block, lane));
+                }
+            }
+        }
         if let Some(emitters) = &frame.emitters {
             self.weight_emission(emitters, run, block);
         }

@@ -27,7 +27,7 @@ impl AutovecKernel for LimitHighlights<'_> {
     fn run(self) {
         let mut incident = IncidentLight::ZERO;
         for (block, _) in self.points.blocks_mut() {
-            if block.highlights.points == 0 {
+            if (block.highlights.points | block.layered.mask()) == 0 {
                 continue;
             }
             let mut irradiance = [0.0; LANES];

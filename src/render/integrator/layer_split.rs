@@ -3,9 +3,10 @@
 use std::hint::black_box;
 
 use crate::integrator::frame::Frame;
+use crate::integrator::layers::block_layers::cover_layered_points;
 use crate::integrator::material::directional_albedo::{COAT_IOR, FacetAlbedos, FacetLobe};
 use crate::integrator::shading_batch::ShadingBatch;
-use crate::integrator::surface::highlights::FacetLobeLanes;
+use crate::integrator::surface::highlights::{FacetLobeLanes, widened};
 use crate::integrator::surface::point_block::PointBlock;
 use crate::integrator::surface::soa::{LANES, LaneArray, mask, set3, vec3};
 use blinn_core::simd::AutovecKernel;
@@ -17,6 +18,9 @@ pub(crate) fn apply_specular_layers(frame: &Frame, batch: &mut ShadingBatch) {
         let reflecting = block.reflecting_lanes(count);
         if reflecting != 0 {
             frame.simd().run(SplitLight { frame, block, reflecting });
+        }
+        if block.layered.mask() != 0 {
+            cover_layered_points(frame, block);
         }
     }
 }
@@ -123,10 +127,4 @@ impl AutovecKernel for SplitLight<'_> {
 #[inline(always)]
 fn copy(to: &mut LaneArray<f32>, from: &[f32; LANES]) {
     to[..LANES].copy_from_slice(from);
-}
-
-/// α of a lobe whose α² is increased by the variance of the normals that a sample covers.
-#[inline(always)]
-pub(crate) fn widened(alpha: f32, alpha2_increase: f32) -> f32 {
-    (alpha * alpha + alpha2_increase).min(1.0).sqrt()
 }

@@ -22,15 +22,9 @@ impl LobeWeights {
         LobeWeights { facets: [1.0; LANES], coats: [1.0; LANES], has_exact_fresnel: false };
 }
 
-/// Adds I/r² times the highlights of a block's points to their current light.
+/// Adds I/r² times the highlights of a block's points to their current light, each lobe with a weight.
 #[inline(always)]
-pub(crate) fn add_highlights(block: &mut PointBlock, light: &IncidentLight) {
-    add_weighted_highlights(block, light, &LobeWeights::ONE);
-}
-
-/// [`add_highlights`], each lobe with a weight.
-#[inline(always)]
-pub(crate) fn add_weighted_highlights(block: &mut PointBlock, light: &IncidentLight, weights: &LobeWeights) {
+pub(crate) fn add_highlights(block: &mut PointBlock, light: &IncidentLight, weights: &LobeWeights) {
     let mut reflected = [[0.0; LANES]; 3];
     let directions = Directions::new(block, light);
     let highlights = &block.highlights;

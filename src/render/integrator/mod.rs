@@ -26,6 +26,7 @@ mod gather;
 mod ground_plane;
 mod highlight_limits;
 mod layer_split;
+mod layers;
 mod light_layers;
 mod light_parts;
 mod light_points;

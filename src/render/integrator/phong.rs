@@ -4,7 +4,7 @@
 //!
 //! The sum is over the lights. V, 0…1, is the visibility of the light, which a shadow ray finds. L_r is the light that
 //! arrives from where the surface reflects; k_r is 0 for matte surfaces. Physical materials that reflect have k_s = 0, and
-//! [`add_highlights`] reflects lights in the lobe of L_r instead. The lecture's exponent p is `shininess` here, and its ray
+//! [`add_layers`] reflects lights in the lobe of L_r instead, and in those of all other layers. The lecture's exponent p is `shininess` here, and its ray
 //! origin p is `o`: in this program p is a point of a surface.
 //!
 //! Points are shaded in blocks of [`LANES`], stored as structure of arrays, so that the loops over a block are vectorised.
@@ -38,10 +38,10 @@ use crate::integrator::frame::Frame;
 use crate::integrator::gather::gather_points;
 use crate::integrator::highlight_limits::limit_highlights;
 use crate::integrator::layer_split::apply_specular_layers;
+use crate::integrator::layers::block_layers::add_layers;
 use crate::integrator::light_layers::{LightLayer, SampleLayers};
 use crate::integrator::light_parts::{LightSplit, SampleParts};
 use crate::integrator::material::coefficients::Coefficients;
-use crate::integrator::microfacet_highlights::add_highlights;
 use crate::integrator::path_rays::{MAX_SURFACES_PER_RAY, PathRays};
 use crate::integrator::paths::{PathLight, PathStates};
 use crate::integrator::sample::{Sample, SampleStream};
@@ -359,8 +359,8 @@ impl AutovecKernel for DirectLightKernel<'_> {
                 block.current_specular = block.current_light;
             }
             blinn_phong(block, &incident, has_specular_points, &[1.0; LANES]);
-            if has_specular && block.highlights.points != 0 && lit_mask != 0 {
-                add_highlights(block, &incident);
+            if has_specular && lit_mask != 0 {
+                add_layers(block, &incident);
             }
             if separates_specular {
                 block.leave_specular_light();

@@ -83,6 +83,8 @@ struct ReflectingLayer {
     /// GGX α of the material.
     alpha: f32,
     lobe: Lobe,
+    /// True at a layered point.
+    is_layered: bool,
 }
 
 impl<'a> ReflectionRays<'a> {
@@ -101,8 +103,10 @@ impl<'a> ReflectionRays<'a> {
     pub fn spawn(&mut self, batch: &ShadingBatch, i: usize, throughput: Rgb, spawned: &mut SpawnedRays) {
         let (block, lane) = batch.soa.lane(i);
         let layers = block.k.layers.get(lane);
-        let lobe = |alpha: f32, f0: f32| Lobe {
-            n: block.n_specular(lane),
+        let layered = block.layered.get(lane);
+        let n = block.n_specular(lane);
+        let lobe = |n: DVec3, alpha: f32, f0: f32| Lobe {
+            n,
             v: block.v(lane),
             alpha: f64::from(alpha),
             f0: f64::from(f0),
@@ -115,14 +119,16 @@ impl<'a> ReflectionRays<'a> {
             share: share(of_facets),
             occlusion: layers.occlusion,
             alpha: layers.alpha,
-            lobe: lobe(block.lobe_alpha[lane], layers.mean_f0()),
+            lobe: lobe(n, block.lobe_alpha[lane], layers.mean_f0()),
+            is_layered: layered.is_some(),
         };
         let coat = ReflectingLayer {
             k_r: Rgb::splat(block.k_r_coat[lane]),
             share: share(of_coat),
             occlusion: 1.0,
             alpha: layers.coat_alpha,
-            lobe: lobe(block.coat_alpha[lane], COAT_F0),
+            lobe: lobe(layered.map_or(n, |point| point.coat.n), block.coat_alpha[lane], COAT_F0),
+            is_layered: layered.is_some(),
         };
         let n_g = dvec3(&block.n_g, lane);
         if let Some(ray) = self.pending_ray(batch, i, throughput, &microfacets, false, spawned) {
@@ -165,11 +171,15 @@ impl<'a> ReflectionRays<'a> {
         let survival =
             survival_probability(importance, is_narrow, self.stream.wave, self.frame.occludes_environment());
         if !self.states.may_reflect(path) || survival == 0.0 {
-            // The light of weak lobes has been added for the whole block.
-            if !(importance < STRONG_IMPORTANCE) && self.frame.environment.is_some() {
+            // The light of weak lobes of plain points has been added for the whole block.
+            let is_weak = importance < STRONG_IMPORTANCE;
+            if (!is_weak || layer.is_layered) && self.frame.environment.is_some() {
                 let weight = k_r * layer.occlusion;
                 let request = LobeRequest { lobe, receiver: LightReceiver::Point(point), weight };
-                spawned.light.integrate(request, self.stream.samples[path].index);
+                match is_weak {
+                    true => spawned.light.look_up(request),
+                    false => spawned.light.integrate(request, self.stream.samples[path].index),
+                }
             }
             return None;
         }

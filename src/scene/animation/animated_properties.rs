@@ -46,6 +46,8 @@ pub enum MaterialProperty {
     Clearcoat,
     /// Roughness of the clear coat.
     ClearcoatRoughness,
+    /// Scale of the clear coat's normal map.
+    ClearcoatNormalScale,
     /// Colour of the light after the attenuation distance in a volume (3 components).
     AttenuationColor,
     /// Attenuation distance of a volume, in metres.
@@ -85,6 +87,8 @@ pub enum TextureSlot {
     Clearcoat,
     /// Roughness of the clear coat.
     ClearcoatRoughness,
+    /// Normal map of the clear coat.
+    ClearcoatNormal,
 }
 
 /// A property of a light.
@@ -180,6 +184,11 @@ impl Material {
                     map.scale = at(0);
                 }
             }
+            MaterialProperty::ClearcoatNormalScale => {
+                if let Some(map) = &mut self.clearcoat.normal {
+                    map.scale = at(0);
+                }
+            }
             MaterialProperty::Offset(slot) => {
                 self.change_textures(slot, |t| t.transform.set_offset(Vec2::new(at(0), at(1))))
             }
@@ -216,6 +225,9 @@ impl Material {
             (TextureSlot::Transmission, _) => scalar(&mut self.transmission),
             (TextureSlot::Clearcoat, _) => scalar(&mut self.clearcoat.factor),
             (TextureSlot::ClearcoatRoughness, _) => scalar(&mut self.clearcoat.roughness),
+            (TextureSlot::ClearcoatNormal, _) => {
+                self.clearcoat.normal.iter_mut().for_each(|n| change(&mut n.texture));
+            }
             (TextureSlot::MetallicRoughness, Reflectance::MetallicRoughness { metallic, roughness, .. }) => {
                 scalar(metallic);
                 scalar(roughness);

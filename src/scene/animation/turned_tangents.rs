@@ -1,10 +1,10 @@
-//! Tangents below an animated transform of a normal map: they follow the transformed texture coordinates.
+//! Tangents below an animated transform of the texture whose axes they have: they follow the transformed texture coordinates.
 
 use glam::{DVec2, DVec3, Vec3};
 
-use crate::{DeformedMesh, GeneratedFrames, Material, Mesh, NormalMap, UvTransform};
+use crate::{DeformedMesh, GeneratedFrames, Material, Mesh, TangentAxes, UvTransform};
 
-/// A normal map whose transform has other axes than at rest.
+/// Tangent axes whose transform is another than at rest.
 pub(super) struct TurnedMap {
     uv_set: u32,
     rest: UvTransform,
@@ -15,18 +15,18 @@ impl TurnedMap {
     /// Compares a mesh's material with itself at rest. Returns `None` if its tangents are right as they are: those of
     /// the file do not follow a transform that stands, either.
     pub fn of(mesh: &Mesh, rest: &Material, now: &Material) -> Option<TurnedMap> {
-        let (rest, now) = rest.normal.as_ref().zip(now.normal.as_ref())?;
-        let axes = |map: &NormalMap| (map.texture.transform.rotation(), map.texture.transform.scale());
+        let (rest, now) = rest.tangent_axes().zip(now.tangent_axes())?;
+        let axes = |of: &TangentAxes| (of.transform.rotation(), of.transform.scale());
         let is_generated = mesh.generated_frames != GeneratedFrames::None && !mesh.tangents.is_empty();
-        let is_regular = |map: &NormalMap| {
-            let determinant = map.texture.transform.determinant();
+        let is_regular = |of: &TangentAxes| {
+            let determinant = of.transform.determinant();
             determinant.is_finite() && determinant != 0.0
         };
-        let is_turned = axes(rest) != axes(now) && is_regular(rest) && is_regular(now);
+        let is_turned = axes(&rest) != axes(&now) && is_regular(&rest) && is_regular(&now);
         (is_generated && is_turned).then_some(TurnedMap {
-            uv_set: now.texture.uv_set,
-            rest: rest.texture.transform,
-            now: now.texture.transform,
+            uv_set: now.uv_set,
+            rest: rest.transform,
+            now: now.transform,
         })
     }
 
@@ -75,6 +75,7 @@ mod tests {
     use glam::{Vec2, Vec4};
 
     use super::*;
+    use crate::NormalMap;
     use crate::TextureRef;
 
     fn material(rotation: f32, scale: Vec2) -> Material {

@@ -8,7 +8,7 @@ use serde_json::{Value, json};
 use super::super::fixture::Fixture;
 use crate::{Limits, LoadOptions};
 use blinn_scene::{
-    AlphaMode, Material, Reflectance, Scene, TexelSemantics, TextureChannel, TextureFilter, Wrap,
+    AlphaMode, Material, NormalMap, Reflectance, Scene, TexelSemantics, TextureChannel, TextureFilter, Wrap,
 };
 
 fn png(color: [u8; 4]) -> Vec<u8> {
@@ -123,7 +123,9 @@ fn metallic_roughness_materials_and_their_extensions_are_read() {
 #[test]
 fn clear_coats_and_volumes_are_read() {
     let coat = json!({"clearcoatFactor": 0.5, "clearcoatTexture": {"index": 0, "texCoord": 1},
-        "clearcoatRoughnessFactor": 0.25, "clearcoatRoughnessTexture": {"index": 0}});
+        "clearcoatRoughnessFactor": 0.25, "clearcoatRoughnessTexture": {"index": 0},
+        "clearcoatNormalTexture": {"index": 0, "texCoord": 1, "scale": 0.5,
+            "extensions": {"KHR_texture_transform": {"texCoord": 0, "scale": [2, 1]}}}});
     let volume = json!({"thicknessFactor": 0.1, "attenuationDistance": 2, "attenuationColor": [0.5, 1, 2]});
     let m =
         material(json!({"extensions": {"KHR_materials_clearcoat": coat, "KHR_materials_volume": volume}}));
@@ -131,6 +133,8 @@ fn clear_coats_and_volumes_are_read() {
     let (texture, channel) = m.clearcoat.factor.texture.unwrap();
     assert_eq!((texture.uv_set, channel), (1, TextureChannel::R));
     assert_eq!(m.clearcoat.roughness.texture.unwrap().1, TextureChannel::G);
+    let NormalMap { texture, scale, .. } = m.clearcoat.normal.unwrap();
+    assert_eq!((texture.uv_set, texture.transform.apply(Vec2::ONE), scale), (0, Vec2::new(2.0, 1.0), 0.5));
     let volume = m.volume.unwrap();
     assert_eq!((volume.thickness, volume.attenuation_distance), (0.1, 2.0));
     assert_eq!(volume.attenuation_color, Vec3::new(0.5, 1.0, 1.0));
@@ -145,7 +149,7 @@ fn clear_coats_and_volumes_are_read() {
 #[test]
 fn invalid_members_of_clear_coats_are_ignored_one_by_one() {
     let coat = json!({"clearcoatFactor": 0.5, "clearcoatRoughnessFactor": [1], "clearcoatTexture": 3,
-        "clearcoatNormalTexture": {"index": 0}});
+        "clearcoatNormalTexture": 7});
     let (scene, warnings) = textured(json!({"extensions": {"KHR_materials_clearcoat": coat}})).load();
     let coat = scene.materials[0].clearcoat;
     assert_eq!((coat.factor.factor, coat.factor.texture, coat.roughness.factor), (0.5, None, 0.0));
@@ -153,7 +157,7 @@ fn invalid_members_of_clear_coats_are_ignored_one_by_one() {
     for expected in [
         format!("{place}.clearcoatRoughnessFactor: ignored invalid value [1]"),
         format!("{place}.clearcoatTexture: ignored invalid value 3"),
-        format!("{place}.clearcoatNormalTexture: ignored the normal map of the coat: not supported"),
+        format!("{place}.clearcoatNormalTexture: ignored invalid value 7"),
     ] {
         assert!(warnings.contains(&expected), "{expected}: {warnings:?}");
     }
@@ -313,6 +317,10 @@ fn meshes_with_normal_maps_get_tangents() {
     let (scene, _) = textured(json!({"normalTexture": {"index": 0}})).load();
     assert_eq!(scene.meshes[0].tangents.len(), scene.meshes[0].positions.len());
     assert!(textured(json!({})).load().0.meshes[0].tangents.is_empty());
+    let coat = json!({"clearcoatFactor": 1, "clearcoatNormalTexture": {"index": 0}});
+    let (scene, warnings) = textured(json!({"extensions": {"KHR_materials_clearcoat": coat}})).load();
+    assert_eq!(scene.meshes[0].tangents.len(), scene.meshes[0].positions.len());
+    assert!(warnings.is_empty() && scene.materials[0].is_layered(), "{warnings:?}");
 }
 
 #[test]

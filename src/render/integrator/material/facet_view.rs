@@ -164,7 +164,7 @@ mod tests {
                     let (turns, u) = (f64::from(i) * 0.618 % 1.0, (f64::from(i) + 0.5) / 64.0);
                     let around = cos_sin_of_turns(turns);
                     let a = f64::from(alpha);
-                    let m = sample_visible_normal_at(basis.v, a, around, u);
+                    let m = sample_visible_normal_at(basis.v, [a; 2], around, u);
                     let v_m = basis.v.dot(m);
                     let l = m * (2.0 * v_m) - basis.v;
                     let f0_64 = f64::from(f0);

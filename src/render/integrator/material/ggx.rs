@@ -21,19 +21,19 @@ pub(crate) const NARROW_ALPHA: f32 = 0.1;
 /// 2(v·m)m − v. The share of light that leaves the surface, for facets that reflect everything, is [`shadowing_ratio`].
 #[inline(always)]
 pub(crate) fn sample_visible_normal(v: DVec3, alpha: f64, u: [f64; 2]) -> DVec3 {
-    sample_visible_normal_at(v, alpha, cos_sin_of_turns(u[0]), u[1])
+    sample_visible_normal_at(v, [alpha; 2], cos_sin_of_turns(u[0]), u[1])
 }
 
-/// [`sample_visible_normal`] with the cosine and the sine of 2π u₀.
+/// [`sample_visible_normal`] with an α along each of the axes x and y, and the cosine and the sine of 2π u₀.
 #[inline(always)]
-pub(crate) fn sample_visible_normal_at(v: DVec3, alpha: f64, [cos, sin]: [f64; 2], u: f64) -> DVec3 {
+pub(crate) fn sample_visible_normal_at(v: DVec3, alpha: [f64; 2], [cos, sin]: [f64; 2], u: f64) -> DVec3 {
     // The hemisphere of a roughness of 1, to which the distribution is stretched.
-    let stretched = DVec3::new(v.x * alpha, v.y * alpha, v.z);
+    let stretched = DVec3::new(v.x * alpha[0], v.y * alpha[1], v.z);
     let w = stretched * stretched.length_recip();
     let z = (1.0 - u) * (1.0 + w.z) - w.z;
     let r = (1.0 - z * z).max(0.0).sqrt();
     let m = DVec3::new(r * cos, r * sin, z) + w;
-    let m = DVec3::new(m.x * alpha, m.y * alpha, m.z.max(0.0));
+    let m = DVec3::new(m.x * alpha[0], m.y * alpha[1], m.z.max(0.0));
     let length = m.length();
     if length > 0.0 { m / length } else { DVec3::Z }
 }

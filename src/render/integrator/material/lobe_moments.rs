@@ -93,7 +93,7 @@ fn mean(alpha: f64, cos: f64) -> DVec3 {
     let (mut sum, mut total) = (DVec3::ZERO, 0.0);
     for i in 0..DIRECTIONS {
         let u = (f64::from(i) + 0.5) / f64::from(DIRECTIONS);
-        let h = sample_visible_normal_at(v, alpha, golden_angle(i, 0.0), u);
+        let h = sample_visible_normal_at(v, [alpha; 2], golden_angle(i, 0.0), u);
         let v_h = v.dot(h);
         let l = h * (2.0 * v_h) - v;
         let weight = shadowing_ratio(cos, l.z, alpha) * (F0 + (1.0 - F0) * schlick_weight(v_h));

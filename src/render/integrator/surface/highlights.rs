@@ -12,6 +12,31 @@ use crate::integrator::surface::soa::{HIT_LANES, LANES, LaneArray, LaneArray3, Z
 /// Smallest α of highlights. Light sources have no size, and so no image in a mirror: narrower lobes fade out.
 pub(crate) const MIN_HIGHLIGHT_ALPHA: f32 = 0.01;
 
+/// α of a lobe whose α² is increased by the variance of the normals that a sample covers.
+#[inline(always)]
+pub(crate) fn widened(alpha: f32, alpha2_increase: f32) -> f32 {
+    (alpha * alpha + alpha2_increase).min(1.0).sqrt()
+}
+
+/// The width of a highlight.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct HighlightWidth {
+    /// α².
+    pub alpha2: f32,
+    /// Factor of the lobe's height, below 1 where it fades out.
+    pub scale: f32,
+}
+
+impl HighlightWidth {
+    /// The highlight of a layer with GGX α, and the increase of its α² by the normals that the sample covers.
+    #[inline(always)]
+    pub fn new(alpha: f32, alpha2_increase: f32) -> HighlightWidth {
+        let scale = (alpha / MIN_HIGHLIGHT_ALPHA).min(1.0);
+        let alpha = alpha.max(MIN_HIGHLIGHT_ALPHA);
+        HighlightWidth { alpha2: (alpha * alpha + alpha2_increase).min(1.0), scale }
+    }
+}
+
 /// The lobes of the points of a block.
 #[derive(Clone)]
 pub(crate) struct Highlights {
@@ -46,9 +71,8 @@ impl HighlightLobes {
     #[inline(always)]
     fn set(&mut self, lobes: &FacetLobeLanes, alpha: &[f32; LANES], alpha2_increase: &[f32; LANES]) {
         for i in 0..LANES {
-            let scale = (alpha[i] / MIN_HIGHLIGHT_ALPHA).min(1.0);
-            let alpha = alpha[i].max(MIN_HIGHLIGHT_ALPHA);
-            self.alpha2[i] = (alpha * alpha + alpha2_increase[i]).min(1.0);
+            let HighlightWidth { alpha2, scale } = HighlightWidth::new(alpha[i], alpha2_increase[i]);
+            self.alpha2[i] = alpha2;
             set3(&mut self.f0, i, (vec3(&lobes.f0, i) * scale).to_array());
             set3(&mut self.rise, i, (vec3(&lobes.rise, i) * scale).to_array());
         }

@@ -4,6 +4,7 @@ use std::ops::Range;
 
 use glam::{DVec3, Vec3};
 
+use crate::integrator::layers::layered_points::LayeredPoints;
 use crate::integrator::material::coefficient_lanes::CoefficientLanes;
 use crate::integrator::material::coefficients::Coefficients;
 use crate::integrator::material::specular_antialiasing::SpecularAntialiasing;
@@ -65,6 +66,8 @@ pub(crate) struct PointBlock {
     pub base_share: LaneArray<f32>,
     /// The lobes that reflect lights in place of k_s and p.
     pub highlights: Highlights,
+    /// The points with other layers. Their lobes take the place of `highlights`.
+    pub layered: LayeredPoints,
     /// L so far.
     pub radiance: LaneArray3<f32>,
     /// L so far without shadows; used by shadow catchers.
@@ -106,6 +109,7 @@ impl PointBlock {
         coat_alpha: [0.0; LANES + HIT_LANES],
         base_share: [0.0; LANES + HIT_LANES],
         highlights: Highlights::ZERO,
+        layered: LayeredPoints::NONE,
         radiance: ZERO3_F32,
         unshadowed: ZERO3_F32,
         current_light: ZERO3_F32,

@@ -54,6 +54,7 @@ impl PointsSoa {
             block.has_specular = false;
             block.reflecting = 0;
             block.highlights.clear();
+            block.layered.clear();
             block.noisy_diffuse = ZERO3_F32;
             block.noisy_specular = ZERO3_F32;
         }

@@ -63,7 +63,7 @@ pub(crate) struct MaterialTraits {
 
 impl MaterialTraits {
     pub fn new(material: &Material) -> MaterialTraits {
-        let has_textures = material.normal.is_some() || material.is_textured();
+        let has_textures = material.normal_maps().next().is_some() || material.is_textured();
         MaterialTraits {
             needs_differentials: widens_highlights(material) || has_textures || material.reflects(),
         }

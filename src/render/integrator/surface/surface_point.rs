@@ -4,7 +4,7 @@ use glam::{DVec3, Vec3, Vec4};
 
 use crate::integrator::surface::texture_eval::TextureEvalContext;
 use blinn_core::geometry::HitId;
-use blinn_scene::PosedScene;
+use blinn_scene::{NormalMap, PosedScene};
 
 /// A point on a surface, seen along a ray. Positions are metres relative to the scene's centre. Normals are in the
 /// coordinates of the posed scene, which `Frame::scene_to_world` turns to the world's.
@@ -44,8 +44,13 @@ impl SurfacePoint<'_> {
     /// The mean shading normal over the footprint, and the increase of a highlight's α²: twice the variance of the normals,
     /// by the curvature of the smooth surface and by the slopes of the normal map.
     pub fn filtered_normal(&self, posed: &PosedScene) -> (DVec3, f32) {
+        self.mapped_normal(posed, posed.materials[self.material as usize].normal.as_ref())
+    }
+
+    /// [`SurfacePoint::filtered_normal`] by one of the normal maps of the material, or without one.
+    pub(crate) fn mapped_normal(&self, posed: &PosedScene, map: Option<&NormalMap>) -> (DVec3, f32) {
         let curvature = self.ctx.coords.differentials.alpha2_increase();
-        let Some(map) = &posed.materials[self.material as usize].normal else { return (self.n_v, curvature) };
+        let Some(map) = map else { return (self.n_v, curvature) };
         let normals = posed.normals(self.id.instance);
         let tangents = posed.tangents(self.id.instance);
         if normals.is_empty() || tangents.is_empty() {

@@ -73,9 +73,9 @@ impl<'a> TexelBatch<'a> {
         self.uses.clear();
         self.uv_sets.clear();
         let material = &posed.materials[material as usize];
-        let normal_map = material.normal.as_ref().map(|map| (&map.texture, TexelSemantics::Normal));
+        let normal_maps = material.normal_maps().map(|map| (&map.texture, TexelSemantics::Normal));
         let mut count = 0;
-        for (texture, semantics) in material.textures_with_semantics().chain(normal_map) {
+        for (texture, semantics) in material.textures_with_semantics().chain(normal_maps) {
             let equal = |u: &&TextureUse| (u.texture, u.semantics) == (texture, semantics);
             let texels = self.uses.iter().find(equal).map_or(count, |u| u.texels);
             count = count.max(texels + 1);
