@@ -9,13 +9,13 @@ use serde_json::{Map, Value, json};
 use super::args::{InfoArgs, named_options};
 use super::console::{print_error, print_stdout, scene_error, single_line, strict_error, with_flags};
 use super::exporters::{self, Exporter, version_of};
-use super::light_sources;
 use super::plan::scene_list;
 use super::run::panics;
 use super::scene_file::load_scene_file;
 use super::summary::Summary;
 use super::usage::UsageError;
 use super::warning_filter::WarningFilter;
+use super::{light_sources, material_layers};
 use blinn_accel::BuildReport;
 use blinn_import::{GlassMode, LoadOptions, Warning, refracts_if_closed};
 use blinn_scene::pose;
@@ -185,6 +185,7 @@ fn properties(posed: &PosedScene, report: &BuildReport, warnings: &[String], mod
             "base": m.base_color.factor.to_array(),
             "textured": m.base_color.texture.is_some(),
             "double_sided": m.double_sided,
+            "layers": material_layers::layers(m),
         })).collect::<Vec<_>>(),
         "glass": glass(scene, mode),
         "images": scene.images.iter().map(|i| json!({

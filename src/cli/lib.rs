@@ -11,6 +11,7 @@ mod farm;
 mod files;
 mod info;
 mod light_sources;
+mod material_layers;
 mod packaging;
 mod plan;
 mod rays;

@@ -2,7 +2,10 @@
 
 use glam::Vec3;
 
-use super::{Clearcoat, ColorInput, NormalMap, ScalarInput, TangentAxes, TexelSemantics, TextureRef};
+use super::{
+    Anisotropy, Clearcoat, ColorInput, NormalMap, ScalarInput, Sheen, TangentAxes, TexelSemantics,
+    TextureRef, UvTransform,
+};
 use blinn_core::geometry::Rgb;
 
 /// How alpha affects visibility.
@@ -145,6 +148,10 @@ pub struct Material {
     pub reflection: Reflection,
     /// Clear coat.
     pub clearcoat: Clearcoat,
+    /// Stretch of highlights; `None` if the material needs no tangents for it.
+    pub anisotropy: Option<Anisotropy>,
+    /// Sheen.
+    pub sheen: Sheen,
     /// The body that the surface bounds; `None` for a thin wall.
     pub volume: Option<Volume>,
     /// False makes back faces invisible to eye rays.
@@ -174,6 +181,8 @@ impl Default for Material {
             transmission_color: None,
             reflection: Reflection::None,
             clearcoat: Clearcoat::default(),
+            anisotropy: None,
+            sheen: Sheen::default(),
             volume: None,
             double_sided: false,
         }
@@ -201,7 +210,10 @@ impl Material {
 
     /// Returns the texture coordinates whose axes are the tangent space of the material; `None` if it needs none.
     pub fn tangent_axes(&self) -> Option<TangentAxes> {
-        self.normal_maps().next().map(|map| TangentAxes::of(&map.texture))
+        let anisotropy = self.anisotropy.iter().filter_map(|anisotropy| anisotropy.texture.as_ref());
+        let textures = self.normal_maps().map(|map| &map.texture).chain(anisotropy);
+        let first_set = TangentAxes { uv_set: 0, transform: UvTransform::IDENTITY };
+        textures.map(TangentAxes::of).next().or(self.anisotropy.map(|_| first_set))
     }
 
     /// Returns the textures other than normal maps, with their semantics.
@@ -222,11 +234,19 @@ impl Material {
             self.reflectance,
             Reflectance::MetallicRoughness { .. } | Reflectance::SpecularGlossiness { .. }
         );
-        is_physical && self.clearcoat.factor.factor > 0.0 && self.normal_maps().next().is_some()
+        let has_coat_normal = self.clearcoat.factor.factor > 0.0 && self.normal_maps().next().is_some();
+        let is_anisotropic = self.anisotropy.is_some_and(|anisotropy| anisotropy.strength > 0.0);
+        is_physical && (has_coat_normal || is_anisotropic || self.has_sheen())
+    }
+
+    /// Returns true if the material may have a sheen.
+    #[inline]
+    fn has_sheen(&self) -> bool {
+        self.sheen.color.factor != Rgb::ZERO
     }
 
     #[inline]
-    fn texture_slots(&self) -> [Option<(&TextureRef, TexelSemantics)>; 11] {
+    fn texture_slots(&self) -> [Option<(&TextureRef, TexelSemantics)>; 14] {
         fn color(of: &ColorInput) -> Option<(&TextureRef, TexelSemantics)> {
             of.texture.as_ref().map(|texture| (texture, TexelSemantics::Color))
         }
@@ -247,7 +267,13 @@ impl Material {
         let [alpha, occlusion, transmission] = [&self.alpha, &self.occlusion, &self.transmission].map(scalar);
         let base = self.base_color.texture.as_ref().map(|texture| (texture, self.base_color_semantics()));
         let [coat, coat_roughness] = [&self.clearcoat.factor, &self.clearcoat.roughness].map(scalar);
-        [base, color(&self.emission), alpha, occlusion, transmission, a, b, c, d, coat, coat_roughness]
+        let anisotropy = self.anisotropy.as_ref().and_then(|anisotropy| anisotropy.texture.as_ref());
+        let anisotropy = anisotropy.map(|texture| (texture, TexelSemantics::Data));
+        let [sheen, sheen_roughness] = [color(&self.sheen.color), scalar(&self.sheen.roughness)];
+        let emission = color(&self.emission);
+        let layers = [coat, coat_roughness, anisotropy, sheen, sheen_roughness];
+        let [e, f, g, h, i] = layers;
+        [base, emission, alpha, occlusion, transmission, a, b, c, d, e, f, g, h, i]
     }
 
     /// Returns true if the material may reflect its surroundings.
@@ -261,7 +287,8 @@ impl Material {
             Reflectance::SpecularGlossiness { specular, .. } => specular.factor != Rgb::ZERO,
             Reflectance::Unlit => return false,
         };
-        self.reflection != Reflection::None && (reflects || may_be_positive(&self.clearcoat.factor))
+        let has_layers = may_be_positive(&self.clearcoat.factor) || self.has_sheen();
+        self.reflection != Reflection::None && (reflects || has_layers)
     }
 
     /// Returns true if the material may be a rough metal.

@@ -37,6 +37,7 @@ mod environment;
 mod environment_sources;
 mod ggx_materials;
 mod golden;
+mod layers;
 mod lecture;
 mod light_layers;
 mod lights_in_reflections;

@@ -16,7 +16,7 @@ fn ball() -> Mesh {
     scenes::ball(64, 32)
 }
 
-fn physical(base: f32, metallic: f32, roughness: f32) -> Material {
+pub(crate) fn physical(base: f32, metallic: f32, roughness: f32) -> Material {
     Material {
         base_color: ColorInput::new(Rgb::splat(base)),
         reflectance: Reflectance::MetallicRoughness {
@@ -48,7 +48,7 @@ fn picture(material: Material, environment: Option<Environment>) -> Vec<Rgba> {
 }
 
 /// The least and the greatest radiance on the ball.
-fn range(material: Material) -> (f32, f32) {
+pub(crate) fn range(material: Material) -> (f32, f32) {
     let colors = picture(material, Some(Environment::uniform(Rgb::ONE)));
     let covered: Vec<f32> = colors.iter().filter(|c| c.w == 1.0).map(|c| c.x).collect();
     assert!(covered.len() > 1500, "{}", covered.len());

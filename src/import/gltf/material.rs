@@ -4,8 +4,8 @@ use ::gltf::json as gltf;
 use ::gltf::json::validation::Checked;
 use glam::Vec3;
 
-use super::clearcoat;
 use super::texture_slots::TextureSlots;
+use super::{anisotropy, clearcoat, sheen};
 use blinn_scene::{
     AlphaMode, Dielectric, Material, Reflectance, Reflection, ScalarInput, TextureChannel, Volume,
 };
@@ -58,6 +58,8 @@ pub(super) fn read(json: &gltf::Material, resolve: &mut dyn FnMut(usize) -> Opti
         transmission_color: None,
         reflection: Reflection::Fresnel,
         clearcoat: clearcoat::read(others, &mut slots),
+        anisotropy: anisotropy::read(others, &mut slots),
+        sheen: sheen::read(others, &mut slots),
         volume: extensions.and_then(|e| e.volume.as_ref()).and_then(volume),
         double_sided: json.double_sided,
     };

@@ -9,12 +9,13 @@ use crate::error::Warnings;
 use crate::files::escape::printable;
 
 /// Lengths of array properties, anywhere in a material.
-const LENGTHS: [(&str, usize); 7] = [
+const LENGTHS: [(&str, usize); 8] = [
     ("baseColorFactor", 4),
     ("diffuseFactor", 4),
     ("emissiveFactor", 3),
     ("specularFactor", 3),
     ("specularColorFactor", 3),
+    ("sheenColorFactor", 3),
     ("offset", 2),
     ("scale", 2),
 ];

@@ -6,6 +6,7 @@
 
 mod accessor;
 mod animation;
+mod anisotropy;
 mod area_light;
 mod attributes;
 mod blender;
@@ -45,6 +46,7 @@ mod ranges;
 mod references;
 mod registry;
 mod required;
+mod sheen;
 mod skin;
 mod sun_strengths;
 #[cfg(test)]

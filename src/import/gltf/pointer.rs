@@ -1,6 +1,6 @@
 //! KHR_animation_pointer: the property that a JSON pointer animates.
 
-use super::{area_light, clearcoat};
+use super::{anisotropy, area_light, clearcoat, sheen};
 use blinn_scene::{CameraProperty, LightProperty, MaterialProperty, TextureSlot};
 
 /// An animated property, by the indices of the file.
@@ -66,6 +66,10 @@ fn material(field: &[&str]) -> Option<MaterialProperty> {
         ["extensions", "KHR_materials_transmission", "transmissionFactor"] => F::Transmission,
         ["extensions", clearcoat::NAME, "clearcoatFactor"] => F::Clearcoat,
         ["extensions", clearcoat::NAME, "clearcoatRoughnessFactor"] => F::ClearcoatRoughness,
+        ["extensions", anisotropy::NAME, "anisotropyStrength"] => F::AnisotropyStrength,
+        ["extensions", anisotropy::NAME, "anisotropyRotation"] => F::AnisotropyRotation,
+        ["extensions", sheen::NAME, "sheenColorFactor"] => F::SheenColor,
+        ["extensions", sheen::NAME, "sheenRoughnessFactor"] => F::SheenRoughness,
         ["extensions", clearcoat::NAME, "clearcoatNormalTexture", "scale"] => F::ClearcoatNormalScale,
         ["extensions", "KHR_materials_volume", "attenuationColor"] => F::AttenuationColor,
         ["extensions", "KHR_materials_volume", "attenuationDistance"] => F::AttenuationDistance,
@@ -97,6 +101,9 @@ fn slot(path: &[&str]) -> Option<TextureSlot> {
         ["extensions", "KHR_materials_transmission", "transmissionTexture"] => TextureSlot::Transmission,
         ["extensions", clearcoat::NAME, "clearcoatTexture"] => TextureSlot::Clearcoat,
         ["extensions", clearcoat::NAME, "clearcoatRoughnessTexture"] => TextureSlot::ClearcoatRoughness,
+        ["extensions", anisotropy::NAME, "anisotropyTexture"] => TextureSlot::Anisotropy,
+        ["extensions", sheen::NAME, "sheenColorTexture"] => TextureSlot::SheenColor,
+        ["extensions", sheen::NAME, "sheenRoughnessTexture"] => TextureSlot::SheenRoughness,
         ["extensions", clearcoat::NAME, "clearcoatNormalTexture"] => TextureSlot::ClearcoatNormal,
         ["extensions", SPECULAR_GLOSSINESS, "diffuseTexture"] => TextureSlot::Diffuse,
         ["extensions", SPECULAR_GLOSSINESS, "specularGlossinessTexture"] => TextureSlot::SpecularGlossiness,

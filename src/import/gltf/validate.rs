@@ -12,7 +12,7 @@ use serde_path_to_error::Segment;
 
 use super::area_light::JsonAreaLight;
 use super::json_tree::{Object, as_objects, objects, primitives};
-use super::{area_light, clearcoat, material_schema, ranges};
+use super::{anisotropy, area_light, clearcoat, material_schema, ranges, sheen};
 use crate::error::Warnings;
 use crate::files::escape::printable;
 use blinn_scene::is_blender_generator;
@@ -43,6 +43,8 @@ pub(super) fn validate(root: &mut Value, warnings: &mut Warnings) {
         check_choice(object, "alphaMode", &modes, &location, warnings);
         material_schema::repair(object, &location, warnings);
         clearcoat::repair(object, &location, warnings);
+        anisotropy::repair(object, &location, warnings);
+        sheen::repair(object, &location, warnings);
         ranges::repair_material(object, &location, warnings);
     }
     for (i, object) in objects(root, "samplers") {

@@ -48,11 +48,27 @@ fn image_digest(image: &Image) -> u64 {
 
 fn for_each_texture(material: &mut Material, change: &mut dyn FnMut(&mut TextureRef)) {
     let Material {
-        base_color, alpha, reflectance, emission, normal, occlusion, transmission, clearcoat, ..
+        base_color,
+        alpha,
+        reflectance,
+        emission,
+        normal,
+        occlusion,
+        transmission,
+        clearcoat,
+        anisotropy,
+        sheen,
+        ..
     } = material;
-    let mut colors: Vec<&mut ColorInput> = vec![base_color, emission];
-    let mut scalars: Vec<&mut ScalarInput> =
-        vec![alpha, occlusion, transmission, &mut clearcoat.factor, &mut clearcoat.roughness];
+    let mut colors: Vec<&mut ColorInput> = vec![base_color, emission, &mut sheen.color];
+    let mut scalars: Vec<&mut ScalarInput> = vec![
+        alpha,
+        occlusion,
+        transmission,
+        &mut clearcoat.factor,
+        &mut clearcoat.roughness,
+        &mut sheen.roughness,
+    ];
     match reflectance {
         Reflectance::Mtl(mtl) => {
             colors.push(&mut mtl.specular);
@@ -68,6 +84,7 @@ fn for_each_texture(material: &mut Material, change: &mut dyn FnMut(&mut Texture
         }
         Reflectance::Unlit => {}
     }
+    anisotropy.iter_mut().flat_map(|of| &mut of.texture).for_each(&mut *change);
     colors.into_iter().flat_map(|color| &mut color.texture).for_each(&mut *change);
     scalars.into_iter().flat_map(|scalar| &mut scalar.texture).for_each(|(texture, _)| change(texture));
     normal.iter_mut().chain(&mut clearcoat.normal).for_each(|map| change(&mut map.texture));

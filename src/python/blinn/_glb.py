@@ -229,7 +229,8 @@ def _write_material(
     known = {
         "name", "base_color", "base_color_texture", "metallic", "roughness", "metallic_roughness_texture",
         "normal_texture", "occlusion_texture", "emissive", "emissive_texture", "alpha_mode", "alpha_cutoff",
-        "double_sided", "ior", "transmission",
+        "double_sided", "ior", "transmission", "clearcoat", "clearcoat_roughness", "clearcoat_normal_texture",
+        "sheen_color", "sheen_roughness", "anisotropy", "anisotropy_rotation",
     }  # fmt: skip
     unknown = set(material) - known
     if unknown:
@@ -268,7 +269,22 @@ def _write_material(
         entry["alphaMode"] = "BLEND"
     if "alpha_cutoff" in material:
         entry["alphaCutoff"] = _number(material, "alpha_cutoff", 0.5)
-    extensions = {}
+    extensions: dict[str, dict[str, Any]] = {}
+    for key, extension, factor in [
+        ("clearcoat", "KHR_materials_clearcoat", "clearcoatFactor"),
+        ("clearcoat_roughness", "KHR_materials_clearcoat", "clearcoatRoughnessFactor"),
+        ("sheen_roughness", "KHR_materials_sheen", "sheenRoughnessFactor"),
+        ("anisotropy", "KHR_materials_anisotropy", "anisotropyStrength"),
+        ("anisotropy_rotation", "KHR_materials_anisotropy", "anisotropyRotation"),
+    ]:
+        if key in material:
+            extensions.setdefault(extension, {})[factor] = _number(material, key, 0.0)
+    if "sheen_color" in material:
+        sheen = extensions.setdefault("KHR_materials_sheen", {})
+        sheen["sheenColorFactor"] = _numbers(material, "sheen_color", ())
+    if material.get("clearcoat_normal_texture") is not None:
+        coat = extensions.setdefault("KHR_materials_clearcoat", {})
+        coat["clearcoatNormalTexture"] = writer.texture(material["clearcoat_normal_texture"])
     if "ior" in material:
         extensions["KHR_materials_ior"] = {"ior": _number(material, "ior", 1.5)}
     if "transmission" in material:

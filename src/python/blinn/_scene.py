@@ -115,6 +115,9 @@ class Scene:
         - ``emissive`` (3 numbers), ``emissive_texture`` (sRGB)
         - ``alpha_mode`` ("OPAQUE", "MASK", "BLEND"; by default "BLEND" if a colour or texel is translucent),
           ``alpha_cutoff``
+        - ``clearcoat``, ``clearcoat_roughness`` (0 to 1), ``clearcoat_normal_texture``
+        - ``sheen_color`` (3 numbers), ``sheen_roughness`` (0 to 1)
+        - ``anisotropy`` (0 to 1), ``anisotropy_rotation`` (radians); the mesh needs texture coordinates
         - ``double_sided`` (default True), ``ior``, ``transmission`` (0 to 1), ``name``
         """
         converted = [mesh if isinstance(mesh, Mesh) else Mesh(**mesh) for mesh in meshes]

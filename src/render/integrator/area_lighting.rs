@@ -16,7 +16,7 @@ use crate::integrator::direct_light::IncidentLight;
 use crate::integrator::emitters::Emitters;
 use crate::integrator::environment_lighting::apply_source_visibility;
 use crate::integrator::frame::Frame;
-use crate::integrator::layers::block_layers::add_layered_light;
+use crate::integrator::layers::block_layers::{LayerWeights, add_layered_light};
 use crate::integrator::layers::layered_point::LobePdf;
 use crate::integrator::light_points::{LightPoints, SampleAreaLight};
 use crate::integrator::material::ggx::{MIRROR_ALPHA, NARROW_ALPHA};
@@ -293,12 +293,19 @@ impl AutovecKernel for AddLightPoints<'_> {
         }
         blinn_phong(block, incident, terms.has_specular && block.has_specular && lit, &diffuse_weight);
         let diffuse = if terms.separates_specular() { block.current_light } else { ZERO3_F32 };
-        if terms.has_specular && lit && block.layered.mask() != 0 {
+        if lit && block.layered.mask() != 0 {
             add_layered_light(block, incident, true, &|i, pdfs| {
                 let weight = |probability: f32, LobePdf { density: of_lobe, alpha }: LobePdf| {
                     light_weight(density[i], probability, alpha, probability * of_lobe)
                 };
-                [weight(spawn.facets[i], pdfs.facets), weight(spawn.coats[i], pdfs.coat)]
+                if !terms.has_specular {
+                    return LayerWeights::diffuse(diffuse_weight[i]);
+                }
+                LayerWeights {
+                    facets: weight(spawn.facets[i], pdfs.facets),
+                    coat: weight(spawn.coats[i], pdfs.coat),
+                    diffuse: diffuse_weight[i],
+                }
             });
         }
         if terms.has_specular && lit && block.highlights.points != 0 {

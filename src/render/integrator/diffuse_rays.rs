@@ -7,6 +7,7 @@ use crate::integrator::block_lobes::MIN_IMPORTANCE;
 use crate::integrator::compositor::Compositor;
 use crate::integrator::environment_occlusion::LOOKUP_SHARE;
 use crate::integrator::frame::Frame;
+use crate::integrator::layers::block_layers::point_lobes;
 use crate::integrator::lobe_samples::mirrored_to_side;
 use crate::integrator::paths::{AreaLightHits, Escape, PathState, SecondaryRay, Wave};
 use crate::integrator::sample::{SampleDimension, SampleStream};
@@ -37,7 +38,10 @@ impl DiffuseBounce {
             return None;
         }
         let (block, lane) = batch.soa.lane(i);
-        let arrives = compositor.throughput(batch, i) * vec3(&block.k.k_d, lane);
+        let k_d: Rgb = vec3(&block.k.k_d, lane);
+        // The mean weight of rays, whose layers reflect some directions more than others.
+        let k_d = block.layered.get(lane).map_or(k_d, |point| k_d + point.k_a);
+        let arrives = compositor.throughput(batch, i) * k_d;
         let importance = states.importance(point.path) * arrives.max_element();
         let survival = if wave == 0 { 1.0 } else { (importance / ROULETTE_IMPORTANCE).min(1.0) };
         (importance >= MIN_IMPORTANCE).then_some(DiffuseBounce { arrives, importance, survival })
@@ -83,11 +87,19 @@ pub(crate) fn spawn_diffuse_rays(
         };
         let direction = mirrored_to_side(l, n_g);
         let solid_angle = lookup_solid_angle(n.dot(l), stream.sampler.count);
-        let arrives = arrives / survival;
+        let mean_arrives = arrives / survival;
+        let cos = n.dot(l).max(1e-6) as f32;
+        let arrives = match point_lobes(block, lane) {
+            Some(lobes) => {
+                let k_d = vec3(&block.k.k_d, lane) + lobes.reflect_diffuse(l.as_vec3()) / cos;
+                compositor.throughput(batch, i) * k_d / survival
+            }
+            None => mean_arrives,
+        };
         let unoccluded = environment
             .as_ref()
             .filter(|_| stream.wave == 0)
-            .map(|environment| arrives * environment.diffuse(n.as_vec3()));
+            .map(|environment| mean_arrives * environment.diffuse(n.as_vec3()));
         let (origin, source) = batch.offset_origin(i, direction);
         let state = PathState {
             origin,

@@ -1,5 +1,6 @@
 //! The environment's light over the lobes of a batch: collected while rays are spawned, and computed together.
 
+use crate::integrator::layers::facets::{AnisotropicFacets, LobeDirections};
 use crate::integrator::material::ggx_lobe::Lobe;
 use crate::integrator::material::lobe_integrals::LobeIntegrals;
 use crate::integrator::material::lobe_lookups::LobeLookups;
@@ -25,6 +26,14 @@ pub(crate) struct LobeRequest {
     pub weight: Rgb,
 }
 
+impl LobeRequest {
+    /// The same request for anisotropic facets in place of the lobe.
+    pub fn anisotropic(&self, facets: AnisotropicFacets, directions: LobeDirections) -> AnisotropicRequest {
+        let &LobeRequest { lobe, receiver, weight } = self;
+        AnisotropicRequest { facets, f0: lobe.f0 as f32, directions, receiver, weight }
+    }
+}
+
 /// The lobes of a batch whose light is requested.
 pub(crate) struct LobeLight {
     /// Samples of a pixel.
@@ -35,6 +44,20 @@ pub(crate) struct LobeLight {
     integral_receivers: Vec<(LightReceiver, Rgb)>,
     /// Lobes that reflect one direction.
     mirrors: Vec<LobeRequest>,
+    anisotropic: Vec<AnisotropicRequest>,
+}
+
+/// An anisotropic lobe and the receiver of its light.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct AnisotropicRequest {
+    pub facets: AnisotropicFacets,
+    /// Mean reflectance at normal incidence, which weights the directions.
+    pub f0: f32,
+    /// The directions over which the light is averaged.
+    pub directions: LobeDirections,
+    pub receiver: LightReceiver,
+    /// Factor from the radiance of the environment to the light that is received.
+    pub weight: Rgb,
 }
 
 impl LobeLight {
@@ -47,6 +70,7 @@ impl LobeLight {
             lookup_receivers: Vec::new(),
             integral_receivers: Vec::new(),
             mirrors: Vec::new(),
+            anisotropic: Vec::new(),
         }
     }
 
@@ -66,6 +90,11 @@ impl LobeLight {
         self.integral_receivers.push((request.receiver, request.weight));
     }
 
+    /// Requests the light of an anisotropic lobe.
+    pub fn integrate_anisotropic(&mut self, request: AnisotropicRequest) {
+        self.anisotropic.push(request);
+    }
+
     /// Computes the light of all lobes, and calls `receive` with each.
     pub fn compute(
         &self,
@@ -82,6 +111,10 @@ impl LobeLight {
         }
         for mirror in &self.mirrors {
             receive(mirror.receiver, mirror.weight * mirror.lobe.mirrored_radiance(environment));
+        }
+        for request in &self.anisotropic {
+            let AnisotropicRequest { facets, f0, directions, receiver, weight } = *request;
+            receive(receiver, weight * facets.radiance(environment, f0, directions));
         }
     }
 }

@@ -4,6 +4,7 @@
 use glam::DVec3;
 
 use crate::integrator::environment_occlusion::LOOKUP_SHARE;
+use crate::integrator::layers::facets::{AnisotropicFacets, schlick};
 use crate::integrator::material::directional_albedo::single_scattering_albedos;
 use crate::integrator::material::ggx_lobe::{LOBE_LANES, Lobe, Lobe16, LobeBasis};
 use crate::integrator::surface::soa::{dvec3, set3, vec3};
@@ -64,6 +65,64 @@ impl LobeSamples {
     #[inline(always)]
     pub fn direction(&self, i: usize) -> DVec3 {
         dvec3(&self.direction, i)
+    }
+
+    /// Sample `i`.
+    #[inline(always)]
+    pub fn get(&self, i: usize) -> LobeSample {
+        LobeSample {
+            direction: self.direction(i),
+            weight: self.weight[i],
+            solid_angle: self.solid_angle[i],
+            sharp_light: self.sharp_light[i],
+            filtered_light: self.filtered_light[i],
+        }
+    }
+}
+
+/// One of [`LobeSamples`].
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct LobeSample {
+    pub direction: DVec3,
+    pub weight: f32,
+    pub solid_angle: f32,
+    pub sharp_light: Rgb,
+    pub filtered_light: Rgb,
+}
+
+/// Settings of [`LobeSample::of_facets`], as those of [`SampleLobes`].
+pub(crate) struct SampleSettings<'a> {
+    pub count: u32,
+    pub environment: Option<&'a Environment>,
+    pub ends_at_triangle: bool,
+}
+
+impl LobeSample {
+    /// Samples a direction of anisotropic facets of reflectance `f0` at normal incidence, on a triangle with geometric normal
+    /// `n_g`, for a point `u` of the unit square.
+    pub fn of_facets(
+        facets: &AnisotropicFacets,
+        f0: f32,
+        n_g: DVec3,
+        u: [f32; 2],
+        settings: &SampleSettings,
+    ) -> LobeSample {
+        let sampled = facets.sample(u);
+        let expected = facets.single_scattering_albedo(f0);
+        let weight = sampled.shadowing as f32 * schlick(f0, sampled.v_h);
+        let is_cut = settings.ends_at_triangle && sampled.l.dot(n_g) <= 0.0;
+        let direction = mirrored_to_side(sampled.l, n_g);
+        let solid_angle = sampled.solid_angle(settings.count);
+        let light = |solid_angle: f32| {
+            settings.environment.map_or(Rgb::ZERO, |e| e.radiance(direction.as_vec3(), solid_angle))
+        };
+        LobeSample {
+            direction,
+            weight: if is_cut || !(expected > 0.0) { 0.0 } else { weight / expected },
+            solid_angle,
+            sharp_light: light(solid_angle * LOOKUP_SHARE as f32),
+            filtered_light: light(solid_angle),
+        }
     }
 }
 

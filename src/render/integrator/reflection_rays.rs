@@ -6,12 +6,14 @@ use crate::integrator::area_light_hits::area_light_hits;
 use crate::integrator::block_lobes::{STRONG_IMPORTANCE, survival_probability};
 use crate::integrator::environment_occlusion::LOOKUP_SHARE;
 use crate::integrator::frame::Frame;
+use crate::integrator::layers::block_layers::layer_view;
+use crate::integrator::layers::facets::{AnisotropicFacets, LobeDirections};
 use crate::integrator::lobe_light::{LightReceiver, LobeLight, LobeRequest};
-use crate::integrator::lobe_samples::{LobeSamples, SampleLobes, SampledLobes};
+use crate::integrator::lobe_samples::{LobeSample, LobeSamples, SampleLobes, SampleSettings, SampledLobes};
 use crate::integrator::material::directional_albedo::COAT_F0;
 use crate::integrator::material::ggx::NARROW_ALPHA;
 use crate::integrator::material::ggx_lobe::{LOBE_LANES, Lobe};
-use crate::integrator::paths::{Escape, PathState, PathStates, SecondaryRay, Wave};
+use crate::integrator::paths::{AreaLightHits, Escape, PathState, PathStates, SecondaryRay, Wave};
 use crate::integrator::sample::{SampleDimension, SampleStream};
 use crate::integrator::shading_batch::ShadingBatch;
 use crate::integrator::surface::soa::{dvec3, vec3};
@@ -85,6 +87,8 @@ struct ReflectingLayer {
     lobe: Lobe,
     /// True at a layered point.
     is_layered: bool,
+    /// Facets in place of the isotropic ones of `lobe`.
+    anisotropic: Option<AnisotropicFacets>,
 }
 
 impl<'a> ReflectionRays<'a> {
@@ -121,6 +125,7 @@ impl<'a> ReflectionRays<'a> {
             alpha: layers.alpha,
             lobe: lobe(n, block.lobe_alpha[lane], layers.mean_f0()),
             is_layered: layered.is_some(),
+            anisotropic: layer_view(block, lane).and_then(|(point, view)| point.anisotropic_facets(&view)),
         };
         let coat = ReflectingLayer {
             k_r: Rgb::splat(block.k_r_coat[lane]),
@@ -129,10 +134,14 @@ impl<'a> ReflectionRays<'a> {
             alpha: layers.coat_alpha,
             lobe: lobe(layered.map_or(n, |point| point.coat.n), block.coat_alpha[lane], COAT_F0),
             is_layered: layered.is_some(),
+            anisotropic: None,
         };
         let n_g = dvec3(&block.n_g, lane);
         if let Some(ray) = self.pending_ray(batch, i, throughput, &microfacets, false, spawned) {
-            self.facets.push(&microfacets.lobe, n_g, ray);
+            match &microfacets.anisotropic {
+                Some(facets) => self.make_anisotropic_ray(batch, &microfacets.lobe, facets, &ray, spawned),
+                None => self.facets.push(&microfacets.lobe, n_g, ray),
+            }
         }
         if let Some(ray) = self.pending_ray(batch, i, throughput, &coat, true, spawned) {
             self.coats.push(&coat.lobe, n_g, ray);
@@ -140,6 +149,28 @@ impl<'a> ReflectionRays<'a> {
         if self.facets.is_full() || self.coats.is_full() {
             self.make_rays(batch, spawned);
         }
+    }
+
+    /// Makes the ray of anisotropic facets, whose mean reflectance and normal are those of `lobe`.
+    fn make_anisotropic_ray(
+        &self,
+        batch: &ShadingBatch,
+        lobe: &Lobe,
+        facets: &AnisotropicFacets,
+        ray: &PendingRay,
+        spawned: &mut SpawnedRays,
+    ) {
+        let ReflectionRays { frame, states, stream, .. } = *self;
+        let maker = RayMaker { frame, states, stream, batch };
+        let u = stream.get_2d(maker.path(ray), SampleDimension::Reflection);
+        let (block, lane) = batch.soa.lane(ray.point);
+        let settings = SampleSettings {
+            count: stream.sampler.count,
+            environment: frame.environment.as_ref(),
+            ends_at_triangle: frame.traces_full_paths(),
+        };
+        let sample = LobeSample::of_facets(facets, lobe.f0 as f32, dvec3(&block.n_g, lane), u, &settings);
+        maker.push(lobe, Some(facets), ray, &sample, spawned);
     }
 
     /// Makes the rays of all lobes that wait.
@@ -176,9 +207,18 @@ impl<'a> ReflectionRays<'a> {
             if (!is_weak || layer.is_layered) && self.frame.environment.is_some() {
                 let weight = k_r * layer.occlusion;
                 let request = LobeRequest { lobe, receiver: LightReceiver::Point(point), weight };
-                match is_weak {
-                    true => spawned.light.look_up(request),
-                    false => spawned.light.integrate(request, self.stream.samples[path].index),
+                let sample = self.stream.samples[path].index;
+                match (layer.anisotropic, is_weak) {
+                    (Some(facets), _) => {
+                        let directions = if is_weak {
+                            LobeDirections::ALL
+                        } else {
+                            LobeDirections::of_sample(sample, self.stream.sampler.count)
+                        };
+                        spawned.light.integrate_anisotropic(request.anisotropic(facets, directions));
+                    }
+                    (None, true) => spawned.light.look_up(request),
+                    (None, false) => spawned.light.integrate(request, sample),
                 }
             }
             return None;
@@ -189,8 +229,11 @@ impl<'a> ReflectionRays<'a> {
                 return None;
             }
         }
-        let seen_share =
-            if alpha < SEEN_ALPHA { throughput.element_sum() * (1.0 / 3.0) * layer.share } else { 0.0 };
+        let seen_share = if alpha < SEEN_ALPHA && layer.anisotropic.is_none() {
+            throughput.element_sum() * (1.0 / 3.0) * layer.share
+        } else {
+            0.0
+        };
         Some(PendingRay { point, arrives, importance, survival, seen_share })
     }
 }
@@ -217,7 +260,7 @@ impl PendingLobes {
         }
         let samples = maker.sample(&self.lobes, rays, self.dimension);
         for (lane, ray) in rays.iter().enumerate() {
-            maker.push(&self.lobes.get(lane), ray, &samples, lane, spawned);
+            maker.push(&self.lobes.get(lane), None, ray, &samples.get(lane), spawned);
         }
     }
 }
@@ -257,16 +300,17 @@ impl RayMaker<'_, '_> {
         samples
     }
 
-    /// Adds the ray of a lobe in the direction of its sample.
+    /// Adds the ray of a lobe, perhaps of anisotropic facets, in the direction of its sample.
     fn push(
         &self,
         lobe: &Lobe,
+        anisotropic: Option<&AnisotropicFacets>,
         ray: &PendingRay,
-        samples: &LobeSamples,
-        lane: usize,
+        sample: &LobeSample,
         spawned: &mut SpawnedRays,
     ) {
-        if self.frame.traces_full_paths() && samples.weight[lane] == 0.0 {
+        let &LobeSample { direction, weight, .. } = sample;
+        if self.frame.traces_full_paths() && weight == 0.0 {
             return;
         }
         let &PendingRay { point, importance, survival, seen_share, .. } = ray;
@@ -275,19 +319,17 @@ impl RayMaker<'_, '_> {
         let path = self.path(ray);
         let Some(state) = self.states.get(path) else { return };
         let (block, block_lane) = self.batch.soa.lane(point);
-        let direction = samples.direction(lane);
-        let weight = samples.weight[lane];
         let environment = self.frame.environment.as_ref();
         let is_uniform = environment.is_some_and(|e| e.as_uniform().is_some());
         // Surfaces seen in a weak lobe count at most as much as the environment that they hide: a light would be a white dot.
         let max_light = match environment {
             Some(_) if survival < 1.0 && self.frame.indirect == 0 => {
-                (samples.filtered_light[lane] * arrives * weight).max_element()
+                (sample.filtered_light * arrives * weight).max_element()
             }
             _ => f32::INFINITY,
         };
         let (origin, source) = self.batch.offset_origin(point, direction);
-        let solid_angle = samples.solid_angle[lane] * LOOKUP_SHARE as f32;
+        let solid_angle = sample.solid_angle * LOOKUP_SHARE as f32;
         let state = PathState {
             origin,
             width: state.width_at(vec3(&block.p, block_lane)),
@@ -300,7 +342,7 @@ impl RayMaker<'_, '_> {
         if environment.is_some() && !is_uniform {
             let receiver = LightReceiver::Ray(spawned.wave.rays.len());
             let request = LobeRequest { lobe: *lobe, receiver, weight: arrives };
-            self.request_unoccluded(request, path, importance, &mut spawned.light);
+            self.request_unoccluded(request, anisotropic, path, importance, &mut spawned.light);
         }
         let ray = SecondaryRay {
             parent: path,
@@ -308,24 +350,41 @@ impl RayMaker<'_, '_> {
             // The mean of the weight is 1.
             escape_weight: if is_uniform { arrives } else { arrives * weight },
             max_light,
-            escape: Escape::Radiance(samples.sharp_light[lane]),
+            escape: Escape::Radiance(sample.sharp_light),
             // Set when the light of all lobes is computed.
             unoccluded: None,
             direction: direction.as_vec3(),
             source,
             is_diffuse: false,
-            is_rough: !lobe.is_mirror(),
+            is_rough: !lobe.is_mirror() || anisotropic.is_some(),
             seen_share: seen_share / survival,
-            area_lights: area_light_hits(lobe.n, direction, lobe.v, lobe.alpha, survival),
+            area_lights: match anisotropic {
+                Some(facets) => AreaLightHits::Weighted(survival * facets.pdf(direction.as_vec3())),
+                None => area_light_hits(lobe.n, direction, lobe.v, lobe.alpha, survival),
+            },
             state,
         };
         spawned.wave.push(ray, self.stream.samples[path]);
     }
 
     /// Requests the light of the environment over the lobe of a ray that is traced, if nothing hid it.
-    fn request_unoccluded(&self, request: LobeRequest, path: usize, importance: f32, light: &mut LobeLight) {
+    fn request_unoccluded(
+        &self,
+        request: LobeRequest,
+        anisotropic: Option<&AnisotropicFacets>,
+        path: usize,
+        importance: f32,
+        light: &mut LobeLight,
+    ) {
         // Alone, a sample would need many directions.
         let is_alone = self.stream.wave > 0 || self.stream.sampler.count < MIN_SAMPLES_OF_LOBES;
+        if let Some(&facets) = anisotropic {
+            let (sample, samples) = (self.stream.samples[path].index, self.stream.sampler.count);
+            let directions =
+                if is_alone { LobeDirections::ALL } else { LobeDirections::of_sample(sample, samples) };
+            light.integrate_anisotropic(request.anisotropic(facets, directions));
+            return;
+        }
         // The error of a single lookup is not seen in a weak lobe.
         if is_alone || importance < STRONG_IMPORTANCE {
             light.look_up(request);

@@ -15,6 +15,7 @@ use crate::integrator::block_lobes::BlockLobes;
 use crate::integrator::compositor::Compositor;
 use crate::integrator::environment_occlusion::LOOKUP_SHARE;
 use crate::integrator::frame::Frame;
+use crate::integrator::layers::block_layers::layer_view;
 use crate::integrator::lobe_light::{LightReceiver, LobeLight};
 use crate::integrator::lobe_samples::mirrored_to_side;
 use crate::integrator::material::coefficients::Coefficients;
@@ -211,6 +212,12 @@ impl<'a, 's> PathVertex<'a, 's> {
             return self.n;
         }
         let u = self.stream.get_2d(self.path(), SampleDimension::Reflection).map(f64::from);
+        let (block, lane) = self.batch.soa.lane(self.i);
+        if let Some(facets) =
+            layer_view(block, lane).and_then(|(point, view)| point.anisotropic_facets(&view))
+        {
+            return facets.sample_normal(u);
+        }
         Lobe { n: self.n, v: self.v, alpha: f64::from(alpha), f0: 1.0 }.sample_normal(u)
     }
 

@@ -89,7 +89,9 @@ impl ShadingBatch<'_> {
         let k = self.coefficients(i);
         let (block, lane) = self.soa.lane(i);
         if block.reflects(lane) {
-            (k.k_e * (1.0 - block.k_r_coat[lane]), k.k_a * block.base_share[lane])
+            let of_layers = block.layered.get(lane).map(|point| point.k_a);
+            let of_base = k.k_a * block.base_share[lane];
+            (k.k_e * (1.0 - block.k_r_coat[lane]), of_layers.map_or(of_base, |k_a| of_base + k_a))
         } else {
             (k.k_e, k.k_a)
         }

@@ -48,6 +48,14 @@ pub enum MaterialProperty {
     ClearcoatRoughness,
     /// Scale of the clear coat's normal map.
     ClearcoatNormalScale,
+    /// Strength of the anisotropy.
+    AnisotropyStrength,
+    /// Rotation of the anisotropy, in radians.
+    AnisotropyRotation,
+    /// Colour of the sheen (3 components).
+    SheenColor,
+    /// Roughness of the sheen.
+    SheenRoughness,
     /// Colour of the light after the attenuation distance in a volume (3 components).
     AttenuationColor,
     /// Attenuation distance of a volume, in metres.
@@ -89,6 +97,12 @@ pub enum TextureSlot {
     ClearcoatRoughness,
     /// Normal map of the clear coat.
     ClearcoatNormal,
+    /// Anisotropy.
+    Anisotropy,
+    /// Colour of the sheen.
+    SheenColor,
+    /// Roughness of the sheen.
+    SheenRoughness,
 }
 
 /// A property of a light.
@@ -131,7 +145,7 @@ impl MaterialProperty {
         match self {
             MaterialProperty::Base | MaterialProperty::Diffuse => 4,
             MaterialProperty::Emission | MaterialProperty::SpecularColor | MaterialProperty::SpecularF0 => 3,
-            MaterialProperty::AttenuationColor => 3,
+            MaterialProperty::AttenuationColor | MaterialProperty::SheenColor => 3,
             MaterialProperty::Offset(_) | MaterialProperty::Scale(_) => 2,
             _ => 1,
         }
@@ -184,6 +198,18 @@ impl Material {
                     map.scale = at(0);
                 }
             }
+            MaterialProperty::AnisotropyStrength => {
+                if let Some(anisotropy) = &mut self.anisotropy {
+                    anisotropy.strength = fraction();
+                }
+            }
+            MaterialProperty::AnisotropyRotation => {
+                if let Some(anisotropy) = &mut self.anisotropy {
+                    anisotropy.rotation = at(0);
+                }
+            }
+            MaterialProperty::SheenColor => self.sheen.color.factor = vec3().min(Vec3::ONE),
+            MaterialProperty::SheenRoughness => self.sheen.roughness.factor = fraction(),
             MaterialProperty::ClearcoatNormalScale => {
                 if let Some(map) = &mut self.clearcoat.normal {
                     map.scale = at(0);
@@ -225,6 +251,11 @@ impl Material {
             (TextureSlot::Transmission, _) => scalar(&mut self.transmission),
             (TextureSlot::Clearcoat, _) => scalar(&mut self.clearcoat.factor),
             (TextureSlot::ClearcoatRoughness, _) => scalar(&mut self.clearcoat.roughness),
+            (TextureSlot::Anisotropy, _) => {
+                self.anisotropy.iter_mut().flat_map(|of| &mut of.texture).for_each(&change);
+            }
+            (TextureSlot::SheenColor, _) => self.sheen.color.texture.iter_mut().for_each(&change),
+            (TextureSlot::SheenRoughness, _) => scalar(&mut self.sheen.roughness),
             (TextureSlot::ClearcoatNormal, _) => {
                 self.clearcoat.normal.iter_mut().for_each(|n| change(&mut n.texture));
             }

@@ -30,8 +30,7 @@ fn material(extensions: Value) -> Fixture {
 
 #[test]
 fn unsupported_extensions_in_use_are_warnings() {
-    let mut fixture =
-        material(json!({"KHR_materials_sheen": {"sheenColorFactor": [0, 0, 0.5]}, "ACME_x": {}}));
+    let mut fixture = material(json!({"KHR_materials_fuzz": {"fuzzFactor": 0.5}, "ACME_x": {}}));
     fixture.json["asset"]["extensions"] = json!({"MSFT_texture_dds": {}, "KHR_lights_punctual": {}});
     let (_, warnings) = fixture.load();
     assert_eq!(warnings.len(), 3, "{warnings:?}");
@@ -39,11 +38,11 @@ fn unsupported_extensions_in_use_are_warnings() {
 
 #[test]
 fn unlisted_extensions_are_warnings_once() {
-    let sheen = json!({"KHR_materials_sheen": {"sheenColorFactor": [1, 1, 1], "sheenColorTexture": {
+    let fuzz = json!({"KHR_materials_fuzz": {"fuzzFactor": 1, "fuzzTexture": {
         "extensions": {"ACME_x": {}}}}});
-    let mut fixture = material(sheen.clone());
+    let mut fixture = material(fuzz.clone());
     fixture.json["materials"][0]["extras"] = json!({"extensions": {"ACME_y": {}}});
-    fixture.json["meshes"][0]["extensions"] = sheen;
+    fixture.json["meshes"][0]["extensions"] = fuzz;
     fixture.json["nodes"][0]["extensions"] = json!({"CESIUM_primitive_outline": {}});
     fixture.json["extensionsRequired"] = json!(["CESIUM_primitive_outline"]);
     let (_, warnings) = fixture.load();
@@ -52,15 +51,15 @@ fn unlisted_extensions_are_warnings_once() {
         [
             "ignored CESIUM_primitive_outline: outlines are missing",
             "ignored unknown extension ACME_x",
-            "ignored KHR_materials_sheen: the sheen is missing"
+            "ignored KHR_materials_fuzz: the fuzz is missing"
         ]
     );
 }
 
 #[test]
 fn listed_but_unused_extensions_are_no_warnings() {
-    let names = ["MSFT_texture_dds", "ACME_x", "KHR_materials_sheen", "KHR_materials_transmission"];
-    let (_, warnings) = with(&["KHR_materials_sheen"], &names).load();
+    let names = ["MSFT_texture_dds", "ACME_x", "KHR_materials_fuzz", "KHR_materials_transmission"];
+    let (_, warnings) = with(&["KHR_materials_fuzz"], &names).load();
     assert!(warnings.is_empty(), "{warnings:?}");
 }
 
@@ -69,9 +68,10 @@ fn extensions_with_a_factor_of_0_are_no_warnings() {
     for (name, factor) in extensions::FACTORS {
         assert!(support(name).is_some(), "{name}");
         let body = |value: Value| json!({*name: {*factor: value, "someTexture": {"index": 0}}});
-        let mut zero = material(body(json!(0)));
+        let value = |zero: Value| if factor.ends_with("ColorFactor") { json!([zero, 0, 0]) } else { zero };
+        let mut zero = material(body(value(json!(0))));
         zero.push("materials", json!({"extensions": {*name: {}}}));
-        zero.push("materials", json!({"extensions": body(json!(0.0))}));
+        zero.push("materials", json!({"extensions": body(value(json!(0.0)))}));
         zero.push("images", json!({"uri": "data:image/bmp;base64,"}));
         zero.push("textures", json!({"source": 0}));
         for index in 0..3 {
@@ -81,11 +81,12 @@ fn extensions_with_a_factor_of_0_are_no_warnings() {
             assert!(!is_warned, "{name}: {warnings:?}");
         }
     }
-    let warning_count = |factor: Value| {
-        let body = json!({"KHR_materials_sheen": {"sheenColorFactor": factor}});
-        material(body).load().1.len()
+    let is_used = |factor: Value| {
+        let value =
+            json!({"materials": [{"extensions": {"KHR_materials_sheen": {"sheenColorFactor": factor}}}]});
+        !extensions::find_uses(&value, &Default::default()).is_empty()
     };
-    assert_eq!((warning_count(json!([0, 0, 0])), warning_count(json!([0, 0.1, 0]))), (0, 1));
+    assert_eq!((is_used(json!([0, 0, 0])), is_used(json!([0, 0.1, 0]))), (false, true));
 }
 
 /// The factor is 0 in the material, and animated.
@@ -101,8 +102,8 @@ fn an_animated_factor_is_a_use() {
 #[test]
 fn extensions_of_unused_materials_are_no_warnings() {
     let mut fixture = Fixture::triangle();
-    let sheen = json!({"extensions": {"KHR_materials_sheen": {"sheenColorFactor": [1, 1, 1]}}});
-    fixture.push("materials", sheen);
+    let fuzz = json!({"extensions": {"KHR_materials_fuzz": {"fuzzFactor": 1}}});
+    fixture.push("materials", fuzz);
     assert!(fixture.load().1.is_empty());
     // In another scene of the file.
     let mut other = fixture.json["meshes"][0].clone();
@@ -113,7 +114,7 @@ fn extensions_of_unused_materials_are_no_warnings() {
     assert!(fixture.load().1.is_empty());
     let scene = SceneChoice::Named("other".into());
     let (_, warnings) = fixture.load_with(&LoadOptions { scene, ..LoadOptions::default() });
-    assert_eq!(warnings, ["ignored KHR_materials_sheen: the sheen is missing"]);
+    assert_eq!(warnings, ["ignored KHR_materials_fuzz: the fuzz is missing"]);
 }
 
 #[test]
@@ -124,8 +125,8 @@ fn layers_of_unlit_materials_cause_no_warning() {
         fixture.primitive()["material"] = json!(0);
         fixture.load().1
     };
-    let sheen = json!({"sheenColorFactor": [1, 1, 1]});
-    assert_eq!(warnings(json!({"KHR_materials_sheen": sheen})).len(), 1);
-    assert!(warnings(json!({"KHR_materials_sheen": sheen, "KHR_materials_unlit": {}})).is_empty());
+    let fuzz = json!({"fuzzFactor": 1});
+    assert_eq!(warnings(json!({"KHR_materials_fuzz": fuzz})).len(), 1);
+    assert!(warnings(json!({"KHR_materials_fuzz": fuzz, "KHR_materials_unlit": {}})).is_empty());
     assert_eq!(warnings(json!({"VENDOR_x": {}, "KHR_materials_unlit": {}})).len(), 1);
 }

@@ -6,9 +6,11 @@ use glam::{Vec2, Vec3, Vec4};
 use serde_json::{Value, json};
 
 use super::super::fixture::Fixture;
+use super::super::pointer::{self, PointerTarget};
 use crate::{Limits, LoadOptions};
 use blinn_scene::{
-    AlphaMode, Material, NormalMap, Reflectance, Scene, TexelSemantics, TextureChannel, TextureFilter, Wrap,
+    AlphaMode, Anisotropy, Material, MaterialProperty, NormalMap, Reflectance, Scene, TexelSemantics,
+    TextureChannel, TextureFilter, TextureSlot, Wrap,
 };
 
 fn png(color: [u8; 4]) -> Vec<u8> {
@@ -144,6 +146,54 @@ fn clear_coats_and_volumes_are_read() {
     let clear =
         json!({"extensions": {"KHR_materials_volume": {"thicknessFactor": 1, "attenuationDistance": 0}}});
     assert_eq!(material(clear).volume.unwrap().attenuation_distance, f32::INFINITY);
+}
+
+#[test]
+fn anisotropy_and_sheen_are_read() {
+    let anisotropy = json!({"anisotropyStrength": 0.5, "anisotropyRotation": -1.5,
+        "anisotropyTexture": {"index": 0, "extensions": {"KHR_texture_transform": {"scale": [2, 3]}}}});
+    let sheen = json!({"sheenColorFactor": [0.1, 0.2, 2], "sheenColorTexture": {"index": 0},
+        "sheenRoughnessFactor": 0.25, "sheenRoughnessTexture": {"index": 0, "texCoord": 1}});
+    let file = textured(json!({"extensions":
+        {"KHR_materials_anisotropy": anisotropy, "KHR_materials_sheen": sheen}}));
+    let (scene, warnings) = file.load();
+    let m = &scene.materials[0];
+    let Anisotropy { strength, rotation, texture } = m.anisotropy.unwrap();
+    assert_eq!((strength, rotation), (0.5, -1.5));
+    assert_eq!(texture.unwrap().transform.apply(Vec2::ONE), Vec2::new(2.0, 3.0));
+    assert_eq!((m.sheen.color.factor, m.sheen.roughness.factor), (Vec3::new(0.1, 0.2, 2.0), 0.25));
+    assert!(m.sheen.color.texture.is_some());
+    let (texture, channel) = m.sheen.roughness.texture.unwrap();
+    assert_eq!((texture.uv_set, channel), (1, TextureChannel::A));
+    let bright = "materials[0].extensions.KHR_materials_sheen.sheenColorFactor: has the value 2, expected 0 to 1 or bytes";
+    assert_eq!(warnings, [bright]);
+    // Stretched highlights need tangents, also without a texture.
+    assert_eq!(scene.meshes[0].tangents.len(), scene.meshes[0].positions.len());
+    let plain = json!({"extensions": {"KHR_materials_anisotropy": {"anisotropyStrength": 1}}});
+    let (scene, _) = textured(plain).load();
+    assert!(scene.materials[0].is_layered() && !scene.meshes[0].tangents.is_empty());
+}
+
+#[test]
+fn factors_of_layers_can_be_animated() {
+    for (pointer, expected) in [
+        ("KHR_materials_anisotropy/anisotropyStrength", MaterialProperty::AnisotropyStrength),
+        ("KHR_materials_anisotropy/anisotropyRotation", MaterialProperty::AnisotropyRotation),
+        ("KHR_materials_sheen/sheenColorFactor", MaterialProperty::SheenColor),
+        ("KHR_materials_sheen/sheenRoughnessFactor", MaterialProperty::SheenRoughness),
+        ("KHR_materials_clearcoat/clearcoatNormalTexture/scale", MaterialProperty::ClearcoatNormalScale),
+        (
+            "KHR_materials_anisotropy/anisotropyTexture/extensions/KHR_texture_transform/offset",
+            MaterialProperty::Offset(TextureSlot::Anisotropy),
+        ),
+        (
+            "KHR_materials_sheen/sheenColorTexture/extensions/KHR_texture_transform/scale",
+            MaterialProperty::Scale(TextureSlot::SheenColor),
+        ),
+    ] {
+        let target = pointer::parse(&format!("/materials/3/extensions/{pointer}"));
+        assert_eq!(target, Some(PointerTarget::Material(3, expected)), "{pointer}");
+    }
 }
 
 #[test]

@@ -3,7 +3,9 @@
 
 use crate::integrator::direct_light::IncidentLight;
 use crate::integrator::frame::Frame;
-use crate::integrator::layers::layered_point::{LayerView, LobePdfs, PointLobes, ReflectedShares};
+use crate::integrator::layers::layered_point::{
+    LayerView, LayeredPoint, LobePdfs, PointLobes, ReflectedShares,
+};
 use crate::integrator::microfacet_highlights::{LobeWeights, add_highlights};
 use crate::integrator::surface::point_block::PointBlock;
 use crate::integrator::surface::soa::{dvec3, set3, vec3};
@@ -16,17 +18,25 @@ pub(crate) fn cover_layered_points(frame: &Frame, block: &mut PointBlock) {
         if block.has_turned_normals {
             turn_coat_normal(block, i);
         }
+        let albedo = layer_view(block, i)
+            .and_then(|(point, view)| Some(point.anisotropic_facets(&view)?.albedo(view.layers.ior)));
+        if let Some(point) = block.layered.get_mut(i) {
+            point.stretched_albedo = albedo;
+        }
         let Some(lobes) = point_lobes(block, i) else { continue };
         let shares = lobes.shares();
+        if let Some(point) = block.layered.get_mut(i) {
+            point.k_a = shares.k_a;
+        }
         set3(&mut block.k.k_d, i, shares.k_d.to_array());
         set3(&mut block.k_r, i, shares.facets.to_array());
         block.k_r_coat[i] = shares.coat;
         block.coat_alpha[i] = lobes.coat.alpha;
         block.base_share[i] = shares.base;
         block.highlights.points &= !(1 << i);
-        let k_a = layered_k_a(block, i);
+        let k_a = vec3(&block.k.k_a, i) * shares.base + shares.k_a;
         let k_e: Rgb = vec3(&block.k.k_e, i);
-        block.set_base_radiance(i, k_e * lobes.below_coat() + k_a * frame.ambient_at(block.n(i)));
+        block.set_base_radiance(i, k_e * shares.below_coat + k_a * frame.ambient_at(block.n(i)));
     }
 }
 
@@ -38,21 +48,22 @@ fn turn_coat_normal(block: &mut PointBlock, i: usize) {
     }
 }
 
-/// k_a of point `i`, as far as its layers let light through.
-fn layered_k_a(block: &PointBlock, i: usize) -> Rgb {
-    vec3(&block.k.k_a, i) * block.base_share[i]
+/// The lobes of the layered point in lane `i`; `None` for a plain one.
+pub(crate) fn point_lobes(block: &PointBlock, i: usize) -> Option<PointLobes> {
+    layer_view(block, i).map(|(point, view)| point.lobes(&view))
 }
 
-/// The lobes of the layered point in lane `i`; `None` for a plain one.
-fn point_lobes(block: &PointBlock, i: usize) -> Option<PointLobes> {
+/// The layered point in lane `i` and how it is seen; `None` for a plain one.
+pub(crate) fn layer_view(block: &PointBlock, i: usize) -> Option<(&LayeredPoint, LayerView)> {
     let point = block.layered.get(i)?;
-    Some(point.lobes(&LayerView {
+    let view = LayerView {
         n: block.n_specular(i),
         v: block.v(i),
         layers: block.k.layers.get(i),
         alpha: block.lobe_alpha[i],
         alpha2_increase: block.alpha2_increase[i],
-    }))
+    };
+    Some((point, view))
 }
 
 /// Adds I/r² times the light that the layers of a block's points reflect to their current light.
@@ -62,20 +73,35 @@ pub(crate) fn add_layers(block: &mut PointBlock, light: &IncidentLight) {
         add_highlights(block, light, &LobeWeights::ONE);
     }
     if block.layered.mask() != 0 {
-        add_layered_light(block, light, false, &|_, _| [1.0; 2]);
+        add_layered_light(block, light, false, &|_, _| LayerWeights::ONE);
     }
 }
 
-/// Computes the weights of the lobes of a point from its lane and from how they spawn rays.
-pub(crate) type LayerWeights<'a> = &'a dyn Fn(usize, LobePdfs) -> [f32; 2];
+/// Factors of what the lobes of a point reflect.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct LayerWeights {
+    pub facets: f32,
+    pub coat: f32,
+    pub diffuse: f32,
+}
 
-/// Adds I/r² times the light that layered points reflect to their current light.
+impl LayerWeights {
+    const ONE: LayerWeights = LayerWeights { facets: 1.0, coat: 1.0, diffuse: 1.0 };
+
+    /// Weights without specular lobes.
+    pub fn diffuse(weight: f32) -> LayerWeights {
+        LayerWeights { facets: 0.0, coat: 0.0, diffuse: weight }
+    }
+}
+
+/// Adds I/r² times the light that layered points reflect to their current light. `weights` computes factors of the lobes of a
+/// point from its lane and from how they spawn rays.
 #[inline(never)]
 pub(crate) fn add_layered_light(
     block: &mut PointBlock,
     light: &IncidentLight,
     has_exact_fresnel: bool,
-    weights: LayerWeights,
+    weights: &dyn Fn(usize, LobePdfs) -> LayerWeights,
 ) {
     for i in block.layered.lanes() {
         let irradiance: Rgb = vec3(&light.irradiance, i);
@@ -93,14 +119,15 @@ pub(crate) fn add_layered_light(
             continue;
         }
         let l = l.as_vec3();
-        let ReflectedShares { facets, coat } = lobes.reflect(l, n_dot_l, has_exact_fresnel);
-        let [of_facets, of_coat] = weights(i, lobes.pdfs(l));
+        let ReflectedShares { facets, coat, diffuse } = lobes.reflect(l, n_dot_l, has_exact_fresnel);
+        let weights = weights(i, lobes.pdfs(l));
         let limit = |share: Rgb| {
             let mean = share.element_sum() * (1.0 / 3.0);
             let max = block.highlights.max_share[i] * n_dot_l;
             if mean > max { share * (max / mean) } else { share }
         };
-        let reflected = irradiance * (limit(facets) * of_facets + limit(coat) * of_coat);
+        let specular = limit(facets) * weights.facets + limit(coat) * weights.coat;
+        let reflected = irradiance * (specular + diffuse * weights.diffuse);
         let before: Rgb = vec3(&block.current_light, i);
         set3(&mut block.current_light, i, (before + reflected).to_array());
     }

@@ -3,14 +3,17 @@
 use glam::DVec3;
 
 use crate::integrator::layers::coat::CoatNormal;
+use crate::integrator::layers::facets::Anisotropy;
 use crate::integrator::layers::layered_point::LayeredPoint;
+use crate::integrator::layers::sheen::Sheen;
 use crate::integrator::material::material_inputs::MaterialInputs;
 use crate::integrator::surface::point_block::PointBlock;
 use crate::integrator::surface::shading_triangle::TriangleSurface;
 use crate::integrator::surface::soa::{dvec3, vec3};
 use crate::integrator::surface::surface_point::SurfacePoint;
 use crate::integrator::surface::texture_eval::TextureEvalContext;
-use blinn_scene::{Material, NormalMap, PosedScene};
+use blinn_core::geometry::Rgb;
+use blinn_scene::{Material, NormalMap, PosedScene, TexelSemantics};
 
 /// The textures of a layered material at the points of a block.
 pub(crate) struct LayerInputs<'a> {
@@ -30,7 +33,42 @@ impl<'a> LayerInputs<'a> {
 
     /// The layers of the point in a lane, whose coefficients are known.
     pub fn layers(&self, triangle: &TriangleSurface, block: &PointBlock, lane: usize) -> LayeredPoint {
-        LayeredPoint { k_d: vec3(&block.k.k_d, lane), coat: self.coat_normal(triangle, block, lane) }
+        LayeredPoint {
+            k_d: vec3(&block.k.k_d, lane),
+            coat: self.coat_normal(triangle, block, lane),
+            anisotropy: self.anisotropy(triangle, block, lane),
+            sheen: self.sheen(lane),
+            stretched_albedo: None,
+            k_a: Rgb::ZERO,
+        }
+    }
+
+    /// The sheen; `None` where it is black.
+    fn sheen(&self, lane: usize) -> Option<Sheen> {
+        let blinn_scene::Sheen { color, roughness } = &self.material.sheen;
+        let color = vec3(&self.inputs.color(color, TexelSemantics::Color), lane).clamp(Rgb::ZERO, Rgb::ONE);
+        (color != Rgb::ZERO).then(|| Sheen { color, roughness: self.inputs.share(roughness)[lane] })
+    }
+
+    /// The stretch of the microfacets; `None` without one or on a mesh without tangents.
+    fn anisotropy(&self, triangle: &TriangleSurface, block: &PointBlock, lane: usize) -> Option<Anisotropy> {
+        let &blinn_scene::Anisotropy { strength, rotation, texture } = self.material.anisotropy.as_ref()?;
+        let [mut x, mut y, mut strength] = [1.0, 0.0, strength];
+        if texture.is_some() {
+            let texels = self.inputs.texels.get(texture.as_ref(), TexelSemantics::Data);
+            let [r, g, b, _] = texels.rgba.each_ref().map(|channel| channel[lane]);
+            [x, y] = [2.0 * r - 1.0, 2.0 * g - 1.0];
+            strength *= b;
+        }
+        if !(strength > 0.0) {
+            return None;
+        }
+        let (sin, cos) = (libm::sinf(rotation), libm::cosf(rotation));
+        let [x, y] = [x * cos - y * sin, x * sin + y * cos].map(f64::from);
+        let surface = triangle.surface_from_hit(&block.hit(lane));
+        let [t, b] = surface.tangents(self.posed)?;
+        let direction = (t * x + b * y).try_normalize()?;
+        Some(Anisotropy { direction, strength: strength.min(1.0) })
     }
 
     /// The normal of the coat: that of its own map, or of the vertices.

@@ -1,16 +1,18 @@
 //! A point with layers over the lecture's sum.
 //!
-//! From above: the clear coat, then the microfacets, then the diffuse or transmissive base. What lies below a layer receives
+//! From above: the clear coat, then the sheen, then the microfacets, then the diffuse or transmissive base. What lies below a layer receives
 //! what the layer does not reflect in the direction of view.
 
 use glam::{DVec3, Vec3};
 
 use crate::integrator::layers::coat::{CoatLobe, CoatNormal};
+use crate::integrator::layers::facets::{AnisotropicFacets, Anisotropy};
+use crate::integrator::layers::sheen::{Sheen, SheenLobe};
 use crate::integrator::material::directional_albedo::{FacetAlbedo, FacetLobe};
-use crate::integrator::material::fresnel::dielectric_weight;
+use crate::integrator::material::fresnel::{dielectric_weight, schlick_weight};
 use crate::integrator::material::highlight_lobe::{highlight_lobe, reflection_pdf};
 use crate::integrator::material::specular_layers::SpecularLayers;
-use crate::integrator::surface::highlights::HighlightWidth;
+use crate::integrator::surface::highlights::{HighlightWidth, widened};
 use blinn_core::geometry::Rgb;
 
 /// The layers of a point, besides its [`SpecularLayers`].
@@ -20,6 +22,13 @@ pub(crate) struct LayeredPoint {
     pub k_d: Rgb,
     /// The normals of the coat.
     pub coat: CoatNormal,
+    /// The stretch of the microfacets.
+    pub anisotropy: Option<Anisotropy>,
+    pub sheen: Option<Sheen>,
+    /// The albedo of stretched microfacets in the point's view, once it is known.
+    pub stretched_albedo: Option<FacetAlbedo>,
+    /// What layers other than the base reflect of ambient light. Set with the shares of light.
+    pub k_a: Rgb,
 }
 
 /// How a point is seen.
@@ -48,6 +57,19 @@ pub(crate) struct LayerShares {
     pub base: f32,
     /// k_d as far as light reaches it.
     pub k_d: Rgb,
+    /// Share of light that passes the coat.
+    pub below_coat: f32,
+    /// What layers other than the base reflect of ambient light.
+    pub k_a: Rgb,
+}
+
+/// The distribution of the microfacets' normals.
+#[derive(Clone, Copy, Debug)]
+enum FacetShape {
+    /// The same in all directions around the normal. α is that of the lobe, widened by the normals that the sample covers.
+    Isotropic { width: HighlightWidth, alpha: f32 },
+    /// The facets that rays are reflected by, and α of highlights with a factor that fades narrow ones out.
+    Anisotropic { rays: AnisotropicFacets, alpha: [f32; 2], scale: f32 },
 }
 
 /// The lobes of a point in its view.
@@ -55,12 +77,12 @@ pub(crate) struct LayerShares {
 pub(crate) struct PointLobes {
     n: Vec3,
     v: Vec3,
-    width: HighlightWidth,
-    alpha: f32,
+    shape: FacetShape,
     ior: f32,
     metallic: f32,
     facets: FacetLobe,
     pub coat: CoatLobe,
+    sheen: Option<SheenLobe>,
     base_share: f32,
     k_d: Rgb,
 }
@@ -70,6 +92,8 @@ pub(crate) struct PointLobes {
 pub(crate) struct ReflectedShares {
     pub facets: Rgb,
     pub coat: Rgb,
+    /// Of layers that reflect light diffusely.
+    pub diffuse: Rgb,
 }
 
 /// How a lobe spawns rays in a direction.
@@ -91,12 +115,20 @@ pub(crate) struct LobePdfs {
 impl LayeredPoint {
     /// The lobes of the point, seen in a view.
     pub fn lobes(&self, view: &LayerView) -> PointLobes {
-        let &LayerView { n, v, layers, alpha, alpha2_increase } = view;
+        let &LayerView { n, v, layers, alpha, .. } = view;
         let is_coated = layers.reflects && layers.coat > 0.0;
         let coat = CoatLobe::new(self.coat, v, if is_coated { layers.coat } else { 0.0 }, layers.coat_alpha);
         let below_coat = 1.0 - coat.lobe.albedo.x;
+        let sheen = self.sheen.map(|sheen| sheen.lobe(n.as_vec3(), v.as_vec3()));
+        let below_sheen = sheen.map_or(below_coat, |sheen| sheen.below * below_coat);
+        let shape = self.facet_shape(view);
         let (facets, base_share) = if layers.reflects {
-            let albedo = FacetAlbedo::new(n.dot(v) as f32, alpha, layers.ior);
+            let albedo = match &shape {
+                FacetShape::Isotropic { .. } => FacetAlbedo::new(n.dot(v) as f32, alpha, layers.ior),
+                FacetShape::Anisotropic { rays, .. } => {
+                    self.stretched_albedo.unwrap_or_else(|| rays.albedo(layers.ior))
+                }
+            };
             let uncoated = SpecularLayers { coat: 0.0, ..layers }.combine(&albedo, FacetLobe::NONE);
             (uncoated.facets, uncoated.base_share)
         } else {
@@ -105,14 +137,40 @@ impl LayeredPoint {
         PointLobes {
             n: n.as_vec3(),
             v: v.as_vec3(),
-            width: HighlightWidth::new(layers.alpha, alpha2_increase),
-            alpha,
+            shape,
             ior: layers.ior,
             metallic: layers.metallic,
-            facets: facets.scaled(below_coat),
+            facets: facets.scaled(below_sheen),
             coat,
-            base_share: base_share * below_coat,
+            sheen,
+            base_share: base_share * below_sheen,
             k_d: self.k_d,
+        }
+    }
+
+    /// The anisotropic facets in a view, which rays are reflected by; `None` for isotropic ones.
+    pub fn anisotropic_facets(&self, view: &LayerView) -> Option<AnisotropicFacets> {
+        let &LayerView { n, v, layers, alpha2_increase, .. } = view;
+        let of_layer = self.anisotropy?.alphas(layers.alpha);
+        let alphas = of_layer.map(|alpha| widened(alpha, alpha2_increase));
+        Some(AnisotropicFacets::new(n, self.anisotropy?.direction, v, alphas))
+    }
+
+    fn facet_shape(&self, view: &LayerView) -> FacetShape {
+        let &LayerView { layers, alpha, alpha2_increase, .. } = view;
+        let width = HighlightWidth::new(layers.alpha, alpha2_increase);
+        match (self.anisotropy, self.anisotropic_facets(view)) {
+            (Some(anisotropy), Some(rays)) => {
+                let widths =
+                    anisotropy.alphas(layers.alpha).map(|alpha| HighlightWidth::new(alpha, alpha2_increase));
+                FacetShape::Anisotropic {
+                    alpha: widths.map(|width| width.alpha2.sqrt()),
+                    // A lobe that is narrow in one direction alone is a streak, which small lights have in mirrors.
+                    scale: (widths[0].scale * widths[1].scale).sqrt(),
+                    rays,
+                }
+            }
+            _ => FacetShape::Isotropic { width, alpha },
         }
     }
 }
@@ -125,19 +183,35 @@ impl PointLobes {
             coat: self.coat.lobe.albedo.x,
             base: self.base_share,
             k_d: self.k_d * self.base_share,
+            below_coat: self.below_coat(),
+            k_a: self.sheen.map_or(Rgb::ZERO, |sheen| sheen.albedo * self.below_coat()),
         }
     }
 
     /// Share of light that passes the coat.
-    pub fn below_coat(&self) -> f32 {
+    fn below_coat(&self) -> f32 {
         1.0 - self.coat.lobe.albedo.x
+    }
+
+    /// The light from direction `l` that layers reflect diffusely: its share of the lecture's irradiance.
+    pub fn reflect_diffuse(&self, l: Vec3) -> Rgb {
+        self.sheen.map_or(Rgb::ZERO, |sheen| sheen.reflect(l) * self.below_coat())
     }
 
     /// The light from direction `l` that the lobes reflect. `n_dot_l` is n·l > 0 of the microfacets. `has_exact_fresnel` takes the
     /// exact Fresnel equations of dielectrics, and not Schlick's approximation.
     pub fn reflect(&self, l: Vec3, n_dot_l: f32, has_exact_fresnel: bool) -> ReflectedShares {
-        let PointLobes { n, v, width, .. } = *self;
-        let [lobe, schlick] = highlight_lobe(n, l, v, n_dot_l, width.alpha2);
+        let PointLobes { n, v, .. } = *self;
+        let [lobe, schlick] = match &self.shape {
+            FacetShape::Isotropic { width, .. } => {
+                let [lobe, schlick] = highlight_lobe(n, l, v, n_dot_l, width.alpha2);
+                [lobe * width.scale, schlick]
+            }
+            &FacetShape::Anisotropic { rays, alpha, scale } => {
+                let [lobe, v_h] = rays.with_alpha(alpha).highlight(l);
+                [lobe * scale, schlick_weight(v_h.into()) as f32]
+            }
+        };
         let weight = if has_exact_fresnel {
             let curve = dielectric_weight(0.5 * (l + v).length(), self.ior);
             curve + (schlick - curve) * self.metallic
@@ -145,18 +219,23 @@ impl PointLobes {
             schlick
         };
         ReflectedShares {
-            facets: (self.facets.f0 + self.facets.rise * weight) * (lobe * width.scale),
+            facets: (self.facets.f0 + self.facets.rise * weight) * lobe,
             coat: self.coat.reflect(l, v, has_exact_fresnel),
+            diffuse: self.reflect_diffuse(l),
         }
     }
 
     /// How the lobes spawn rays in direction `l`.
     pub fn pdfs(&self, l: Vec3) -> LobePdfs {
-        let facets = reflection_pdf(self.n, l, self.v, self.alpha * self.alpha);
-        LobePdfs {
-            facets: LobePdf { density: facets, alpha: self.alpha },
-            coat: LobePdf { density: self.coat.pdf(l, self.v), alpha: self.coat.alpha },
-        }
+        let facets = match &self.shape {
+            &FacetShape::Isotropic { alpha, .. } => {
+                LobePdf { density: reflection_pdf(self.n, l, self.v, alpha * alpha), alpha }
+            }
+            FacetShape::Anisotropic { rays, .. } => {
+                LobePdf { density: rays.pdf(l), alpha: rays.mean_alpha() }
+            }
+        };
+        LobePdfs { facets, coat: LobePdf { density: self.coat.pdf(l, self.v), alpha: self.coat.alpha } }
     }
 }
 

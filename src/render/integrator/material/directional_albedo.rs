@@ -154,6 +154,13 @@ impl FacetAlbedo {
         FacetAlbedos::new(&[cos], &[alpha], &[ior]).get(0)
     }
 
+    /// Returns the values of facets that reflect everything once, Schlick's weight or the curve of a dielectric, known from
+    /// integration. `alpha` is that of isotropic facets that are as rough.
+    pub fn integrated([e, schlick, curve]: [f32; 3], alpha: f32) -> FacetAlbedo {
+        // The mean of E does not depend on the angle or on the index of refraction.
+        FacetAlbedo { e, schlick, curve, ..FacetAlbedo::new(1.0, alpha, COAT_IOR) }
+    }
+
     /// The factor of the lobe for light scattered between facets of mean reflectance `f_ss`.
     #[inline(always)]
     fn compensation(&self, f_ss: Rgb) -> Rgb {

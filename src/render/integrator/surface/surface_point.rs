@@ -47,23 +47,35 @@ impl SurfacePoint<'_> {
         self.mapped_normal(posed, posed.materials[self.material as usize].normal.as_ref())
     }
 
-    /// [`SurfacePoint::filtered_normal`] by one of the normal maps of the material, or without one.
-    pub(crate) fn mapped_normal(&self, posed: &PosedScene, map: Option<&NormalMap>) -> (DVec3, f32) {
-        let curvature = self.ctx.coords.differentials.alpha2_increase();
-        let Some(map) = map else { return (self.n_v, curvature) };
+    /// The directions of the tangent and of the bitangent in the world; `None` on a mesh without them.
+    pub(crate) fn tangents(&self, posed: &PosedScene) -> Option<[DVec3; 2]> {
+        let [t, b, _] = self.tangent_frame(posed)?;
+        let transform = &posed.instances[self.id.instance as usize].transform;
+        Some([t, b].map(|axis| transform.vector(axis.as_vec3())))
+    }
+
+    /// Tangent, bitangent and normal in object space; `None` on a mesh without tangents.
+    fn tangent_frame(&self, posed: &PosedScene) -> Option<[DVec3; 3]> {
         let normals = posed.normals(self.id.instance);
         let tangents = posed.tangents(self.id.instance);
         if normals.is_empty() || tangents.is_empty() {
-            return (self.n_v, curvature);
+            return None;
         }
-        // In object space, where the map was baked. The perturbed normal is then transformed as normals are.
         let mut n = Vec3::ZERO;
         let mut t = Vec4::ZERO;
         for (&corner, b) in self.ctx.triangle.corners.iter().zip(self.ctx.coords.b) {
             n += normals[corner as usize] * b;
             t += tangents[corner as usize] * b;
         }
-        let [t, b, n] = [t.truncate(), n.cross(t.truncate()) * t.w, n].map(|axis| axis.as_dvec3());
+        Some([t.truncate(), n.cross(t.truncate()) * t.w, n].map(|axis| axis.as_dvec3()))
+    }
+
+    /// [`SurfacePoint::filtered_normal`] by one of the normal maps of the material, or without one.
+    pub(crate) fn mapped_normal(&self, posed: &PosedScene, map: Option<&NormalMap>) -> (DVec3, f32) {
+        let curvature = self.ctx.coords.differentials.alpha2_increase();
+        let Some(map) = map else { return (self.n_v, curvature) };
+        // In object space, where the map was baked. The perturbed normal is then transformed as normals are.
+        let Some([t, b, n]) = self.tangent_frame(posed) else { return (self.n_v, curvature) };
         let (m, variance) = self.ctx.normal_map(posed, &map.texture);
         let m = m.as_dvec3();
         let scale = f64::from(map.scale);

@@ -21,7 +21,15 @@ fn view(v: DVec3, alpha: f32) -> LayerView {
 }
 
 fn point(coat: DVec3) -> LayeredPoint {
-    LayeredPoint { k_d: Rgb::ONE, coat: CoatNormal { n: coat, alpha2_increase: 0.0 } }
+    let coat = CoatNormal { n: coat, alpha2_increase: 0.0 };
+    LayeredPoint {
+        k_d: Rgb::ONE,
+        coat,
+        anisotropy: None,
+        sheen: None,
+        stretched_albedo: None,
+        k_a: Rgb::ZERO,
+    }
 }
 
 /// The integral over the directions around `n` of a share of π f cos, divided by π.
@@ -71,6 +79,119 @@ fn shares_are_the_integrals_of_the_lobes() {
         assert!((shares.coat - coat).abs() < 0.01, "{angle} {alpha}: {coat} {shares:?}");
         let sum = shares.facets.max_element() + shares.coat;
         assert!((0.99..1.0 + 1e-6).contains(&sum), "{angle} {alpha}: {sum}");
+    }
+}
+
+/// Facets stretched along x by KHR_materials_anisotropy, in f64 and by the formulas of its specification.
+fn stretched_lobe(v: DVec3, l: DVec3, alpha: f64, strength: f64) -> f64 {
+    let [t, b] = [alpha + (1.0 - alpha) * strength * strength, alpha];
+    let h = (v + l).normalize();
+    let d = 1.0 / (PI * t * b * ((h.x / t).powi(2) + (h.y / b).powi(2) + h.z * h.z).powi(2));
+    let length = |w: DVec3| DVec3::new(t * w.x, b * w.y, w.z).length();
+    let visibility = 0.5 / (l.z * length(v) + v.z * length(l));
+    PI * d * visibility * l.z
+}
+
+fn stretched(direction: DVec3, strength: f32) -> LayeredPoint {
+    LayeredPoint { anisotropy: Some(Anisotropy { direction, strength }), ..point(DVec3::Z) }
+}
+
+#[test]
+fn stretched_highlights_are_those_of_the_specification() {
+    for (alpha, strength) in [(0.1, 0.5), (0.3, 1.0), (0.5, 0.3)] {
+        let v = at(0.6, 0.4);
+        let lobes = stretched(DVec3::X, strength as f32).lobes(&view(v, alpha as f32));
+        for l in [at(0.6, 0.4 + PI), at(0.3, 2.0), at(1.1, -1.0), at(1.3, 3.3)] {
+            let shares = lobes.reflect(l.as_vec3(), l.z as f32, false);
+            let expected = stretched_lobe(v, l, alpha, strength);
+            // The factor of light scattered between facets.
+            let factor = lobes.facets.f0.x;
+            assert!(
+                (f64::from(shares.facets.x / factor) - expected).abs() < 1e-3 * expected.max(0.01),
+                "{l}"
+            );
+            assert!((1.0..2.5).contains(&factor), "{factor}");
+        }
+    }
+}
+
+/// A white metal reflects all light, whatever the stretch, also of lights without size.
+#[test]
+fn stretched_metals_vanish_in_a_white_world() {
+    for (alpha, strength) in [(0.1, 0.5), (0.25, 1.0), (0.6, 0.8)] {
+        for (angle, turn) in [(0.2, 0.0), (0.8, 0.7), (1.2, 1.5), (1.2, 0.1)] {
+            let lobes = stretched(DVec3::X, strength).lobes(&view(at(angle, turn), alpha));
+            let sum = integral(DVec3::Z, |l| lobes.reflect(l, l.z, true).facets).x;
+            assert!((sum - 1.0).abs() < 0.01, "{alpha} {strength} {angle} {turn}: {sum}");
+            assert!((lobes.shares().facets.x - 1.0).abs() < 1e-6);
+        }
+    }
+}
+
+/// The mean of 1/pdf over the sampled directions of a cap is its solid angle.
+#[test]
+fn stretched_lobes_spawn_rays_with_their_density() {
+    let (v, count, cap) = (at(0.5, 0.3), 200, 0.8);
+    let view = view(v, 0.4);
+    let facets = stretched(DVec3::new(1.0, 1.0, 0.0), 0.8).anisotropic_facets(&view).unwrap();
+    let mut inside = 0.0;
+    for (i, j) in (0..count).flat_map(|i| (0..count).map(move |j| (i, j))) {
+        let sampled = facets.sample([i, j].map(|k| (k as f32 + 0.5) / count as f32));
+        if sampled.l.z > cap {
+            inside += 1.0 / sampled.density / f64::from(count * count);
+            assert!((f64::from(facets.pdf(sampled.l.as_vec3())) / sampled.density - 1.0).abs() < 1e-3);
+        }
+    }
+    assert!((inside / (TAU * (1.0 - cap)) - 1.0).abs() < 0.02, "{inside}");
+}
+
+/// Sheen by the formulas of KHR_materials_sheen, in f64: D V, without the factor n·l.
+fn sheen_of_the_specification(v: DVec3, l: DVec3, roughness: f64) -> f64 {
+    let alpha = roughness * roughness;
+    let lambda = |cos: f64| {
+        let t = (1.0 - alpha) * (1.0 - alpha);
+        let mix = |x: f64, y: f64| x * (1.0 - t) + y * t;
+        let curve = |x: f64| {
+            mix(21.5473, 25.3245) / (1.0 + mix(3.82987, 3.32435) * x.powf(mix(0.19823, 0.16801)))
+                + mix(-1.97760, -1.27393) * x
+                + mix(-4.32054, -4.85967)
+        };
+        if cos < 0.5 { curve(cos).exp() } else { (2.0 * curve(0.5) - curve(1.0 - cos)).exp() }
+    };
+    let n_h = (v + l).normalize().z;
+    let d = (2.0 + 1.0 / alpha) * (1.0 - n_h * n_h).powf(0.5 / alpha) / TAU;
+    d / ((1.0 + lambda(v.z) + lambda(l.z)) * 4.0 * v.z * l.z)
+}
+
+fn with_sheen(color: Rgb, roughness: f32) -> LayeredPoint {
+    LayeredPoint { sheen: Some(Sheen { color, roughness }), ..point(DVec3::Z) }
+}
+
+#[test]
+fn sheen_is_that_of_the_specification() {
+    for roughness in [0.2, 0.5, 1.0] {
+        let v = at(0.8, 0.0);
+        let lobes = with_sheen(Rgb::new(1.0, 0.5, 0.0), roughness as f32).lobes(&view(v, 0.5));
+        for l in [at(0.3, 1.0), at(1.2, 3.0), at(0.8, 0.1)] {
+            let reflected = lobes.reflect(l.as_vec3(), l.z as f32, false).diffuse;
+            let expected = PI * sheen_of_the_specification(v, l, roughness) * l.z;
+            assert!((f64::from(reflected.x) / expected - 1.0).abs() < 1e-3, "{roughness} {l}: {reflected}");
+            assert!((reflected.y / reflected.x - 0.5).abs() < 1e-5 && reflected.z == 0.0);
+        }
+    }
+}
+
+/// The sheen reflects its albedo, and leaves the rest to what is below.
+#[test]
+fn a_white_sheen_over_a_white_surface_conserves_light() {
+    for roughness in [0.3, 0.55, 0.8, 1.0] {
+        for angle in [0.1, 0.6, 1.1, 1.4] {
+            let lobes = with_sheen(Rgb::ONE, roughness).lobes(&view(at(angle, 0.0), 0.5));
+            let sheen = integral(DVec3::Z, |l| lobes.reflect(l, l.z, true).diffuse).x;
+            let shares = lobes.shares();
+            assert!((sheen - shares.k_a.x).abs() < 0.01, "{roughness} {angle}: {sheen} {shares:?}");
+            assert!(sheen < 1.0 && (shares.k_a.x + shares.facets.x - 1.0).abs() < 1e-5, "{shares:?}");
+        }
     }
 }
 

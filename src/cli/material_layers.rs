@@ -1,0 +1,28 @@
+//! The layers of materials, as `blinn info --json` lists them.
+
+use serde_json::{Map, Value, json};
+
+use blinn_core::geometry::Rgb;
+use blinn_scene::Material;
+
+/// Returns the layers that a material has, by the names of their glTF extensions.
+pub(crate) fn layers(material: &Material) -> Value {
+    let mut layers = Map::new();
+    let coat = &material.clearcoat;
+    if coat.factor.factor > 0.0 {
+        let normal_map = coat.normal.is_some();
+        let roughness = coat.roughness.factor;
+        let value = json!({"factor": coat.factor.factor, "roughness": roughness, "normal_map": normal_map});
+        layers.insert("clearcoat".into(), value);
+    }
+    if let Some(anisotropy) = material.anisotropy.filter(|anisotropy| anisotropy.strength > 0.0) {
+        let value = json!({"strength": anisotropy.strength, "rotation": anisotropy.rotation});
+        layers.insert("anisotropy".into(), value);
+    }
+    let sheen = &material.sheen;
+    if sheen.color.factor != Rgb::ZERO {
+        let color = sheen.color.factor.to_array();
+        layers.insert("sheen".into(), json!({"color": color, "roughness": sheen.roughness.factor}));
+    }
+    Value::Object(layers)
+}
