@@ -50,6 +50,7 @@ mod planned_frame;
 mod posed_frame;
 mod scene;
 mod scene_folder;
+mod scene_lighting;
 mod scene_renderer;
 mod session;
 mod simd_level;

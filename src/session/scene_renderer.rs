@@ -24,6 +24,7 @@ use crate::picture_layers::{light_layers, normalize_layers};
 use crate::plan::SessionPlan;
 use crate::planned_frame::PlannedFrame;
 use crate::posed_frame::{PosedFrame, SceneSetup};
+use crate::scene_lighting::{fixed_lighting, uses_own_view_and_lights};
 use blinn_accel::{AccelSettings, Preset};
 use blinn_core::cancellation::CancelToken;
 use blinn_output::datasets::WorldUp;
@@ -37,7 +38,7 @@ use blinn_render::{
 use blinn_scene::{
     Animation, AnimationChoice, AxisRotation, Camera, ClipBoundsCache, Environment, GroundKind,
     LightRotation, LightSet, Lighting, Material, Normalization, PoseSettings, PosedScene, ResolvedLighting,
-    Scene, SourceFormat, View,
+    Scene,
 };
 use blinn_scene::{active_animations, clip_duration, pose};
 
@@ -459,36 +460,6 @@ fn background(options: &Options, lit: &ResolvedLighting) -> Result<Option<Enviro
             "`background hdri`: no environment lights the scene; add `hdri FILE`, `hdri studio` or `hdri sky`".into(),
         )),
     }
-}
-
-/// Fixes light sources and ambient colour to the resolved ones for all frames.
-fn fixed_lighting(lighting: Lighting, lit: &ResolvedLighting, scene: &Scene) -> Lighting {
-    let environment = if lit.uses_file_environment { &scene.environment } else { &lighting.environment };
-    let environment = environment.clone();
-    Lighting {
-        sets: Some(lit.sets.clone()),
-        glowing_surfaces: Some(lit.rig.glowing_surfaces),
-        ambient: Some(lit.rig.ambient),
-        environment,
-        ..lighting
-    }
-}
-
-/// True if a glTF file of Blender has neither camera nor lights, and the options give none.
-fn uses_own_view_and_lights(plan: &SessionPlan, scene: &Scene) -> bool {
-    let is_blender = scene.source.format == SourceFormat::Gltf && scene.source.is_blender();
-    let has_light =
-        !(scene.lights.is_empty() && scene.area_lights.is_empty() && scene.lost_lights.is_empty());
-    let View { camera, complete, view_point, orbit, .. } = &plan.options.view;
-    let Lighting { sets, user_lights, environment, .. } = &plan.options.lighting;
-    is_blender
-        && !has_light
-        && scene.cameras.is_empty()
-        && scene.environment.is_none()
-        && plan.cameras.is_none()
-        && plan.dataset.is_none()
-        && (camera.is_none() && complete.is_none() && view_point.is_none() && orbit.is_none())
-        && (sets.is_none() && user_lights.is_empty() && environment.is_none())
 }
 
 /// Notes the animations that do not play because they have the same targets as others.

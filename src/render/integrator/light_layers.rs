@@ -3,8 +3,6 @@
 use std::ops::{AddAssign, Index, IndexMut, Mul};
 
 use crate::integrator::light_parts::{NoisyLight, SampleParts};
-use crate::integrator::shading_batch::ShadingBatch;
-use crate::integrator::surface::soa::vec3;
 use blinn_core::geometry::Rgb;
 
 /// A layer of light. The sum of all is the light of a picture.
@@ -99,62 +97,5 @@ impl SampleLayers {
         exact[LightLayer::SpecularDirect] -= direct.specular;
         exact[LightLayer::SpecularIndirect] -= noisy.specular - direct.specular;
         exact
-    }
-}
-
-/// The light of the points of a batch by layer.
-#[derive(Default)]
-pub(crate) struct PointLayers {
-    layers: Vec<LightLayers>,
-    /// The light of each point that is in a layer.
-    assigned: Vec<Rgb>,
-}
-
-impl PointLayers {
-    /// The light of point `i`.
-    pub fn get(&self, i: usize) -> LightLayers {
-        self.layers[i]
-    }
-}
-
-impl ShadingBatch<'_> {
-    /// Starts the layers of all points with k_e and k_a I_a, their light so far.
-    pub fn start_layers(&mut self) {
-        let mut layers = PointLayers::default();
-        for i in 0..self.points.len() {
-            let (radiance, (emission, _)) = (self.radiance(i), self.layered_ke_ka(i));
-            let mut light = LightLayers::ZERO;
-            light[LightLayer::Emission] = emission;
-            light[LightLayer::DiffuseIndirect] = radiance - emission;
-            layers.layers.push(light);
-            layers.assigned.push(radiance);
-        }
-        self.layers = layers;
-    }
-
-    /// Adds the light of all points that is in no layer yet to `layer`.
-    pub fn assign_light_to(&mut self, layer: LightLayer) {
-        for i in 0..self.layers.layers.len() {
-            let light = self.take_unassigned(i);
-            self.layers.layers[i][layer] += light;
-        }
-    }
-
-    /// Adds the light of a source, which is in no layer yet, to the direct layers.
-    pub fn assign_direct_light(&mut self) {
-        for i in 0..self.layers.layers.len() {
-            let light = self.take_unassigned(i);
-            let (block, lane) = self.soa.lane(i);
-            let specular: Rgb = vec3(&block.current_specular, lane);
-            self.layers.layers[i][LightLayer::DiffuseDirect] += light - specular;
-            self.layers.layers[i][LightLayer::SpecularDirect] += specular;
-        }
-    }
-
-    fn take_unassigned(&mut self, i: usize) -> Rgb {
-        let radiance = self.radiance(i);
-        let light = radiance - self.layers.assigned[i];
-        self.layers.assigned[i] = radiance;
-        light
     }
 }

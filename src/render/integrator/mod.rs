@@ -39,6 +39,7 @@ mod object_hits;
 mod path_rays;
 mod paths;
 mod phong;
+mod point_layers;
 mod reflection_rays;
 mod sample;
 mod sampler;

@@ -4,8 +4,9 @@ use std::ops::Range;
 
 use glam::{DVec3, Vec3};
 
-use crate::integrator::light_layers::PointLayers;
+use crate::integrator::light_layers::LightLayer;
 use crate::integrator::material::coefficients::Coefficients;
+use crate::integrator::point_layers::PointLayers;
 use crate::integrator::surface::hits_by_triangle::HitsByTriangle;
 use crate::integrator::surface::points_soa::PointsSoa;
 use crate::integrator::surface::shading_triangle::TriangleSurface;
@@ -94,6 +95,31 @@ impl ShadingBatch<'_> {
             (k.k_e * (1.0 - block.k_r_coat[lane]), of_layers.map_or(of_base, |k_a| of_base + k_a))
         } else {
             (k.k_e, k.k_a)
+        }
+    }
+
+    /// Starts the layers of all points with k_e and k_a I_a, their light so far.
+    pub fn start_layers(&mut self) {
+        let mut layers = PointLayers::default();
+        for i in 0..self.points.len() {
+            layers.push(self.radiance(i), self.layered_ke_ka(i).0);
+        }
+        self.layers = layers;
+    }
+
+    /// Adds the light of all points that is in no layer yet to `layer`.
+    pub fn assign_light_to(&mut self, layer: LightLayer) {
+        for i in 0..self.layers.len() {
+            self.layers.assign(i, self.radiance(i), layer);
+        }
+    }
+
+    /// Adds the light of a source, which is in no layer yet, to the direct layers.
+    pub fn assign_direct_light(&mut self) {
+        for i in 0..self.layers.len() {
+            let (block, lane) = self.soa.lane(i);
+            let specular: Rgb = vec3(&block.current_specular, lane);
+            self.layers.assign_direct(i, self.radiance(i), specular);
         }
     }
 
