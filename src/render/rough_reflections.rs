@@ -90,11 +90,13 @@ impl ReflectingPixel {
             coverage += sample.surface.coverage;
         }
         let count = samples.len().max(1);
+        // Factors, because the compiler packs divisions with lanes of any bits, and subnormal numbers are slow.
+        let (even, odd) = (count.div_ceil(2) as f32, (count / 2).max(1) as f32);
         let share = 1.0 / count as f32;
         let covered = if coverage > 0.0 { 1.0 / coverage } else { 0.0 };
         ReflectingPixel {
             exact: pixel.exact * share,
-            halves: [pixel.halves[0] / count.div_ceil(2) as f32, pixel.halves[1] / (count / 2).max(1) as f32],
+            halves: [pixel.halves[0] * (1.0 / even), pixel.halves[1] * (1.0 / odd)],
             color: pixel.color * share,
             normal: pixel.normal * covered,
             position: pixel.position * covered,
