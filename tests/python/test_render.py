@@ -84,8 +84,11 @@ def test_conventions_are_the_same_camera(quad: blinn.Scene) -> None:
     opencv = blinn.Camera.from_matrix(flipped, convention="opencv", yfov=40)
     a, b = (quad.render(camera, size=(32, 32)).rgba for camera in (look, opencv))
     np.testing.assert_array_equal(a, b)
+    # A uniform scale is that of camera space.
+    scaled = blinn.Camera.from_matrix(look.camera_to_world @ np.diag([2.0, 2, 2, 1]), yfov=40)
+    np.testing.assert_allclose(quad.render(scaled, size=(32, 32)).rgba, a, atol=1e-4)
     with pytest.raises(ValueError, match="rotation"):
-        blinn.Camera.from_matrix(np.diag([2.0, 2, 2, 1]))
+        blinn.Camera.from_matrix(np.diag([2.0, 1, 1, 1]))
     with pytest.raises(ValueError, match="parallel"):
         blinn.Camera.look_at((0, 1, 0), (0, 0, 0))
 
