@@ -218,7 +218,7 @@ fn properties(posed: &PosedScene, report: &BuildReport, warnings: &[String], mod
     value.as_object().cloned().unwrap_or_default()
 }
 
-/// What is known about the files of exporters, with the exporter's name if there are several.
+/// Lists known facts about the files of exporters, with the exporter's name if there are several.
 fn quirks(exporters: &[&Exporter]) -> Vec<String> {
     let lines = exporters.iter().flat_map(|exporter| {
         let prefix = if exporters.len() > 1 { format!("{}: ", exporter.name) } else { String::new() };

@@ -1,4 +1,4 @@
-//! What is known about the files of other programs, found by the generator that they name.
+//! Known facts about the files of other programs, found by the generator that they name.
 
 mod version;
 
@@ -38,7 +38,7 @@ pub struct Exporter {
     unrepeated: Option<String>,
 }
 
-/// What an exporter writes that readers would not expect.
+/// A surprise in the files of an exporter.
 #[derive(Debug, Deserialize)]
 #[serde(deny_unknown_fields)]
 #[cfg_attr(not(test), expect(dead_code, reason = "the page shows the other columns"))]

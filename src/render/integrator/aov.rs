@@ -220,7 +220,7 @@ impl Aov {
         out: &mut Vec<f32>,
     ) {
         if self.light().is_some() {
-            // Of many samples, not of this hit: `render_light_layers`.
+            // `render_light_layers` averages light over all samples.
             return out.extend([0.0; 3]);
         }
         if self == Aov::Steps {

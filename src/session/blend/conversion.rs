@@ -62,7 +62,7 @@ impl Conversion {
     }
 }
 
-/// What a conversion read and lost.
+/// Files that a conversion read, and losses that it found.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub struct Report {
     /// Linked files, with the digests of their bytes.

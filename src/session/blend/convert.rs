@@ -16,7 +16,7 @@ use super::probe::{Blender, version_name};
 use blinn_blender::{CONVERT, MODULES};
 use blinn_import::{LoadError, LoadOptions, SceneChoice, open_scene_file};
 
-/// What a conversion depends on, beside the file.
+/// Settings of a conversion.
 struct Settings<'a> {
     blender: Blender,
     /// Name or index of a scene; `None` for the active one.

@@ -19,7 +19,7 @@ const OLDEST: Version = [4, 2, 0];
 /// Where Blender is installed on macOS, beside `PATH`.
 const MACOS_PROGRAM: &str = "/Applications/Blender.app/Contents/MacOS/Blender";
 
-/// What the choice of a Blender depends on: the option, the variable and `PATH`.
+/// Settings that choose a Blender: the option, the variable and `PATH`.
 type Environment = (Option<PathBuf>, Option<OsString>, Option<OsString>);
 
 /// The Blender that was found last: a batch asks once.
@@ -47,7 +47,7 @@ pub fn find(option: Option<&Path>, cancel: &CancelToken) -> Result<Blender, Load
     Ok(blender)
 }
 
-/// Asks the program that the user names.
+/// Probes the program that the user names.
 fn named(path: &Path, source: &str, cancel: &CancelToken) -> Result<Blender, LoadError> {
     let error = |reason: String| LoadError::Unsupported(format!("{source} {}: {reason}", path.display()));
     let program = probe(path, cancel).map_err(|cause| match cause {

@@ -27,7 +27,7 @@ pub(crate) struct LayeredPoint {
     pub sheen: Option<Sheen>,
     /// The albedo of stretched microfacets in the point's view, once it is known.
     pub stretched_albedo: Option<FacetAlbedo>,
-    /// What layers other than the base reflect of ambient light. Set with the shares of light.
+    /// Share of ambient light that layers other than the base reflect. Set with the shares of light.
     pub k_a: Rgb,
 }
 
@@ -59,7 +59,7 @@ pub(crate) struct LayerShares {
     pub k_d: Rgb,
     /// Share of light that passes the coat.
     pub below_coat: f32,
-    /// What layers other than the base reflect of ambient light.
+    /// Share of ambient light that layers other than the base reflect.
     pub k_a: Rgb,
 }
 
@@ -92,7 +92,7 @@ pub(crate) struct PointLobes {
 pub(crate) struct ReflectedShares {
     pub facets: Rgb,
     pub coat: Rgb,
-    /// Of layers that reflect light diffusely.
+    /// Share of layers that reflect light diffusely.
     pub diffuse: Rgb,
 }
 

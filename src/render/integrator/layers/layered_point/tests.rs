@@ -64,7 +64,7 @@ fn coats_reflect_about_their_own_normal() {
     assert!(straight < 0.7 * coat, "{straight} {coat}");
 }
 
-/// What the layers reflect of all directions is their share, and all shares of a white surface add up to 1.
+/// Light that the layers reflect of all directions is their share, and all shares of a white surface add up to 1.
 #[test]
 fn shares_are_the_integrals_of_the_lobes() {
     for (angle, alpha) in [(0.2, 0.3), (0.9, 0.6), (1.2, 0.2)] {
