@@ -42,6 +42,7 @@ pub use files::tar_archive::{file_version, has_tar_extension, is_in_archive, sce
 pub use image::environment::load_environment;
 pub use image::stored_frames::{StoredFrame, StoredFrames};
 pub use image::stored_picture::{PictureChannel, PictureEncoding, StoredPicture};
+pub use memory::MemoryWatch;
 pub use options::{GlassMode, LoadOptions, MtlColors, SceneChoice, UpAxis};
 pub use smooth::NormalMode;
 

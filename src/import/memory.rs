@@ -1,9 +1,13 @@
 //! Memory budget of an import: estimates from counts and sizes in the file, charged before the memory is
 //! allocated.
 
+use std::fmt;
+use std::sync::Arc;
 use std::sync::atomic::{AtomicU64, Ordering};
 
 use super::error::{LoadError, MEMORY};
+use super::options::LoadOptions;
+use blinn_core::cancellation::Cancelled;
 
 /// Bytes per vertex with its usual attributes, as stored and in the scene.
 const VERTEX: u64 = 120;
@@ -26,23 +30,64 @@ const OBJ: u64 = 5;
 /// Additional peak bytes of the lenient OBJ parser per byte of text.
 const OBJ_LENIENT: u64 = 12;
 
+/// A function that is told how many bytes an import needs, before it allocates them. Where it returns false, the import
+/// is cancelled. The default allows all.
+#[derive(Clone, Default)]
+pub struct MemoryWatch(Option<Arc<dyn Fn(u64) -> bool + Send + Sync>>);
+
+impl MemoryWatch {
+    /// Returns a watch that calls `allows` with the bytes of all charges so far.
+    pub fn new(allows: impl Fn(u64) -> bool + Send + Sync + 'static) -> MemoryWatch {
+        MemoryWatch(Some(Arc::new(allows)))
+    }
+
+    fn allows(&self, bytes: u64) -> bool {
+        self.0.as_ref().is_none_or(|allows| allows(bytes))
+    }
+}
+
+impl fmt::Debug for MemoryWatch {
+    fn fmt(&self, f: &mut fmt::Formatter) -> fmt::Result {
+        f.write_str("MemoryWatch")
+    }
+}
+
+/// Watches are equal if they are the same.
+impl PartialEq for MemoryWatch {
+    fn eq(&self, other: &MemoryWatch) -> bool {
+        match (&self.0, &other.0) {
+            (Some(a), Some(b)) => Arc::ptr_eq(a, b),
+            (a, b) => a.is_none() && b.is_none(),
+        }
+    }
+}
+
 /// Memory that an import has charged, and its limit.
 #[derive(Debug)]
 pub(super) struct MemoryBudget {
     allowed: u64,
     charged: AtomicU64,
+    watch: MemoryWatch,
 }
 
 impl MemoryBudget {
+    /// Returns a budget that nothing but a limit bounds.
     pub fn new(allowed: u64) -> MemoryBudget {
-        MemoryBudget { allowed, charged: AtomicU64::new(0) }
+        MemoryBudget { allowed, charged: AtomicU64::new(0), watch: MemoryWatch::default() }
+    }
+
+    /// Returns the budget of an import.
+    pub fn of_import(options: &LoadOptions) -> MemoryBudget {
+        MemoryBudget { watch: options.memory.clone(), ..MemoryBudget::new(options.limits.memory_bytes) }
     }
 
     /// Charges memory that is about to be allocated. Fails if the limit is exceeded.
     pub fn charge(&self, bytes: u64) -> Result<(), LoadError> {
         // Clamped to 2^60, so that concurrent charges do not wrap around.
         let before = self.charged.fetch_add(bytes.min(1 << 60), Ordering::Relaxed);
-        LoadError::check_limit(MEMORY, before.saturating_add(bytes), self.allowed)
+        let all = before.saturating_add(bytes);
+        LoadError::check_limit(MEMORY, all, self.allowed)?;
+        if self.watch.allows(all) { Ok(()) } else { Err(Cancelled.into()) }
     }
 
     /// Charges the JSON text of a glTF.

@@ -1,7 +1,10 @@
 //! Options of an import.
 
+use std::fmt;
+
 use super::NormalMode;
 use super::files::limits::Limits;
+use super::memory::MemoryWatch;
 use blinn_core::cancellation::CancelToken;
 use blinn_scene::SourceFormat;
 use glam::{DMat3, DVec3};
@@ -61,7 +64,7 @@ pub enum MtlColors {
 }
 
 /// Options of [`load`](super::load).
-#[derive(Clone, Debug, Default, PartialEq)]
+#[derive(Clone, Default, PartialEq)]
 pub struct LoadOptions {
     /// Limits that are checked before memory is allocated.
     pub limits: Limits,
@@ -85,6 +88,41 @@ pub struct LoadOptions {
     pub allow_outside: bool,
     /// Ends the import early. It decides nothing else.
     pub cancel: CancelToken,
+    /// Learns what memory the import needs, and may end it early. It decides nothing else.
+    pub memory: MemoryWatch,
+}
+
+/// Formats all that decides what is loaded.
+impl fmt::Debug for LoadOptions {
+    fn fmt(&self, f: &mut fmt::Formatter) -> fmt::Result {
+        let LoadOptions {
+            limits,
+            format,
+            scene,
+            up,
+            scale,
+            variant,
+            mtl_colors,
+            normals,
+            glass,
+            allow_outside,
+            cancel,
+            memory: _,
+        } = self;
+        f.debug_struct("LoadOptions")
+            .field("limits", limits)
+            .field("format", format)
+            .field("scene", scene)
+            .field("up", up)
+            .field("scale", scale)
+            .field("variant", variant)
+            .field("mtl_colors", mtl_colors)
+            .field("normals", normals)
+            .field("glass", glass)
+            .field("allow_outside", allow_outside)
+            .field("cancel", cancel)
+            .finish()
+    }
 }
 
 impl LoadOptions {

@@ -5,7 +5,7 @@ use blinn_scene::Scene;
 /// Longer side of an image without a given size, in pixels.
 const DEFAULT_SIDE: u32 = 1280;
 /// Size of an image without a given size and without a file camera: 16:9.
-const DEFAULT_SIZE: (u32, u32) = (1280, 720);
+pub(crate) const DEFAULT_SIZE: (u32, u32) = (1280, 720);
 
 /// A size of the same aspect ratio, with `side` pixels at its longer side.
 pub fn scaled_to(side: u32, (width, height): (u32, u32)) -> (u32, u32) {

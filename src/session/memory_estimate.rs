@@ -7,9 +7,11 @@ use blinn_accel::FlattenBudget;
 use blinn_scene::{Mesh, Scene};
 
 /// The program itself, its threads and their working memory.
-const PROGRAM: u64 = 48 << 20;
+pub(crate) const PROGRAM: u64 = 40 << 20;
 /// Per triangle in a BVH, while it is built.
-const BVH_TRIANGLE: u64 = 320;
+const BVH_TRIANGLE: u64 = 144;
+/// Per triangle in a BVH that is kept for the next time.
+const KEPT_BVH_TRIANGLE: u64 = 88;
 /// Per instance at one time: its transform, and its part of the top-level BVH while that is built.
 const INSTANCE: u64 = 512;
 /// Per node at one time.
@@ -26,7 +28,7 @@ const AOV_CHANNEL: u64 = 12;
 const CRYPTOMATTE_PIXEL: u64 = 256;
 
 /// Returns an error if rendering `frames` frames of a scene needs more memory than allowed or available, and else the bytes
-/// that are left.
+/// that it needs beside the program itself.
 ///
 /// # Errors
 /// As described.
@@ -43,7 +45,7 @@ pub fn check_memory(plan: &SessionPlan, scene: &Scene, frames: usize) -> Result<
             "rendering needs about {needed} of memory, but {bound}, or use a smaller `size` or fewer AOVs"
         )));
     }
-    Ok(allowed - needed)
+    Ok(needed.saturating_sub(PROGRAM))
 }
 
 /// Upper bound in bytes for rendering `frames` frames of a loaded scene.
@@ -51,7 +53,7 @@ fn estimate(plan: &SessionPlan, scene: &Scene, frames: usize) -> u64 {
     let is_animated = !scene.animations.is_empty();
     let nodes = NODE * scene.nodes.len() as u64;
     let posed = posed_bytes(scene) + nodes;
-    let bvh = BVH_TRIANGLE * bvh_triangles(scene, plan.build.flatten);
+    let triangles = bvh_triangles(scene, plan.build.flatten);
     // Clip bounds are found before BVHs are built. Each thread poses the nodes at another time.
     let clip_bounds = if is_animated {
         let vertices =
@@ -61,11 +63,11 @@ fn estimate(plan: &SessionPlan, scene: &Scene, frames: usize) -> u64 {
         posed
     };
     // With several frames, one is prepared and one is written while one is rendered.
-    let posed_frames = if frames > 1 && is_animated { 2 } else { 1 };
+    let kept_frames = u64::from(frames > 1 && is_animated);
     let neighbours = plan.options.aovs.aovs.iter().filter(|aov| aov.is_flow() && is_animated).count() as u64;
-    let posed_frames = posed_frames + neighbours;
+    let kept = (kept_frames + neighbours) * (KEPT_BVH_TRIANGLE * triangles + posed);
     let images = if frames > 1 { 2 } else { 1 };
-    (PROGRAM + scene.memory_size() + (posed_frames * (bvh + posed)).max(clip_bounds))
+    (PROGRAM + scene.memory_size() + (BVH_TRIANGLE * triangles + posed + kept).max(clip_bounds))
         .saturating_add(image_bytes(plan, scene).saturating_mul(images))
 }
 

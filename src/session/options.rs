@@ -5,7 +5,7 @@ use std::path::{Path, PathBuf};
 use glam::DVec3;
 
 use crate::error::SessionError;
-use crate::image_size::{natural_size, scaled_to};
+use crate::image_size::{DEFAULT_SIZE, natural_size, scaled_to};
 use crate::planned_frame::PlannedFrame;
 use blinn_core::geometry::Rgb;
 use blinn_import::LoadOptions;
@@ -333,7 +333,18 @@ impl Options {
 
     /// Number of camera samples of `frames` images. Each ray of ambient occlusion counts as a sample.
     pub fn samples_of_frames(&self, scene: &Scene, frames: usize) -> u64 {
-        let (width, height) = self.known_size().unwrap_or_else(|| self.size_for(scene));
+        self.samples_at(self.known_size().unwrap_or_else(|| self.size_for(scene)), frames)
+    }
+
+    /// Samples in `frames` images of a scene that is not known yet, of the default size if that depends on the scene.
+    pub(crate) fn planned_samples(&self, frames: usize) -> u64 {
+        self.samples_at(
+            self.known_size().or(self.max_size.map(|side| (side, side))).unwrap_or(DEFAULT_SIZE),
+            frames,
+        )
+    }
+
+    fn samples_at(&self, (width, height): (u32, u32), frames: usize) -> u64 {
         let pixels = u64::from(width) * u64::from(height);
         let per_pixel = u64::from(self.samples) + self.ao.map_or(0, |ao| u64::from(ao.samples));
         pixels.saturating_mul(per_pixel).saturating_mul(frames as u64)

@@ -46,8 +46,8 @@ fn a_folder_is_a_batch() {
     refused(&at, "render objects missing/ -o a.png", "would both be written to a.png");
 }
 
-/// With several threads, a scene is read while the one before is rendered. Images, messages and the order of both are those of
-/// a single thread, which reads each scene in its turn.
+/// With several threads, scenes are rendered side by side. Images, messages and the order of both are those of a single
+/// thread, which renders each scene in its turn.
 #[test]
 fn scenes_are_reported_in_their_turn() {
     let (_dir, at) = folder();
@@ -82,7 +82,7 @@ fn scenes_are_reported_in_their_turn() {
         };
         let one = run(1);
         assert!(one.0.iter().any(|line| line.contains("wrote")) && one.1 == Some(1), "{one:?}");
-        for threads in [2, 3] {
+        for threads in [2, 3, 7, 64] {
             assert_eq!(run(threads), one, "{flags}");
         }
     }
@@ -300,4 +300,86 @@ fn a_tar_file_is_a_batch() {
     let empty = blinn::output::ShardWriter::new(&at.join("empty.tar")).unwrap();
     empty.finish(blinn::output::Overwrite::No).unwrap();
     refused(&at, "render empty.tar", "empty.tar: a tar file without .gltf, .glb or .obj files");
+}
+
+/// 120 scenes, a fifth of them broken, large or slow, end alike on any number of threads, also after kills.
+#[cfg(unix)]
+#[test]
+fn a_batch_of_all_kinds_of_scenes_ends_alike_on_any_number_of_threads() {
+    let (_dir, at) = folder();
+    for i in 0..120 {
+        let file = at.join(format!("scenes/{i:03}.obj"));
+        match i % 20 {
+            3 => fs::write(&file, "v 0 0 0\nf 1 2 3\n").unwrap(),
+            7 => fs::write(&file, [0xff; 100]).unwrap(),
+            // Many triangles.
+            11 => {
+                let triangle = |k: usize| format!("v {k} 0 0\nv {k} 1 {}\nv 0 {k} 1\nf -3 -2 -1\n", k % 7);
+                fs::write(&file, (0..5000).map(triangle).collect::<String>()).unwrap();
+            }
+            15 => fs::write(&file, "mtllib none.mtl\nv 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n").unwrap(),
+            _ => write_triangle(&file, i),
+        }
+    }
+    let line = |out: &str, threads: usize| {
+        format!(
+            "turntable scenes --views 2 --size 24x16 -s 4 --progress json --threads {threads} --resume \
+             -o {out}/{{stem}}/#.png --ledger {out}.jsonl"
+        )
+    };
+    let run = |out: &str, threads: usize| {
+        let output = blinn(&at, &line(out, threads));
+        let messages = String::from_utf8(output.stderr).unwrap().replace(out, "out");
+        let is_fixed = |text: &&str| !text.contains("\"progress\"") && !text.contains("scenes: ");
+        let messages: Vec<String> = messages.lines().filter(is_fixed).map(String::from).collect();
+        (output.status.code(), messages)
+    };
+    let facts = |out: &str| {
+        let mut lines = ledger(&at, &format!("{out}.jsonl"));
+        for line in &mut lines {
+            line["seconds"] = Value::Null;
+            line["key"] = Value::Null;
+        }
+        lines
+    };
+    let one = run("threads1", 1);
+    assert_eq!((one.0, facts("threads1").len()), (Some(1), 120));
+    for threads in [2, 7, 64] {
+        let out = format!("threads{threads}");
+        assert!(run(&out, threads) == one, "{threads} threads");
+        assert!(files(&at.join(&out)) == files(&at.join("threads1")), "{threads} threads");
+        assert!(facts(&out) == facts("threads1"), "{threads} threads");
+        let out = format!("killed{threads}");
+        kill_repeatedly(&at, &line(&out, threads));
+        run(&out, threads);
+        assert!(files(&at.join(&out)) == files(&at.join("threads1")), "{threads} threads, killed");
+    }
+}
+
+/// A trace has the stages of all scenes, each within the time of its scene and on the thread that worked on it.
+#[test]
+fn a_trace_shows_the_stages_of_all_scenes() {
+    let (_dir, at) = folder();
+    write_objects(&at, 5);
+    fs::remove_file(at.join("objects/1/broken.obj")).unwrap();
+    let line =
+        format!("turntable objects {SMALL} --views 2 -o out/{{stem}}/#.png --threads 2 --trace t/trace.json");
+    runs(&at, &line);
+    let trace: Value = serde_json::from_slice(&fs::read(at.join("t/trace.json")).unwrap()).unwrap();
+    let events = trace["traceEvents"].as_array().unwrap();
+    let end = |event: &Value| event["ts"].as_f64().unwrap() + event["dur"].as_f64().unwrap();
+    for index in 1..=5 {
+        let of_scene: Vec<&Value> = events.iter().filter(|event| event["args"]["index"] == index).collect();
+        let named = |name: &str| of_scene.iter().filter(|event| event["name"] == name).count();
+        assert_eq!((named("scene"), named("load"), named("render"), named("save")), (1, 1, 2, 2), "{trace}");
+        let scene = of_scene.iter().find(|event| event["name"] == "scene").unwrap();
+        for event in &of_scene {
+            assert!(
+                event["ts"].as_f64() >= scene["ts"].as_f64() && end(event) <= end(scene) + 1.0,
+                "{event}"
+            );
+        }
+    }
+    refused(&at, &format!("{line} --report t/trace.json"), "would both be written to");
+    refused(&at, "render objects/0/00.obj --watch --trace t.json", "--trace");
 }

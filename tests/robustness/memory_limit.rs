@@ -152,7 +152,7 @@ fn many_instances_stay_within_the_limit() {
     }
 }
 
-/// A scene is read while the one before is rendered only if there is memory for both. Else it is read in its turn.
+/// Scenes are rendered side by side only if there is memory for all of them.
 #[test]
 fn batches_stay_within_the_limit() {
     let lists = tempfile::tempdir().unwrap();
@@ -198,7 +198,8 @@ fn keeps_within(case: (&str, &str)) -> u64 {
     allowed
 }
 
-/// Batches free the memory of each scene. The peak is at most 1.15 times that of the largest scene, while another is read.
+/// Batches free the memory of each scene. The peak is at most 1.15 times that of two of the largest scene side by
+/// side.
 #[cfg(target_env = "gnu")]
 #[test]
 fn a_batch_needs_hardly_more_memory_than_its_largest_scene() {

@@ -27,6 +27,9 @@ pub struct ProcessArgs {
     /// Write an HTML page with all images, render times and warnings
     #[arg(long, value_name = "FILE.html")]
     pub report: Option<PathBuf>,
+    /// Write when each thread worked on which stage of which scene, for Perfetto and Chrome's trace viewer
+    #[arg(long, value_name = "FILE.json")]
+    pub trace: Option<PathBuf>,
     /// Append a line of JSON about each finished scene: done or failed, its error, warnings, seconds and bytes
     ///
     /// With --resume, scenes that it names as done are skipped without reading them, if their files have the same sizes

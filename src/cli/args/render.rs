@@ -28,7 +28,7 @@ pub struct RenderArgs {
     pub check: CheckArgs,
     /// Render again whenever the scene or a file that it uses changes, until Ctrl-C
     #[arg(long, help_heading = "Process",
-          conflicts_with_all = ["resume", "no_overwrite", "chunk", "ledger", "report", "dry_run", "bless"])]
+          conflicts_with_all = ["resume", "no_overwrite", "chunk", "ledger", "report", "trace", "dry_run", "bless"])]
     pub watch: bool,
     #[command(flatten)]
     pub process: ProcessArgs,

@@ -92,12 +92,11 @@ pub fn compare(
         renderer.setup.build(&mut old_frame)?;
         let mut new_frame = PosedFrame { time: planned.time, posed: posed_new, accel: None };
         renderer.setup.build(&mut new_frame)?;
-        reporter.begin_frames(files[0], 2 * views.len());
+        logs[0].begin_frames(2 * views.len());
         for view in views {
             let lit = renderer.setup.lights(&old_frame, &view.camera);
             let render = |posed_frame| -> Result<RenderedImage> {
-                let monitor =
-                    ImageMonitor::new(reporter, files[0], renderer.pixels(), &renderer.setup.cancel);
+                let monitor = ImageMonitor::new(&logs[0], renderer.pixels(), &renderer.setup.cancel);
                 let frame = renderer.setup.lit_frame(posed_frame, view.camera, &lit)?;
                 let image = renderer.render_frame(frame, &planned, posed_frame, &monitor)?;
                 monitor.finish();

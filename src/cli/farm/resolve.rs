@@ -14,13 +14,13 @@ use super::job_paths::{JobFolder, JobPath};
 use super::job_text::text_args;
 use crate::args::{CAMERA_FLAGS, EngineArgs, ExplicitFlags, JobCommand};
 use crate::plan::{RenderPlan, frames_of_file};
-use crate::run::imported_scene::load_scene;
+use crate::run::load_scene::load_scene;
 use crate::run::progress::SceneLog;
 use crate::scene_file::is_stdin;
 use crate::usage::UsageError;
 use blinn_core::cancellation::CancelToken;
 use blinn_scene::{ClipBoundsCache, PosedScene, Scene};
-use blinn_session::{EnvironmentSource, FrameList, PathTemplate, SceneRenderer};
+use blinn_session::{EnvironmentSource, FrameList, PathTemplate, Permit, SceneRenderer};
 
 /// Flags that a job sets itself or drops.
 const JOB_FLAGS: [&str; 14] = [
@@ -139,7 +139,7 @@ impl<'a> JobPlan<'a> {
     /// Reads the scene and resolves what all tasks share.
     pub fn resolve(self, log: &SceneLog) -> Result<FarmJob> {
         let plan = self.plan;
-        let scene = load_scene(plan, &self.file, log, &CancelToken::default())?;
+        let scene = load_scene(plan, &self.file, log, &Permit::alone(), &CancelToken::default())?;
         let (renderer, start) = SceneRenderer::new(
             &plan.session,
             &scene,
@@ -266,6 +266,7 @@ fn check_flags(flags: &ExplicitFlags) -> Result<(), UsageError> {
         ("chunk", "the farm distributes the frames; remove it, and set --chunk-size before the command"),
         ("no-overwrite", "a task that runs again keeps finished images; remove it"),
         ("report", "every task would write it; remove it"),
+        ("trace", "every task would write it; remove it"),
         ("ledger", "a job renders one scene; remove it"),
         ("watch", "a job renders each frame once; remove it"),
         ("dry-run", "a job is only printed, nothing is rendered; remove it"),

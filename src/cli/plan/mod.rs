@@ -263,7 +263,9 @@ impl RenderPlan {
         if self.session.dataset.is_some() {
             self.formats.check_outputs(&self.outputs, self.session.options.normalize.is_some())?;
         }
-        let outputs = report.into_iter().chain(ledger.map(|ledger| ("--ledger", ledger))).collect();
+        let trace = process.and_then(|process| process.trace.as_deref()).map(|trace| ("--trace", trace));
+        let ledger = ledger.map(|ledger| ("--ledger", ledger));
+        let outputs = [report, ledger, trace].into_iter().flatten().collect();
         self.check_output_names(&OptionFiles { inputs, outputs })?;
         Ok(self)
     }

@@ -8,7 +8,7 @@ use image::ImageReader;
 
 use super::frame_files::{frame_files, missing_numbers};
 use super::panics;
-use super::progress::{ImageMonitor, Reporter};
+use super::progress::{ImageMonitor, Reporter, SceneLog};
 use crate::args::{AssembleArgs, DirectionArg, LoopArg};
 use crate::console::{scene_error, single_line, strict_error};
 use crate::files::create_parent_folder;
@@ -69,7 +69,8 @@ fn assemble(args: &AssembleArgs, format: AnimationFormat, reporter: &Reporter) -
     };
     create_parent_folder(&args.output)?;
     let mut animation = AnimationFile::create(&args.output, format, &settings)?;
-    reporter.begin_frames(&args.output, files.len());
+    let log = SceneLog::new(reporter, &args.output, false);
+    log.begin_frames(files.len());
     let mut push = |mut frame: FrameImage, path: &Path| -> Result<()> {
         let (width, height) = (settings.width, settings.height);
         if (frame.width, frame.height) != (width, height) {
@@ -87,7 +88,7 @@ fn assemble(args: &AssembleArgs, format: AnimationFormat, reporter: &Reporter) -
         animation
             .push(&frame.pixels)
             .map_err(|e| anyhow::Error::new(e).context(path.display().to_string()))?;
-        ImageMonitor::new(reporter, &args.output, 1, &CancelToken::default()).finish();
+        ImageMonitor::new(&log, 1, &CancelToken::default()).finish();
         Ok(())
     };
     push(first_frame, first)?;

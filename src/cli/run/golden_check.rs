@@ -5,7 +5,7 @@ use std::path::{Path, PathBuf};
 
 use anyhow::{Context, Result, bail};
 
-use super::progress::Reporter;
+use super::progress::SceneLog;
 use crate::diff::comparison::{Comparison, Heading};
 use crate::diff::{html, images};
 use crate::files::create_parent_folder;
@@ -20,15 +20,9 @@ const NAMED: usize = 4;
 ///
 /// # Errors
 /// An image that differs or has no golden one, or a file that cannot be read or written.
-pub fn check(
-    plan: &CheckPlan,
-    scene: &Path,
-    files: &[PathBuf],
-    limits: &Limits,
-    reporter: &Reporter,
-) -> Result<()> {
+pub fn check(plan: &CheckPlan, files: &[PathBuf], limits: &Limits, log: &SceneLog) -> Result<()> {
     if plan.bless {
-        return files.iter().try_for_each(|file| bless(plan, scene, file, reporter));
+        return files.iter().try_for_each(|file| bless(plan, file, log));
     }
     let mut problems = Vec::new();
     for file in files {
@@ -44,13 +38,13 @@ pub fn check(
 }
 
 /// Replaces the golden image.
-fn bless(plan: &CheckPlan, scene: &Path, file: &Path, reporter: &Reporter) -> Result<()> {
+fn bless(plan: &CheckPlan, file: &Path, log: &SceneLog) -> Result<()> {
     let golden = plan.golden(file);
     let bytes = fs::read(file).with_context(|| format!("{} cannot be read", file.display()))?;
     create_parent_folder(&golden)?;
     write_atomically(&golden, &bytes, Overwrite::Yes)
         .with_context(|| format!("{} cannot be written", golden.display()))?;
-    reporter.wrote(Some(scene), &golden);
+    log.wrote(&golden);
     Ok(())
 }
 

@@ -9,7 +9,7 @@ use std::path::Path;
 use anyhow::{Context, Error, Result};
 use serde_json::Value;
 
-use super::batch::{Batch, fail, is_disk_full};
+use super::batch::{Batch, Scenes, fail, is_disk_full, is_full};
 use super::ledger::PastOutcome;
 use super::shard_batch::is_description;
 use crate::files::create_parent_folder;
@@ -19,21 +19,29 @@ use blinn_output::{ShardWriter, check_overwrite, read_shard};
 use blinn_session::{FileDigests, load_limits};
 
 /// Scenes one after the other.
-type Scenes<'s> = Box<dyn Iterator<Item = Result<NumberedScene, UsageError>> + 's>;
+type SceneIter<'s> = Box<dyn Iterator<Item = Result<NumberedScene, UsageError>> + 's>;
+
+/// A scene that did not fit into an archive, and its images.
+type Overflow = Option<(NumberedScene, ShardWriter)>;
 
 /// Renders scenes into archives of at most `max_bytes`. With --resume, archives that are up to date are kept.
-pub fn render_limited_shards(
-    batch: &mut Batch,
+pub fn render_limited_shards<'a: 'scope, 'scope>(
+    batch: &mut Batch<'a>,
+    scenes: &mut Scenes<'_, 'scope, 'a>,
     shards: &ShardPlan,
     max_bytes: u64,
-    scenes: Scenes,
+    list: SceneIter,
 ) -> Result<(), UsageError> {
-    let mut queue = SceneQueue { next: VecDeque::new(), rest: scenes };
+    let mut queue = SceneQueue { next: VecDeque::new(), rest: list };
     // The first scene of the next archive, if it was rendered because it did not fit.
-    let mut carried: Option<(NumberedScene, ShardWriter)> = None;
+    let mut carried: Overflow = None;
     for number in 0usize.. {
         let file = shards.numbered(number);
-        if batch.plan.outputs.resume {
+        if batch.plan.outputs.resume && file.is_file() {
+            // Scenes that are in the archive need not be rendered.
+            for task in scenes.cancel().iter().rev() {
+                queue.next.push_front(task.scene.clone());
+            }
             if let Some((scene, _)) = &carried {
                 queue.next.push_front(scene.clone());
             }
@@ -45,13 +53,13 @@ pub fn render_limited_shards(
                 queue.next.pop_front();
             }
         }
-        if carried.is_none() && queue.peek()?.is_none() {
+        if carried.is_none() && scenes.is_empty() && queue.peek()?.is_none() {
             break;
         }
-        match fill_shard(batch, &file, &shards.numbered(number + 1), max_bytes, carried.take(), &mut queue) {
+        match fill_shard(batch, scenes, &file, max_bytes, carried.take(), &mut queue) {
             Ok(overflow) => carried = overflow,
             Err(failure) => {
-                batch.shard = None;
+                let started = scenes.cancel().len();
                 if let Some(ledger) = &mut batch.ledger {
                     ledger.discard();
                 }
@@ -61,7 +69,7 @@ pub fn render_limited_shards(
                     ShardFailure::DiskFull => {}
                 }
                 // Where the next archive begins is unknown.
-                batch.summary.not_started = queue.count()?;
+                batch.summary.not_started = started + queue.count()?;
                 break;
             }
         }
@@ -93,7 +101,7 @@ impl From<Error> for ShardFailure {
 struct SceneQueue<'s> {
     /// Those that were looked at.
     next: VecDeque<NumberedScene>,
-    rest: Scenes<'s>,
+    rest: SceneIter<'s>,
 }
 
 impl SceneQueue<'_> {
@@ -129,41 +137,43 @@ impl SceneQueue<'_> {
     }
 }
 
-/// Renders scenes into an archive until one does not fit, and returns that one in the next archive.
-fn fill_shard(
-    batch: &mut Batch,
+/// Renders scenes into an archive until one does not fit, and returns that one.
+fn fill_shard<'a: 'scope, 'scope>(
+    batch: &mut Batch<'a>,
+    scenes: &mut Scenes<'_, 'scope, 'a>,
     file: &Path,
-    next_file: &Path,
     max_bytes: u64,
-    carried: Option<(NumberedScene, ShardWriter)>,
+    carried: Overflow,
     queue: &mut SceneQueue,
-) -> Result<Option<(NumberedScene, ShardWriter)>, ShardFailure> {
+) -> Result<Overflow, ShardFailure> {
     let cannot_be_written = || format!("{} cannot be written", file.display());
     check_overwrite(file, batch.plan.outputs.replace).map_err(Error::new)?;
     create_parent_folder(file)?;
-    let first = match carried {
-        Some((_, shard)) => shard,
-        None => ShardWriter::new(file).with_context(cannot_be_written)?,
-    };
-    batch.shard = Some(first);
+    let mut shard = ShardWriter::new(file).with_context(cannot_be_written)?;
+    if let Some((_, members)) = carried {
+        shard.append(members).with_context(cannot_be_written)?;
+    }
     let mut overflow = None;
-    while let Some(scene) = queue.pop()? {
-        let start = batch.shard.as_ref().map_or(0, ShardWriter::length);
-        let outcome = batch.render_scene(&scene, queue.peek()?);
-        if outcome.as_ref().is_err_and(is_disk_full) {
-            return Err(ShardFailure::DiskFull);
+    loop {
+        while !is_full(scenes)
+            && let Some(scene) = queue.pop()?
+        {
+            batch.start(scenes, scene, Some(file));
         }
-        let Some(shard) = &mut batch.shard else { break };
-        if outcome.is_err() {
+        let Some(finished) = scenes.next_finished() else { break };
+        let scene = finished.job.scene.clone();
+        match batch.finish_scene(finished) {
+            Ok(Some(members)) if shard.length() > 0 && shard.length() + members.length() > max_bytes => {
+                overflow = Some((scene, members));
+                break;
+            }
+            Ok(Some(members)) => shard.append(members).with_context(cannot_be_written)?,
+            Err(error) if is_disk_full(&error) => return Err(ShardFailure::DiskFull),
             // A scene that fails has no images.
-            shard.truncate(start).with_context(cannot_be_written)?;
-        } else if start > 0 && shard.length() > max_bytes {
-            let next = shard.split_off(start, next_file).with_context(cannot_be_written)?;
-            overflow = Some((scene, next));
-            break;
+            Ok(None) | Err(_) => {}
         }
     }
-    if let Some(shard) = batch.shard.take().filter(|shard| shard.length() > 0) {
+    if shard.length() > 0 {
         shard.finish(batch.plan.outputs.replace).with_context(cannot_be_written)?;
         batch.reporter.wrote(None, file);
     }
@@ -255,7 +265,7 @@ fn keep_shard(
     }
     for outcome in outcomes {
         if let Some(scene) = queue.next.pop_front() {
-            batch.skip(&scene.path, outcome);
+            batch.skip(&scene, outcome);
         }
     }
     Ok(true)

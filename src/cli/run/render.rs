@@ -3,7 +3,7 @@
 use std::ffi::OsString;
 
 use super::batch::fail;
-use super::progress::Reporter;
+use super::progress::{Reporter, Trace};
 use super::runtime;
 use super::scenes::render_scenes;
 use super::watch;
@@ -34,7 +34,8 @@ fn execute(
     quiet: bool,
 ) -> Result<Summary, UsageError> {
     tune_malloc(&plan, restart_argv);
-    let reporter = Reporter::new(&process.log, plan.scene_range().len(), quiet);
+    let mut reporter = Reporter::new(&process.log, plan.scene_range().len(), quiet);
+    reporter.trace = process.trace.as_deref().map(|file| Trace::new(file, plan.outputs.replace));
     let mut summary = Summary::default();
     // Only now: a restarted process would not know of a signal that arrived earlier.
     if let Err(error) = runtime::start(process.threads) {
@@ -43,6 +44,11 @@ fn execute(
         plan.read_files()?;
         plan.check_clip_conflicts()?;
         render_scenes(&plan, process, &reporter, &mut summary)?;
+        match reporter.trace.as_ref().filter(|_| !plan.dry_run).map(Trace::write) {
+            Some(Ok(file)) => reporter.wrote(None, file),
+            Some(Err(error)) => fail(&mut summary, &reporter, &error.context("--trace")),
+            None => {}
+        }
     }
     reporter.done(&summary);
     Ok(summary)

@@ -1,17 +1,15 @@
 //! `--report FILE.html`: a page with all images, their render times and warnings.
 
 use std::fs::File;
-use std::io::{self, BufWriter, Read, Seek, Write};
+use std::io::{self, BufWriter, Read, Seek};
 use std::path::{Path, PathBuf};
-use std::time::{Duration, Instant};
+use std::time::Instant;
 
-use anyhow::{Context, Error, Result};
-use base64::Engine;
-use base64::prelude::BASE64_STANDARD;
+use anyhow::{Context, Result};
 
+use super::report_section::SectionContent;
 use crate::console::{finish_stdout, is_stdout};
 use crate::files::create_parent_folder;
-use crate::plan::{PathConflicts, Writer};
 use blinn_output::{
     Overwrite, SaveError, check_writable, escape_html, unnamed_temp_file, write_atomically_with,
 };
@@ -19,7 +17,7 @@ use blinn_output::{
 /// Maximum width and height of a thumbnail in pixels.
 pub const THUMBNAIL_SIDE: u32 = 192;
 
-/// A page that grows with each image, in an unnamed temporary file so that memory does not grow. If writing fails,
+/// A page that grows with each scene, in an unnamed temporary file so that memory does not grow. If writing fails,
 /// the page is given up and images are still rendered.
 pub struct Report {
     path: PathBuf,
@@ -27,8 +25,6 @@ pub struct Report {
     /// True if the page would overwrite an input. It is not written then.
     overwrites_input: bool,
     body: BufWriter<File>,
-    /// The first write error.
-    error: Option<io::Error>,
     since: Instant,
     images: usize,
     failures: usize,
@@ -62,66 +58,49 @@ impl Report {
             replace,
             overwrites_input: false,
             body: BufWriter::new(body),
-            error: None,
             since: Instant::now(),
             images: 0,
             failures: 0,
         })
     }
 
-    /// Returns an error if the page would overwrite an input, and does not write it then.
-    pub fn check_not_input(&mut self, paths: &PathConflicts) -> Result<()> {
-        paths.check_not_input(&self.path, Writer::Flag("--report")).map_err(|text| {
-            self.overwrites_input = true;
-            Error::msg(text)
-        })
+    /// Its path.
+    pub fn path(&self) -> &Path {
+        &self.path
     }
 
-    /// Begins the section of a scene.
-    pub fn begin_scene(&mut self, scene: &Path) {
-        self.add(&format!("<h2>{}</h2>\n", escape_html(&scene.to_string_lossy())));
-    }
-
-    /// Adds an image that was written to `file`. `thumbnail` is a JPEG. Marks an image that shows nothing.
-    pub fn add_image(&mut self, thumbnail: &[u8], file: &Path, render_time: Duration, is_empty: bool) {
-        let mark = if is_empty { " &middot; <span class=\"warning\">empty</span>" } else { "" };
-        let thumbnail = BASE64_STANDARD.encode(thumbnail);
-        let name = file.file_name().map(|n| n.to_string_lossy()).unwrap_or_default();
-        self.images += 1;
-        self.add(&format!(
-            "<figure><a href=\"{}\"><img alt=\"\" src=\"data:image/jpeg;base64,{thumbnail}\"></a><figcaption>{} \
-             &middot; {:.2} s{mark}</figcaption></figure>\n",
-            escape_html(&self.link(file)),
-            escape_html(&name),
-            render_time.as_secs_f64()
-        ));
-    }
-
-    /// Ends the section of a scene with its warnings, the number of images kept by --resume and its error.
+    /// Adds the section of a scene, with its warnings, the number of images kept by --resume and its error.
     ///
     /// # Errors
     /// The write error for which the page is given up.
-    pub fn end_scene(
+    pub fn add_scene(
         &mut self,
+        scene: &Path,
+        content: SectionContent,
         warnings: &[String],
         kept: usize,
         error: Option<&str>,
     ) -> Result<(), SaveError> {
+        self.overwrites_input |= content.overwrites_input;
+        self.images += content.images;
+        self.failures += usize::from(error.is_some());
+        let mut end = String::new();
         if kept > 0 {
             let images = if kept == 1 { "image" } else { "images" };
-            self.add(&format!("<p>{kept} {images} kept.</p>\n"));
+            end += &format!("<p>{kept} {images} kept.</p>\n");
         }
         for warning in warnings {
-            self.add(&format!("<p class=\"warning\">warning: {}</p>\n", escape_html(warning)));
+            end += &format!("<p class=\"warning\">warning: {}</p>\n", escape_html(warning));
         }
-        self.failures += usize::from(error.is_some());
         if let Some(e) = error {
-            self.add(&format!("<p class=\"failed\">{}</p>\n", escape_html(e)));
+            end += &format!("<p class=\"failed\">{}</p>\n", escape_html(e));
         }
-        match self.error.take() {
-            Some(cause) => Err(SaveError { path: self.path.clone(), cause }),
-            None => Ok(()),
-        }
+        let heading = format!("<h2>{}</h2>\n", escape_html(&scene.to_string_lossy()));
+        let written = content.html.and_then(|html| {
+            let mut section = heading.as_bytes().chain(html).chain(end.as_bytes());
+            io::copy(&mut section, &mut self.body).map(drop)
+        });
+        written.map_err(|cause| SaveError { path: self.path.clone(), cause })
     }
 
     /// Writes the page. Returns its path, or `None` if it went to standard output or would overwrite an input.
@@ -154,21 +133,5 @@ impl Report {
             head += &format!(", <span class=\"failed\">{} failed</span>", plural(self.failures, "scene"));
         }
         head + ".</p>\n"
-    }
-
-    fn add(&mut self, html: &str) {
-        if self.error.is_none() {
-            self.error = self.body.write_all(html.as_bytes()).err();
-        }
-    }
-
-    /// The URL of a file: relative if it is below the page's folder.
-    fn link(&self, file: &Path) -> String {
-        let absolute = |path: &Path| std::path::absolute(path).unwrap_or_else(|_| path.to_path_buf());
-        let page = absolute(&self.path);
-        let file = absolute(file);
-        let relative = page.parent().and_then(|folder| file.strip_prefix(folder).ok());
-        let path = relative.unwrap_or(&file).to_string_lossy().replace('\\', "/");
-        path.replace('%', "%25").replace('?', "%3F").replace('#', "%23")
     }
 }

@@ -3,7 +3,7 @@
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
-use std::time::{Duration, Instant};
+use std::time::Instant;
 
 use anyhow::{Context, Error, Result, bail};
 
@@ -12,10 +12,10 @@ use super::dataset_files::DatasetFiles;
 use super::frame_filter::FrameFilter;
 use super::golden_check;
 use super::image_sink::{AnimationSink, ArchiveSink, FileSink, ImageSink, SceneOutput};
-use super::imported_scene::{ImportedScene, NextScene};
 use super::ledger::ImageCounts;
+use super::load_scene::load_scene;
 use super::progress::{ImageMonitor, SceneLog};
-use super::report::Report;
+use super::report_section::ReportSection;
 use crate::args::values::DatasetFormat;
 use crate::console::print_stdout;
 use crate::files::create_parent_folder;
@@ -27,8 +27,8 @@ use blinn_import::{is_in_archive, open_input_file, open_scene_file};
 use blinn_output::{ShardWriter, check_writable};
 use blinn_scene::{ClipBoundsCache, Scene, clip_duration};
 use blinn_session::{
-    DatasetViews, EmptyImages, FileDigests, PlannedFrame, PosedFrame, SceneRenderer, SceneSetup, SessionLog,
-    check_memory, load_limits, run_pipeline,
+    DatasetViews, EmptyImages, FileDigests, Permit, PlannedFrame, PosedFrame, SceneRenderer, SceneSetup,
+    SessionLog, check_memory, load_limits, run_pipeline,
 };
 
 /// Frames whose output files are checked at once.
@@ -41,8 +41,9 @@ pub struct SceneJob<'a> {
     pub index: usize,
     pub path: &'a Path,
     pub log: &'a SceneLog<'a>,
-    pub report: Option<&'a mut Report>,
-    /// The archive that images go into.
+    /// Its images on the page of --report.
+    pub report: Option<&'a mut ReportSection>,
+    /// The part of an archive that images go into.
     pub shard: Option<&'a mut ShardWriter>,
     /// Digests of the files that images are made from.
     pub digests: FileDigests,
@@ -51,14 +52,8 @@ pub struct SceneJob<'a> {
     pub images: ImageCounts,
     /// Ends the work on the scene.
     pub cancel: CancelToken,
-    /// This scene, if it was read ahead.
-    pub imported: Option<ImportedScene>,
-    /// The scene to read while this one is rendered.
-    pub next: Option<NextScene<'a>>,
-    /// That scene, once it is read.
-    pub imported_next: Option<ImportedScene>,
-    /// Time in which nothing but that scene was worked on.
-    pub waited: Duration,
+    /// The memory of the scene.
+    pub permit: &'a Arc<Permit>,
     /// The images of a dataset that are known, by file name: true if they show something.
     pub views_shown: BTreeMap<String, bool>,
     /// Bounds over the clip, which all parts of the work share. Cancelled by `cancel`.
@@ -74,7 +69,7 @@ impl<'a> SceneJob<'a> {
         let Some(check) = self.plan.check.as_ref().filter(|_| !self.plan.dry_run) else { return Ok(()) };
         let files = self.plan.output_files(self.path, self.index, &self.frames);
         let limits = load_limits(self.plan.session.max_memory);
-        golden_check::check(check, self.path, &files, &limits, self.log.reporter)
+        golden_check::check(check, &files, &limits, self.log)
     }
 
     fn render_missing(&mut self) -> Result<()> {
@@ -97,16 +92,7 @@ impl<'a> SceneJob<'a> {
         if let Some(frames) = known.as_ref().filter(|frames| is_done(frames) || self.plan.dry_run) {
             return self.list(frames);
         }
-        let imported = match self.imported.take() {
-            Some(imported) => imported,
-            None => ImportedScene::read(
-                self.plan,
-                self.path,
-                load_limits(self.plan.session.max_memory),
-                &self.cancel,
-            )?,
-        };
-        let scene = imported.report(self.log)?;
+        let scene = load_scene(self.plan, self.path, self.log, self.permit, &self.cancel)?;
         self.scene_files = scene_files(self.path, scene.source.file_names());
         // If a file was replaced after its hash was compared, compare again.
         let is_unchanged = self.digests.record(self.path, &scene.source);
@@ -128,32 +114,26 @@ impl<'a> SceneJob<'a> {
         if frames.is_empty() {
             return self.write_files(&scene, views);
         }
-        let memory_left = check_memory(&self.plan.session, &scene, frames.len())?;
-        let next = self.next;
-        let ((outcome, end), imported_next) = rayon::join(
-            || {
-                let outcome = self.render(&scene, views, &frames);
-                let outcome = outcome.and_then(|()| self.write_files(&scene, views));
-                (outcome, Instant::now())
-            },
-            || next.and_then(|next| next.read(plan, memory_left)),
-        );
-        self.imported_next = imported_next;
-        self.waited = end.elapsed();
-        outcome
+        let memory = check_memory(&self.plan.session, &scene, frames.len())?;
+        self.log.estimate(memory);
+        let since = Instant::now();
+        self.permit.resize(memory)?;
+        self.log.trace("wait for memory", since.elapsed(), "");
+        self.render(&scene, views, &frames)?;
+        self.write_files(&scene, views)
     }
 
     /// Writes the files that describe all images.
     fn write_files(&self, scene: &Scene, views: Option<&DatasetViews>) -> Result<()> {
         let Some(transforms) = self.transforms_file(scene, views) else { return Ok(()) };
         for file in (DatasetFiles { transforms: &transforms, log: self.log }).write(&self.cancel)? {
-            self.log.reporter.wrote(Some(self.path), &file);
+            self.log.wrote(&file);
         }
         // transforms.json comes last: if it exists, all images do.
         if self.plan.formats.has(DatasetFormat::Nerf)
             && let Some(file) = transforms.write(&self.views_shown)?
         {
-            self.log.reporter.wrote(Some(self.path), &file);
+            self.log.wrote(&file);
         }
         Ok(())
     }
@@ -209,8 +189,7 @@ impl<'a> SceneJob<'a> {
     /// Renders frames in a pipeline: while one frame is rendered, the next is posed and its BVH built, and the
     /// previous one is encoded and written.
     fn render(&mut self, scene: &Scene, views: Option<&DatasetViews>, frames: &[PlannedFrame]) -> Result<()> {
-        let (path, reporter) = (self.path, self.log.reporter);
-        reporter.begin_frames(path, frames.len());
+        self.log.begin_frames(frames.len());
         let (renderer, start) = SceneRenderer::new(
             &self.plan.session,
             scene,
@@ -219,7 +198,7 @@ impl<'a> SceneJob<'a> {
             &self.clip_bounds,
             &self.cancel,
         )?;
-        let SceneJob { plan, index, log, .. } = *self;
+        let SceneJob { plan, index, path, log, .. } = *self;
         let output = SceneOutput { plan, scene, path, index, log };
         let report = self.report.as_deref_mut();
         let mut sink: Box<dyn ImageSink + Send> =
@@ -245,11 +224,11 @@ impl<'a> SceneJob<'a> {
             |i, previous, finished| prepare(&renderer.setup, timed[i].time, previous, finished, &mut start),
             |i, posed_frame| {
                 let since = Instant::now();
-                let monitor = ImageMonitor::new(reporter, path, renderer.frame_pixels(&timed[i])?, cancel);
+                let monitor = ImageMonitor::new(log, renderer.frame_pixels(&timed[i])?, cancel);
                 let image = renderer.render(&timed[i], posed_frame, &monitor)?;
                 monitor.finish();
                 if let Some(reason) = image.empty {
-                    reporter.count_empty();
+                    log.count_empty();
                     // With --strict, the first ends the scene.
                     let message = empty_images.add(reason, frames[i].number);
                     message.filter(|_| log.is_strict()).map_or(Ok(()), |notice| log.warn(notice))?;
@@ -288,7 +267,7 @@ impl<'a> SceneJob<'a> {
         if plan.outputs.resume && self.shard.is_none() {
             let kept = self.filter().remove_kept(&mut frames, views, &mut self.digests);
             self.images.kept = kept.len() as u64;
-            self.log.reporter.kept(self.path, kept.len());
+            self.log.kept(kept.len());
             if plan.session.dataset.is_some() {
                 kept.iter().for_each(|kept| note_view(&mut self.views_shown, &kept.file, !kept.is_empty));
             }

@@ -1,20 +1,20 @@
-//! Renders the scenes of a plan, one after the other.
+//! Renders the scenes of a plan, side by side.
 
 use std::path::PathBuf;
 use std::time::Duration;
 
-use super::batch::{Batch, fail, is_disk_full};
+use super::batch::{Batch, Scenes, fail, is_disk_full, is_full};
 use super::limited_shards::render_limited_shards;
 use super::progress::Reporter;
 use super::report::Report;
 use super::scene_ledger::SceneLedger;
 use super::shard_batch::render_shards;
 use crate::args::ProcessArgs;
-use crate::plan::RenderPlan;
+use crate::plan::{NumberedScene, RenderPlan};
 use crate::summary::Summary;
 use crate::usage::UsageError;
-use blinn_session::format_bytes;
 use blinn_session::memory::peak_bytes;
+use blinn_session::{Capacity, format_bytes, run_scheduled};
 
 /// Renders each scene of the plan's share, and returns the files that the last one was made from. The failure of a scene
 /// does not affect the others.
@@ -41,41 +41,52 @@ pub fn render_scenes(
     };
     let timeout =
         process.timeout.map(|seconds| Duration::try_from_secs_f64(seconds).unwrap_or(Duration::MAX));
-    let mut batch = Batch {
-        plan,
-        reporter,
-        report,
-        ledger,
-        timeout,
-        shard: None,
-        summary,
-        scene_files: Vec::new(),
-        imported: None,
+    let mut batch = Batch { plan, reporter, report, ledger, timeout, summary, scene_files: Vec::new() };
+    // File names are printed in order.
+    let capacity = Capacity {
+        threads: if plan.dry_run { 1 } else { plan.session.capacity().threads },
+        ..plan.session.capacity()
     };
     let range = plan.scene_range();
-    let scenes = plan.numbered_scenes().skip(range.start).take(range.len());
-    match &plan.outputs.shards {
+    let list = plan.numbered_scenes().skip(range.start).take(range.len());
+    run_scheduled(capacity, |scenes| match &plan.outputs.shards {
         Some(shards) => match shards.max_bytes() {
-            Some(max_bytes) => render_limited_shards(&mut batch, shards, max_bytes, Box::new(scenes))?,
-            None => render_shards(&mut batch, shards, scenes)?,
+            Some(max_bytes) => render_limited_shards(&mut batch, scenes, shards, max_bytes, Box::new(list)),
+            None => render_shards(&mut batch, scenes, shards, list),
         },
-        None => {
-            let mut scenes = scenes.peekable();
-            while let Some(scene) = scenes.next().transpose()? {
-                let next = scenes.peek().and_then(|next| next.as_ref().ok());
-                let outcome = batch.render_scene(&scene, next);
-                if outcome.as_ref().is_err_and(is_disk_full) {
-                    // Nothing more can be written, and one error for it is enough.
-                    batch.summary.not_started = range.end - scene.number;
-                    break;
-                }
-            }
-        }
-    }
+        None => render_files(&mut batch, scenes, list),
+    })?;
     if let Some(peak) = peak_bytes() {
         reporter.perf(&format!("memory   {:>10}  peak", format_bytes(peak)));
     }
     let files = std::mem::take(&mut batch.scene_files);
     batch.finish();
     Ok(files)
+}
+
+/// Renders scenes whose images are files of their own.
+fn render_files<'a: 'scope, 'scope>(
+    batch: &mut Batch<'a>,
+    scenes: &mut Scenes<'_, 'scope, 'a>,
+    list: impl Iterator<Item = Result<NumberedScene, UsageError>>,
+) -> Result<(), UsageError> {
+    let mut list = list.peekable();
+    loop {
+        while !is_full(scenes)
+            && let Some(Ok(scene)) = list.next_if(Result::is_ok)
+        {
+            match batch.past_outcome(&scene) {
+                Some(outcome) => batch.skip(&scene, outcome),
+                None => batch.start(scenes, scene, None),
+            }
+        }
+        let Some(finished) = scenes.next_finished() else { break };
+        if batch.finish_scene(finished).is_err_and(|error| is_disk_full(&error)) {
+            // Nothing more can be written, and one error for it is enough.
+            batch.summary.not_started = scenes.cancel().len() + list.count();
+            return Ok(());
+        }
+    }
+    // The list cannot be read to its end.
+    list.next().transpose().map(drop)
 }

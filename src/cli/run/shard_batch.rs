@@ -6,7 +6,7 @@ use std::path::Path;
 use anyhow::{Context, Error, Result};
 use serde_json::Value;
 
-use super::batch::{Batch, fail, is_disk_full};
+use super::batch::{Batch, Scenes, fail, is_disk_full, is_full};
 use super::ledger::PastOutcome;
 use crate::console::print_stdout;
 use crate::files::create_parent_folder;
@@ -16,19 +16,20 @@ use blinn_output::{ShardMember, ShardWriter, check_overwrite, read_shard};
 use blinn_session::{FileDigests, PlannedFrame, load_limits};
 
 /// Renders scenes into archives. With --resume, archives that are up to date are kept, and all others are made anew.
-pub fn render_shards(
-    batch: &mut Batch,
+pub fn render_shards<'a: 'scope, 'scope>(
+    batch: &mut Batch<'a>,
+    scenes: &mut Scenes<'_, 'scope, 'a>,
     shards: &ShardPlan,
-    scenes: impl Iterator<Item = Result<NumberedScene, UsageError>>,
+    list: impl Iterator<Item = Result<NumberedScene, UsageError>>,
 ) -> Result<(), UsageError> {
     let mut group: Vec<NumberedScene> = Vec::new();
-    for scene in scenes {
+    for scene in list {
         let scene = scene?;
         let is_next =
             group.first().is_some_and(|first| shards.file(first.number) != shards.file(scene.number));
         if is_next {
-            let is_full =
-                render_shard(batch, &shards.file(group[0].number), &group).is_err_and(|e| is_disk_full(&e));
+            let file = shards.file(group[0].number);
+            let is_full = render_shard(batch, scenes, &file, &group).is_err_and(|e| is_disk_full(&e));
             group.clear();
             if is_full {
                 batch.summary.not_started = batch.plan.scene_range().end + 1 - scene.number;
@@ -39,29 +40,34 @@ pub fn render_shards(
     }
     if let Some(first) = group.first() {
         // The error was reported.
-        let _ = render_shard(batch, &shards.file(first.number), &group);
+        let _ = render_shard(batch, scenes, &shards.file(first.number), &group);
     }
     Ok(())
 }
 
 /// Renders the scenes of one archive. The errors were reported.
-fn render_shard(batch: &mut Batch, file: &Path, scenes: &[NumberedScene]) -> Result<()> {
+fn render_shard<'a: 'scope, 'scope>(
+    batch: &mut Batch<'a>,
+    scenes: &mut Scenes<'_, 'scope, 'a>,
+    file: &Path,
+    list: &[NumberedScene],
+) -> Result<()> {
     if batch.plan.dry_run {
         return print_stdout(format!("{}\n", file.display()).as_bytes());
     }
     if batch.plan.outputs.resume && file.is_file() {
-        let past: Vec<_> = scenes.iter().map(|scene| batch.past_outcome(scene)).collect();
+        let past: Vec<_> = list.iter().map(|scene| batch.past_outcome(scene)).collect();
         let is_known = past.iter().all(Option::is_some);
-        if is_known || is_current(batch, file, scenes, &past) {
-            for (scene, outcome) in scenes.iter().zip(past) {
-                batch.skip(&scene.path, outcome.unwrap_or(PastOutcome::Done { images: 0 }));
+        if is_known || is_current(batch, file, list, &past) {
+            for (scene, outcome) in list.iter().zip(past) {
+                batch.skip(scene, outcome.unwrap_or(PastOutcome::Done { images: 0 }));
             }
             return Ok(());
         }
     }
-    let outcome = fill_shard(batch, file, scenes);
+    let outcome = fill_shard(batch, scenes, file, list);
     if outcome.is_err() {
-        batch.shard = None;
+        drop(scenes.cancel());
         if let Some(ledger) = &mut batch.ledger {
             ledger.discard();
         }
@@ -89,23 +95,32 @@ impl From<Error> for ShardFailure {
 }
 
 /// Renders scenes into an archive, and notes them in the ledger when it is complete.
-fn fill_shard(batch: &mut Batch, file: &Path, scenes: &[NumberedScene]) -> Result<(), ShardFailure> {
+fn fill_shard<'a: 'scope, 'scope>(
+    batch: &mut Batch<'a>,
+    scenes: &mut Scenes<'_, 'scope, 'a>,
+    file: &Path,
+    list: &[NumberedScene],
+) -> Result<(), ShardFailure> {
     let cannot_be_written = || format!("{} cannot be written", file.display());
     check_overwrite(file, batch.plan.outputs.replace).map_err(Error::new)?;
     create_parent_folder(file)?;
-    batch.shard = Some(ShardWriter::new(file).with_context(cannot_be_written)?);
-    for (i, scene) in scenes.iter().enumerate() {
-        let start = batch.shard.as_ref().map_or(0, ShardWriter::length);
-        let Err(error) = batch.render_scene(scene, scenes.get(i + 1)) else { continue };
-        if is_disk_full(&error) {
-            return Err(ShardFailure::OfScene(error));
+    let mut shard = ShardWriter::new(file).with_context(cannot_be_written)?;
+    let mut list = list.iter();
+    loop {
+        while !is_full(scenes)
+            && let Some(scene) = list.next()
+        {
+            batch.start(scenes, scene.clone(), Some(file));
         }
-        // A scene that fails has no images.
-        if let Some(shard) = &mut batch.shard {
-            shard.truncate(start).with_context(cannot_be_written)?;
+        let Some(finished) = scenes.next_finished() else { break };
+        match batch.finish_scene(finished) {
+            Ok(Some(members)) => shard.append(members).with_context(cannot_be_written)?,
+            Err(error) if is_disk_full(&error) => return Err(ShardFailure::OfScene(error)),
+            // A scene that fails has no images.
+            Ok(None) | Err(_) => {}
         }
     }
-    if let Some(shard) = batch.shard.take().filter(|shard| shard.length() > 0) {
+    if shard.length() > 0 {
         shard.finish(batch.plan.outputs.replace).with_context(cannot_be_written)?;
         batch.reporter.wrote(None, file);
     }

@@ -4,6 +4,7 @@ mod labels;
 mod layout;
 
 use std::path::{Path, PathBuf};
+use std::sync::Arc;
 use std::time::Instant;
 
 use anyhow::{Context, Result};
@@ -15,7 +16,8 @@ use super::files::create_parent_folder;
 use super::plan::{
     ImagePolicy, NumberedScene, OutputKind, PathConflicts, RenderPlan, Target, Writer, scene_list,
 };
-use super::run::imported_scene::load_scene;
+use super::run::batch::is_full;
+use super::run::load_scene::load_scene;
 use super::run::progress::{ImageMonitor, Reporter, SceneLog};
 use super::run::{panics, runtime};
 use super::summary::Summary;
@@ -26,11 +28,14 @@ use blinn_output::{Canvas, ImageFormat, check_writable, write_atomically};
 use blinn_render::display::Background;
 use blinn_scene::{PoseSettings, SourceFormat, linear_to_srgb8, pose};
 use blinn_session::{
-    EmptyImages, ImageKind, PlannedFrame, PosedFrame, SceneRenderer, SessionLog, check_memory,
+    Claim, Deferred, EmptyImages, Finished, ImageKind, Job, Permit, PlannedFrame, PosedFrame, SceneRenderer,
+    SessionLog, check_memory, run_scheduled,
 };
 use labels::{Labels, Unit};
 use layout::{MIN_SIDE, SheetLayout};
 
+/// Views of a sheet.
+const VIEWS: usize = 4;
 /// The background without --background, linear: light enough for dark labels.
 const BACKGROUND: Rgb = Rgb::new(0.8, 0.82, 0.85);
 
@@ -50,22 +55,38 @@ pub fn run(args: &SheetArgs) -> Result<Summary, UsageError> {
     let reporter = Reporter::new(&process.log, plan.scenes.len(), args.preview.common.quiet);
     let mut summary = Summary::default();
     let mut all = Vec::new();
-    for scene in plan.numbered_scenes() {
-        let NumberedScene { number, path } = scene?;
-        let path = &path;
-        let log = SceneLog::new(&reporter, path, plan.strict);
-        let sheet = Sheet { plan: &plan, path, index: number, size: args.size, format, log: &log };
-        let outcome = panics::catch(|| sheet.write());
-        reporter.scene_done(path);
-        let failure = outcome.as_ref().err().map(|error| single_line(&scene_error(path, error)));
-        log.finish();
-        if let Some(line) = &failure {
-            reporter.fail(Some(path), line);
-            all.push(json!({"scene": path.to_string_lossy(), "error": line}));
+    let mut list = plan.numbered_scenes().peekable();
+    run_scheduled(plan.session.capacity(), |sheets| -> Result<(), UsageError> {
+        loop {
+            while !is_full(sheets)
+                && let Some(Ok(scene)) = list.next_if(Result::is_ok)
+            {
+                let log = SceneLog::of_batch(&reporter, scene.number, &scene.path, plan.strict);
+                sheets.push(Sheet {
+                    plan: &plan,
+                    scene,
+                    size: args.size,
+                    format,
+                    log,
+                    cancel: CancelToken::new(),
+                });
+            }
+            let Some(Finished { job: sheet, output, .. }) = sheets.next_finished() else {
+                // The list cannot be read to its end.
+                return list.next().transpose().map(drop);
+            };
+            let path = &sheet.scene.path;
+            sheet.log.scene_done();
+            let failure = output.as_ref().err().map(|error| single_line(&scene_error(path, error)));
+            sheet.log.finish();
+            if let Some(line) = &failure {
+                reporter.fail(Some(path), line);
+                all.push(json!({"scene": path.to_string_lossy(), "error": line}));
+            }
+            all.extend(output);
+            summary.add_scene(failure);
         }
-        all.extend(outcome);
-        summary.add_scene(failure);
-    }
+    })?;
     reporter.done(&summary);
     if args.json {
         let value = if let [one] = &all[..] { one.clone() } else { Value::Array(all) };
@@ -103,43 +124,67 @@ fn plan(args: &SheetArgs) -> Result<RenderPlan, UsageError> {
 /// The sheet of a scene.
 struct Sheet<'a> {
     plan: &'a RenderPlan,
-    path: &'a Path,
-    /// The scene's number, from 1.
-    index: usize,
+    scene: NumberedScene,
     size: (u32, u32),
     format: ImageFormat,
-    log: &'a SceneLog<'a>,
+    log: SceneLog<'a>,
+    cancel: CancelToken,
+}
+
+impl Job for Sheet<'_> {
+    /// The description of the sheet.
+    type Output = Result<Value>;
+
+    fn claim(&self) -> Claim {
+        self.plan.session.scene_claim(&self.scene.path, Some(VIEWS))
+    }
+
+    fn run(&self, permit: &Arc<Permit>) -> Result<Result<Value>, Deferred> {
+        let written = panics::catch(|| self.write(permit));
+        if permit.is_deferred() {
+            self.log.clear();
+            return Err(Deferred);
+        }
+        Ok(written)
+    }
+
+    fn begin_turn(&self) {
+        self.log.begin_turn();
+    }
+
+    fn cancel(&self) {
+        self.cancel.cancel();
+    }
 }
 
 impl Sheet<'_> {
     /// Renders and writes the sheet, and returns its description.
-    fn write(&self) -> Result<Value> {
-        let Sheet { plan, path, log, .. } = *self;
+    fn write(&self, permit: &Arc<Permit>) -> Result<Value> {
+        let Sheet { plan, scene: NumberedScene { number, path }, log, cancel, .. } = self;
         let planned = self.planned_frame()?;
-        let scene = load_scene(plan, path, log, &CancelToken::default())?;
-        let target = plan.outputs.target(path, self.index, &planned);
+        let scene = load_scene(plan, path, log, permit, cancel)?;
+        let target = plan.outputs.target(path, *number, &planned);
         if let Target::File(file) = &target {
             let paths = PathConflicts::with_scene(path, scene.source.file_names());
             paths.check_not_input(file, Writer::Scene(path)).map_err(anyhow::Error::msg)?;
             create_parent_folder(file)?;
             check_writable(file, plan.outputs.replace)?;
         }
-        check_memory(&plan.session, &scene, 1)?;
+        permit.resize(check_memory(&plan.session, &scene, 1)?)?;
         let animation = plan.session.options.animation(&scene)?;
         let posed = pose(&scene, &PoseSettings { time: planned.time, animation, centre: None })?;
         let layout = SheetLayout::new(posed.bounds(), self.size);
 
-        let mut plan = plan.clone();
+        let mut plan = (*plan).clone();
         plan.session.options.view.complete = layout.cells.first().map(|cell| cell.camera);
         let mut frame = PosedFrame { time: planned.time, posed, accel: None };
-        let renderer =
-            SceneRenderer::from_start(&plan.session, &scene, log, &mut frame, &CancelToken::default())?;
+        let renderer = SceneRenderer::from_start(&plan.session, &scene, log, &mut frame, cancel)?;
         renderer.setup.build(&mut frame)?;
         let mut canvas = Canvas::new(self.size, background_pixel(plan.session.options.fixed_background()));
         let empty_images = EmptyImages::default();
-        log.reporter.begin_frames(path, layout.cells.len());
+        log.begin_frames(layout.cells.len());
         for cell in &layout.cells {
-            let monitor = ImageMonitor::new(log.reporter, path, renderer.pixels(), &renderer.setup.cancel);
+            let monitor = ImageMonitor::new(log, renderer.pixels(), &renderer.setup.cancel);
             let image = renderer.render_view(cell.camera, &planned, &frame, &monitor)?;
             monitor.finish();
             let pixels = image.picture.display.to_rgba8(&image.picture.pixels);
@@ -170,7 +215,7 @@ impl Sheet<'_> {
             Target::File(file) => {
                 write_atomically(file, &bytes, self.plan.outputs.replace)
                     .with_context(|| format!("{} cannot be written", file.display()))?;
-                self.log.reporter.wrote(Some(self.path), file);
+                self.log.wrote(file);
             }
         }
         self.log.stage_since("save", start, "");
@@ -203,7 +248,7 @@ impl Sheet<'_> {
             Target::File(file) => json!(file.to_string_lossy()),
         };
         json!({
-            "scene": self.path.to_string_lossy(),
+            "scene": self.scene.path.to_string_lossy(),
             "file": file,
             "width": self.size.0,
             "height": self.size.1,

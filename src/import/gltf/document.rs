@@ -49,7 +49,7 @@ impl<'a> Document<'a> {
         warnings: &mut Warnings,
     ) -> Result<Document<'a>, LoadError> {
         let limits = &options.limits;
-        let budget = MemoryBudget::new(limits.memory_bytes);
+        let budget = MemoryBudget::of_import(options);
         budget.charge((container.json.len() + container.bin.map_or(0, <[u8]>::len)) as u64)?;
         budget.charge_json(container.json)?;
         let json = parse::parse(container.json, warnings)?;

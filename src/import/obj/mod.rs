@@ -65,12 +65,12 @@ pub(super) fn load(
     options: &LoadOptions,
 ) -> Result<(Scene, Vec<Warning>), LoadError> {
     let limits = &options.limits;
-    let budget = MemoryBudget::new(limits.memory_bytes);
+    let budget = MemoryBudget::of_import(options);
     let mut file = parse_file(input, folder, limits, &budget, None)?;
     if let Some(centre) = recenter::far_centre(&file.geometry) {
         // Free the first result before the second is parsed.
         drop(file);
-        file = parse_file(input, folder, limits, &MemoryBudget::new(limits.memory_bytes), Some(centre))?;
+        file = parse_file(input, folder, limits, &MemoryBudget::of_import(options), Some(centre))?;
     }
     build_scene(file, folder, options, &budget)
 }

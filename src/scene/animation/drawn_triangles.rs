@@ -173,7 +173,15 @@ impl DrawnPoints {
     /// Returns the vertices of a mesh.
     pub fn of<'a>(&'a self, scene: &'a Scene, mesh: u32, alpha: &ClipAlpha) -> &'a [Vec3] {
         let own = &scene.meshes[mesh as usize];
-        let drawn = self.meshes[mesh as usize].get_or_init(|| drawn_points(scene, own, alpha));
+        let cell = &self.meshes[mesh as usize];
+        // Computed outside of the cell's lock: a thread that waits for parts of it may come here for another pose meanwhile.
+        let drawn = match cell.get() {
+            Some(drawn) => drawn,
+            None => {
+                let drawn = drawn_points(scene, own, alpha);
+                cell.get_or_init(|| drawn)
+            }
+        };
         drawn.as_deref().unwrap_or(&own.positions)
     }
 }

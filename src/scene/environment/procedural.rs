@@ -111,12 +111,22 @@ impl Environment {
             let soft_boxes = SOFT_BOXES.each_ref().map(PlacedBox::new);
             Environment::from_function(STUDIO_SIDE, 1, |d| studio_radiance(&soft_boxes, d))
         };
-        STUDIO.get_or_init(make).clone()
+        made_once(&STUDIO, make)
     }
 
     /// Returns a clear sky with a hazy sun in the direction (0.55, 0.55, 0.63), over a grey ground.
     pub fn sky() -> Environment {
         static SKY: OnceLock<Environment> = OnceLock::new();
-        SKY.get_or_init(|| Environment::from_function(SKY_SIDE, 2, sky_radiance)).clone()
+        made_once(&SKY, || Environment::from_function(SKY_SIDE, 2, sky_radiance))
     }
+}
+
+/// Returns the content of `cell`, after making it if it is empty. It is made outside of the cell's lock: a thread that
+/// waits for parts of it may work on another scene meanwhile, which needs it, too.
+fn made_once(cell: &OnceLock<Environment>, make: impl FnOnce() -> Environment) -> Environment {
+    if let Some(environment) = cell.get() {
+        return environment.clone();
+    }
+    let made = make();
+    cell.get_or_init(|| made).clone()
 }

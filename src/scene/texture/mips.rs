@@ -123,7 +123,7 @@ fn compute_level<T: Copy + Default + Send>(
     let width = rows.width;
     let channels = channels as usize;
     let mut texels = vec![T::default(); means.len() * channels];
-    let threads = if means.len() < 1 << 16 { 1 } else { rayon::current_num_threads().clamp(1, 16) };
+    let threads = (means.len() >> 16).clamp(1, rayon::current_num_threads().clamp(1, 16));
     // Small chunks keep the means in cache until they are encoded.
     let chunk_rows = (means.len() / width).div_ceil(threads).min((1 << 14) / width + 1);
     let chunks = means.chunks_mut(chunk_rows * width).zip(texels.chunks_mut(chunk_rows * width * channels));

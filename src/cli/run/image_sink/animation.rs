@@ -8,13 +8,13 @@ use anyhow::Result;
 use super::{ImageSink, SceneOutput, WrittenFiles};
 use crate::plan::AnimationOutput;
 use crate::run::animation_writer::{AnimationWriter, WrittenAnimation};
-use crate::run::report::Report;
+use crate::run::report_section::ReportSection;
 use blinn_session::{PlannedFrame, RenderedImage};
 
 /// Appends each frame to an animation, which appears when it is complete.
 pub struct AnimationSink<'a> {
     output: SceneOutput<'a>,
-    report: Option<&'a mut Report>,
+    report: Option<&'a mut ReportSection>,
     writer: AnimationWriter,
 }
 
@@ -22,7 +22,7 @@ impl<'a> AnimationSink<'a> {
     /// Starts an animation of `size` pixels.
     pub fn new(
         output: SceneOutput<'a>,
-        report: Option<&'a mut Report>,
+        report: Option<&'a mut ReportSection>,
         animation: &AnimationOutput,
         file: &Path,
         size: (u32, u32),
@@ -49,13 +49,13 @@ impl ImageSink for AnimationSink<'_> {
     }
 
     fn finish(self: Box<Self>) -> Result<WrittenFiles> {
-        let AnimationSink { output: SceneOutput { path, log, .. }, report, writer } = *self;
+        let AnimationSink { output: SceneOutput { log, .. }, report, writer } = *self;
         let start = Instant::now();
         let WrittenAnimation { file, thumbnail, render_time } = writer.finish()?;
         log.stage_since("save", start, "");
         let mut files = WrittenFiles::default();
         files.add_file(&file);
-        log.reporter.wrote(Some(path), &file);
+        log.wrote(&file);
         if let Some(report) = report {
             report.add_image(&thumbnail, &file, render_time, false);
         }

@@ -10,14 +10,15 @@ use crate::console::print_stdout;
 use crate::files::create_parent_folder;
 use crate::plan::{OutputKind, Target};
 use crate::run::dataset::note_view;
-use crate::run::report::{Report, THUMBNAIL_SIDE};
+use crate::run::report::THUMBNAIL_SIDE;
+use crate::run::report_section::ReportSection;
 use blinn_output::{encode_thumbnail, save_with_layers};
 use blinn_session::{ImageKind, PlannedFrame, RenderedImage};
 
 /// Writes each image, with a fingerprint of what it was made from.
 pub struct FileSink<'a> {
     pub output: SceneOutput<'a>,
-    pub report: Option<&'a mut Report>,
+    pub report: Option<&'a mut ReportSection>,
     /// The images of a dataset that are known, by file name: true if they show something.
     pub views_shown: &'a mut BTreeMap<String, bool>,
 }
@@ -30,7 +31,7 @@ impl ImageSink for FileSink<'_> {
         render_time: Duration,
     ) -> Result<WrittenFiles> {
         let start = Instant::now();
-        let SceneOutput { plan, path, log, .. } = self.output;
+        let SceneOutput { plan, log, .. } = self.output;
         let mut files = WrittenFiles::default();
         let OutputKind::Images(ImageKind { format, depth }) = plan.outputs.kind else { return Ok(files) };
         match self.output.target(frame) {
@@ -53,7 +54,7 @@ impl ImageSink for FileSink<'_> {
                     outputs.replace,
                 )? {
                     files.add_file(&written);
-                    log.reporter.wrote_image(Some(path), &written, is_empty);
+                    log.wrote_image(&written, is_empty);
                 }
                 if let Some(report) = &mut self.report {
                     let thumbnail = encode_thumbnail(&image.picture, THUMBNAIL_SIDE)?;

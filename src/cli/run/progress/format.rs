@@ -6,12 +6,12 @@ use std::time::Duration;
 use super::work_progress::WorkProgress;
 use crate::console::single_line;
 
-/// Describes the current frame of a scene.
-pub fn progress_line(progress: &WorkProgress, scene: &Path) -> String {
+/// Describes the current frame of the scene of a number.
+pub fn progress_line(progress: &WorkProgress, number: usize, scene: &Path) -> String {
     let name = scene.file_name().map(|n| n.to_string_lossy().into_owned()).unwrap_or_default();
     let mut parts = vec![single_line(&name)];
     let scenes = progress.scene();
-    let frames = progress.frame();
+    let frames = progress.frame(number);
     if scenes.count > 1 {
         parts.push(format!("scene {}/{}", scenes.current, scenes.count));
     }

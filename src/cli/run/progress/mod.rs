@@ -2,12 +2,15 @@
 
 mod format;
 mod image_monitor;
+mod message;
 mod quiet;
 mod reporter;
 mod scene_log;
+mod trace;
 mod work_progress;
 
 pub use image_monitor::ImageMonitor;
 pub use quiet::quiet_reporter;
 pub use reporter::Reporter;
 pub use scene_log::SceneLog;
+pub use trace::Trace;

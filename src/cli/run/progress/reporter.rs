@@ -10,10 +10,13 @@ use indicatif::{ProgressBar, ProgressStyle};
 use serde_json::{Value, json};
 
 use super::format::progress_line;
+use super::message::Message;
+use super::trace::Trace;
 use super::work_progress::WorkProgress;
 use crate::args::{LogArgs, ProgressArg};
 use crate::console::{eprint_line, single_line, with_flags};
 use crate::summary::Summary;
+use blinn_session::format_bytes;
 
 pub struct Reporter {
     style: Style,
@@ -32,6 +35,8 @@ pub struct Reporter {
     kept: AtomicU64,
     /// Number of images that show nothing.
     empty: AtomicU64,
+    /// The file of --trace.
+    pub trace: Option<Trace>,
 }
 
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -70,6 +75,24 @@ impl Reporter {
             wrote: AtomicU64::new(0),
             kept: AtomicU64::new(0),
             empty: AtomicU64::new(0),
+            trace: None,
+        }
+    }
+
+    /// Reports a message about a scene.
+    pub(super) fn report(&self, scene: &Path, message: &Message) {
+        match message {
+            Message::Warning(text) => self.warn(scene, text),
+            Message::Hint(text) => self.hint(scene, text),
+            Message::Note(text) => self.note(text),
+            Message::Stage { name, time, detail } => self.stage(name, *time, detail),
+            Message::Estimate(memory) => {
+                self.perf(&format!("estimate {:>10}  memory of the scene", format_bytes(*memory)))
+            }
+            Message::Wrote { file, is_empty } => self.wrote_image(Some(scene), file, *is_empty),
+            Message::Kept(count) => self.kept(scene, *count),
+            Message::Empty => self.count_empty(),
+            Message::Frames(frames) => self.announce_frames(scene, *frames),
         }
     }
 
@@ -106,22 +129,27 @@ impl Reporter {
     }
 
     /// Reports a remark on a scene; in batches, with --verbose only.
-    pub fn hint(&self, scene: &Path, text: &str) {
+    fn hint(&self, scene: &Path, text: &str) {
         if !self.quiet && (self.verbose || !self.is_batch) {
             self.remark(&format!("note: {}: {}", scene.display(), single_line(&with_flags(text))));
         }
     }
 
     /// Reports a choice, for --verbose.
-    pub fn note(&self, text: &str) {
+    fn note(&self, text: &str) {
         if self.verbose && !self.quiet {
             self.remark(&single_line(&with_flags(text)));
         }
     }
 
     /// Reports the time of a stage, for --perf.
-    pub fn stage(&self, name: &str, time: Duration, detail: &str) {
+    fn stage(&self, name: &str, time: Duration, detail: &str) {
         self.perf(&format!("{name:<8} {:>10.1} ms  {detail}", time.as_secs_f64() * 1e3));
+    }
+
+    /// True with --perf.
+    pub(super) fn prints_stages(&self) -> bool {
+        self.perf
     }
 
     /// Reports any line of --perf.
@@ -137,7 +165,7 @@ impl Reporter {
     }
 
     /// Reports a written image, and for programs whether it shows nothing.
-    pub fn wrote_image(&self, scene: Option<&Path>, file: &Path, is_empty: bool) {
+    fn wrote_image(&self, scene: Option<&Path>, file: &Path, is_empty: bool) {
         self.wrote.fetch_add(1, Ordering::Relaxed);
         match self.style {
             _ if self.quiet => {}
@@ -155,12 +183,12 @@ impl Reporter {
     }
 
     /// Counts an image that shows nothing.
-    pub fn count_empty(&self) {
+    fn count_empty(&self) {
         self.empty.fetch_add(1, Ordering::Relaxed);
     }
 
     /// Reports images that --resume kept.
-    pub fn kept(&self, scene: &Path, count: usize) {
+    fn kept(&self, scene: &Path, count: usize) {
         self.kept.fetch_add(count as u64, Ordering::Relaxed);
         match self.style {
             _ if self.quiet || count == 0 => {}
@@ -171,33 +199,37 @@ impl Reporter {
         }
     }
 
-    /// Begins the frames of a scene.
-    pub fn begin_frames(&self, scene: &Path, frames: usize) {
-        self.progress().begin_frames(frames);
+    /// Announces the frames of a scene.
+    fn announce_frames(&self, scene: &Path, frames: usize) {
         if self.style == Style::OpenJd {
             let scene = single_line(&scene.display().to_string());
             self.line(&format!("openjd_status: {scene}, {frames} frames"));
         }
     }
 
-    /// The current frame is rendered up to a fraction, 0 … 1.
-    pub(super) fn frame_progress(&self, scene: &Path, fraction: f64) {
+    /// Sets the number of frames of the scene of a number.
+    pub(super) fn begin_frames(&self, number: usize, frames: usize) {
+        self.progress().begin_frames(number, frames);
+    }
+
+    /// The current frame of a scene is rendered up to a fraction, 0 … 1.
+    pub(super) fn frame_progress(&self, number: usize, scene: &Path, fraction: f64) {
         if self.style != Style::None {
-            self.progress().set_frame_fraction(fraction);
-            self.report_progress(scene);
+            self.progress().set_frame_fraction(number, fraction);
+            self.report_progress(number, scene);
         }
     }
 
-    /// The current frame is rendered.
-    pub(super) fn frame_done(&self, scene: &Path) {
-        self.progress().frame_done();
-        self.report_progress(scene);
+    /// The current frame of a scene is rendered.
+    pub(super) fn frame_done(&self, number: usize, scene: &Path) {
+        self.progress().frame_done(number);
+        self.report_progress(number, scene);
     }
 
-    /// The current scene is finished or has failed.
-    pub fn scene_done(&self, scene: &Path) {
-        self.progress().scene_done();
-        self.report_progress(scene);
+    /// A scene is finished or has failed.
+    pub fn scene_done(&self, number: usize, scene: &Path) {
+        self.progress().scene_done(number);
+        self.report_progress(number, scene);
     }
 
     /// Reports that the work waits for changes of files.
@@ -246,15 +278,15 @@ impl Reporter {
     }
 
     /// Reports the progress if it has reached the next step: 1 %, or 10 % for a single image.
-    fn report_progress(&self, scene: &Path) {
+    fn report_progress(&self, number: usize, scene: &Path) {
         let progress = self.progress();
         let fraction = progress.fraction();
         if let Some(bar) = &self.bar {
             bar.set_position((fraction * BAR_STEPS as f64) as u64);
-            bar.set_message(progress_line(&progress, scene));
+            bar.set_message(progress_line(&progress, number, scene));
             return;
         }
-        let frame = progress.frame();
+        let frame = progress.frame(number);
         let is_single = frame.count * progress.scene().count == 1 && self.style != Style::OpenJd;
         let steps: u64 = if is_single { 10 } else { 100 };
         // Thirds add up to slightly less than 1.
@@ -270,7 +302,7 @@ impl Reporter {
                 "frames_per_second": progress.frames_per_second(),
                 "seconds_left": progress.time_left().map(|left| left.as_secs_f64()),
             })),
-            Style::Plain => self.line(&format!("{percent} %  {}", progress_line(&progress, scene))),
+            Style::Plain => self.line(&format!("{percent} %  {}", progress_line(&progress, number, scene))),
             Style::OpenJd => self.line(&format!("openjd_progress: {percent}")),
             Style::Bar | Style::None => {}
         }

@@ -1,0 +1,144 @@
+//! The scenes of a run as jobs of a scheduler.
+
+use std::collections::BTreeMap;
+use std::path::PathBuf;
+use std::sync::Arc;
+use std::time::{Duration, Instant};
+
+use anyhow::{Context, Error, Result, anyhow};
+
+use super::ledger::{ImageCounts, SceneKey};
+use super::panics;
+use super::progress::SceneLog;
+use super::report_section::ReportSection;
+use super::scene_job::SceneJob;
+use crate::plan::{NumberedScene, RenderPlan};
+use blinn_core::cancellation::{CancelToken, Cancelled};
+use blinn_import::LoadError;
+use blinn_output::ShardWriter;
+use blinn_scene::ClipBoundsCache;
+use blinn_session::{Claim, Deferred, FileDigests, Job, Permit, SessionError, load_limits};
+
+/// A scene that is to be rendered.
+pub struct SceneTask<'a> {
+    pub plan: &'a RenderPlan,
+    pub scene: NumberedScene,
+    pub log: SceneLog<'a>,
+    /// The scene in the ledger.
+    pub key: SceneKey,
+    /// The page that shows its images.
+    pub page: Option<PathBuf>,
+    /// The archive that its images go into.
+    pub archive: Option<PathBuf>,
+    /// Time that it may take.
+    pub timeout: Option<Duration>,
+    pub cancel: CancelToken,
+}
+
+/// A scene that was rendered or has failed.
+pub struct RenderedScene {
+    pub outcome: Result<()>,
+    pub images: ImageCounts,
+    /// Its images on the page.
+    pub section: Option<ReportSection>,
+    /// Its images for the archive.
+    pub members: Option<ShardWriter>,
+    /// The files that it was made from; empty if it was not read.
+    pub files: Vec<PathBuf>,
+}
+
+impl SceneTask<'_> {
+    fn render(&self, permit: &Arc<Permit>) -> RenderedScene {
+        let mut rendered = RenderedScene {
+            outcome: Ok(()),
+            images: ImageCounts::default(),
+            section: self.page.as_deref().map(ReportSection::new),
+            members: None,
+            files: Vec::new(),
+        };
+        if let Some(archive) = &self.archive {
+            match ShardWriter::new(archive)
+                .with_context(|| format!("{} cannot be written", archive.display()))
+            {
+                Ok(members) => rendered.members = Some(members),
+                Err(error) => return RenderedScene { outcome: Err(error), ..rendered },
+            }
+        }
+        let NumberedScene { number: index, ref path } = self.scene;
+        let mut job = SceneJob {
+            plan: self.plan,
+            index,
+            path,
+            log: &self.log,
+            report: rendered.section.as_mut(),
+            shard: rendered.members.as_mut(),
+            digests: FileDigests::with_limit(load_limits(self.plan.session.max_memory).file_bytes),
+            frames: Vec::new(),
+            images: ImageCounts::default(),
+            cancel: self.cancel.clone(),
+            permit,
+            views_shown: BTreeMap::new(),
+            clip_bounds: ClipBoundsCache::cancelled_by(&self.cancel),
+            scene_files: Vec::new(),
+        };
+        let outcome = panics::catch(|| job.run());
+        rendered.images = job.images;
+        rendered.files = std::mem::take(&mut job.scene_files);
+        rendered.outcome = match self.timeout {
+            Some(timeout) if outcome.as_ref().is_err_and(is_cancellation) => Err(timeout_error(timeout)),
+            _ => outcome,
+        };
+        rendered
+    }
+}
+
+impl Job for SceneTask<'_> {
+    type Output = RenderedScene;
+
+    fn claim(&self) -> Claim {
+        let frames = self.plan.frames.known().map(|frames| frames.len());
+        self.plan.session.scene_claim(&self.scene.path, frames)
+    }
+
+    fn run(&self, permit: &Arc<Permit>) -> Result<RenderedScene, Deferred> {
+        let since = Instant::now();
+        let rendered = self.render(permit);
+        self.log.trace("scene", since.elapsed(), "");
+        if permit.is_deferred() {
+            self.log.clear();
+            return Err(Deferred);
+        }
+        Ok(rendered)
+    }
+
+    fn begin_turn(&self) {
+        self.log.begin_turn();
+    }
+
+    fn at_time(&self, time: Duration) {
+        if self.timeout.is_some_and(|timeout| time >= timeout) {
+            self.cancel.cancel();
+        }
+    }
+
+    fn cancel(&self) {
+        self.cancel.cancel();
+    }
+}
+
+/// Returns true for the error of work that was cancelled.
+fn is_cancellation(error: &Error) -> bool {
+    let is_load_error = |e: &LoadError| matches!(e, LoadError::Cancelled(_));
+    error.chain().any(|cause| {
+        cause.is::<Cancelled>()
+            || cause.downcast_ref().is_some_and(is_load_error)
+            || cause.downcast_ref().is_some_and(SessionError::is_cancelled)
+    })
+}
+
+fn timeout_error(timeout: Duration) -> Error {
+    anyhow!(
+        "gave up after {} s; raise --timeout, or make the scene or its images smaller",
+        timeout.as_secs_f64()
+    )
+}

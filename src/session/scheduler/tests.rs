@@ -1,0 +1,170 @@
+use std::sync::atomic::{AtomicUsize, Ordering};
+use std::sync::{Arc, Barrier, Mutex};
+use std::time::{Duration, Instant};
+
+use super::*;
+
+/// A job that calls a function.
+struct Task<'a> {
+    number: usize,
+    claim: Claim,
+    run: &'a (dyn Fn(usize, &Arc<Permit>) + Sync),
+    turns: &'a Mutex<Vec<usize>>,
+    is_cancelled: &'a (dyn Fn() + Sync),
+}
+
+impl Job for Task<'_> {
+    type Output = usize;
+
+    fn claim(&self) -> Claim {
+        self.claim
+    }
+
+    fn run(&self, permit: &Arc<Permit>) -> Result<usize, Deferred> {
+        (self.run)(self.number, permit);
+        if permit.is_deferred() { Err(Deferred) } else { Ok(self.number) }
+    }
+
+    fn begin_turn(&self) {
+        self.turns.lock().unwrap().push(self.number);
+    }
+
+    fn cancel(&self) {
+        (self.is_cancelled)();
+    }
+}
+
+const SMALL: Claim = Claim { threads: 1, memory: 10 };
+
+/// Runs jobs with a claim on a pool of `threads`, and returns their results, times and turns.
+fn results(
+    threads: usize,
+    claims: &[Claim],
+    run: &(dyn Fn(usize, &Arc<Permit>) + Sync),
+) -> (Vec<usize>, Vec<Duration>, Vec<usize>) {
+    let turns = Mutex::new(Vec::new());
+    let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
+    let capacity = Capacity { threads, memory: 100 };
+    let (mut outputs, mut times) = (Vec::new(), Vec::new());
+    run_in(&pool, capacity, |scheduler: &mut Scheduler<'_, '_, Task>| {
+        for (number, &claim) in claims.iter().enumerate() {
+            scheduler.push(Task { number, claim, run, turns: &turns, is_cancelled: &|| () });
+        }
+        while let Some(finished) = scheduler.next_finished() {
+            assert_eq!(turns.lock().unwrap().last(), Some(&finished.output), "its turn has begun");
+            outputs.push(finished.output);
+            times.push(finished.time);
+        }
+    });
+    (outputs, times, turns.into_inner().unwrap())
+}
+
+#[test]
+fn results_come_in_order_whichever_job_ends_first() {
+    for threads in [1, 2, 5] {
+        let sleep = |number: usize, _: &Arc<Permit>| {
+            std::thread::sleep(Duration::from_millis(if number.is_multiple_of(3) { 20 } else { 1 }));
+        };
+        let (outputs, times, turns) = results(threads, &[SMALL; 20], &sleep);
+        assert_eq!(outputs, (0..20).collect::<Vec<_>>());
+        assert_eq!(turns, outputs);
+        assert_eq!(times.len(), 20);
+    }
+}
+
+#[test]
+fn jobs_run_side_by_side_as_far_as_threads_and_memory_suffice() {
+    let at_once = |threads: usize, claims: &[Claim]| {
+        let (running, most) = (AtomicUsize::new(0), AtomicUsize::new(0));
+        let run = |_: usize, _: &Arc<Permit>| {
+            most.fetch_max(running.fetch_add(1, Ordering::SeqCst) + 1, Ordering::SeqCst);
+            std::thread::sleep(Duration::from_millis(5));
+            running.fetch_sub(1, Ordering::SeqCst);
+        };
+        results(threads, claims, &run);
+        most.into_inner()
+    };
+    let claim = |threads, memory| Claim { threads, memory };
+    assert_eq!(at_once(1, &[SMALL; 6]), 1);
+    assert!(at_once(4, &[SMALL; 40]) <= 4);
+    assert!(at_once(4, &[claim(2, 1); 20]) <= 2);
+    assert!(at_once(4, &[claim(1, 50); 20]) <= 2);
+    assert_eq!(at_once(4, &[claim(1, 101); 6]), 1, "a job that needs more than all memory runs alone");
+    assert_eq!(at_once(4, &[claim(99, 1); 6]), 1, "and one that claims more than all threads");
+    // Two jobs that wait for each other end only if they run at once.
+    let barrier = Barrier::new(2);
+    results(2, &[SMALL; 2], &|_, _| {
+        barrier.wait();
+    });
+}
+
+#[test]
+fn a_job_that_finds_no_memory_runs_again_when_it_is_the_first() {
+    let runs = AtomicUsize::new(0);
+    let barrier = Barrier::new(2);
+    let run = |number: usize, permit: &Arc<Permit>| {
+        let first_run = number == 1 && runs.fetch_add(1, Ordering::SeqCst) == 0;
+        if number == 0 {
+            barrier.wait();
+            // The second job has failed, and waits.
+            while runs.load(Ordering::SeqCst) != 99 {
+                std::thread::yield_now();
+            }
+        } else if first_run {
+            barrier.wait();
+            assert!(!permit.grow(95), "the first job has 10 of 100");
+            runs.store(99, Ordering::SeqCst);
+        } else {
+            assert!(permit.grow(95));
+        }
+    };
+    let (outputs, _, turns) = results(2, &[SMALL; 2], &run);
+    assert_eq!((outputs, turns), (vec![0, 1], vec![0, 1]));
+    assert_eq!(runs.into_inner(), 100);
+}
+
+#[test]
+fn jobs_are_charged_the_time_that_they_would_take_alone() {
+    let run = |_: usize, _: &Arc<Permit>| std::thread::sleep(Duration::from_millis(100));
+    let since = Instant::now();
+    let (_, times, _) = results(4, &[SMALL; 4], &run);
+    let (all, passed) = (times.iter().sum::<Duration>(), since.elapsed());
+    assert!(all <= passed && all >= passed / 2, "{all:?} of {passed:?}");
+    assert!(times.iter().all(|time| *time < Duration::from_millis(80)), "{times:?}");
+}
+
+#[test]
+fn cancelled_jobs_end_and_are_returned_in_order() {
+    let is_cancelled = AtomicUsize::new(0);
+    let turns = Mutex::new(Vec::new());
+    let run = |_: usize, _: &Arc<Permit>| {
+        while is_cancelled.load(Ordering::SeqCst) == 0 {
+            std::thread::yield_now();
+        }
+    };
+    let cancel = || {
+        is_cancelled.fetch_add(1, Ordering::SeqCst);
+    };
+    let pool = rayon::ThreadPoolBuilder::new().num_threads(2).build().unwrap();
+    run_in(&pool, Capacity { threads: 2, memory: 100 }, |scheduler: &mut Scheduler<'_, '_, Task>| {
+        for number in 0..5 {
+            scheduler.push(Task { number, claim: SMALL, run: &run, turns: &turns, is_cancelled: &cancel });
+        }
+        while is_cancelled.load(Ordering::SeqCst) == 0 {
+            let cancelled = scheduler.cancel();
+            assert_eq!(cancelled.iter().map(|job| job.number).collect::<Vec<_>>(), [0, 1, 2, 3, 4]);
+            if is_cancelled.load(Ordering::SeqCst) == 0 {
+                // None had started yet.
+                return;
+            }
+        }
+        assert!(scheduler.is_empty());
+    });
+}
+
+#[test]
+fn a_panic_reaches_the_caller() {
+    let run = |number: usize, _: &Arc<Permit>| assert!(number != 1, "job 1");
+    let caught = std::panic::catch_unwind(|| results(2, &[SMALL; 3], &run));
+    assert!(caught.is_err());
+}
