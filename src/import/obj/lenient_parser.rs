@@ -15,6 +15,7 @@ use crate::obj::number::{plain_mantissa, plain_number};
 use crate::obj::plain_text::PlainText;
 use crate::obj::recenter::parse_relative;
 use crate::obj::text::{self, Line, logical_lines, split_keyword};
+use crate::obj::vertex_numbering::VertexNumbering;
 use blinn_core::cancellation::CancelToken;
 
 /// Lines between two checks of whether the import was cancelled.
@@ -28,9 +29,23 @@ pub(super) fn parse(
     cancel: &CancelToken,
     warnings: &mut Warnings,
 ) -> Result<Chunk, LoadError> {
+    parse_numbered(text, None, limits, origin, cancel, warnings)
+}
+
+/// Parses the text with a known numbering of texture coordinates and normals, or finds it where some do not exist.
+fn parse_numbered(
+    text: &str,
+    numbering: Option<VertexNumbering>,
+    limits: &Limits,
+    origin: Option<DVec3>,
+    cancel: &CancelToken,
+    warnings: &mut Warnings,
+) -> Result<Chunk, LoadError> {
+    let is_first = numbering.is_none();
     let mut parser = LenientParser {
         limits,
         origin,
+        numbering: numbering.unwrap_or_default(),
         chunk: Chunk::default(),
         plain_text: PlainText::default(),
         triangles: 0,
@@ -57,12 +72,21 @@ pub(super) fn parse(
             _ => Err(error),
         };
     }
+    if is_first && parser.missing_attributes.is_some() {
+        let numbering = VertexNumbering::find(text);
+        if let Some(attributes) = numbering.attributes() {
+            let message = format!("faces number {attributes} by vertices: used those of the vertices");
+            warnings.add("", message);
+            return parse_numbered(text, Some(numbering), limits, origin, cancel, warnings);
+        }
+    }
     parser.finish(warnings)
 }
 
 struct LenientParser<'l> {
     limits: &'l Limits,
     origin: Option<DVec3>,
+    numbering: VertexNumbering,
     /// Faces and statements; the numbers of vertices follow from `plain_text`.
     chunk: Chunk,
     plain_text: PlainText,
@@ -158,9 +182,15 @@ impl LenientParser<'_> {
         let mut is_missing = false;
         for word in rest.split_whitespace() {
             let mut parts = word.splitn(3, '/');
-            let mut index = |kind: usize| match parts.next() {
-                None | Some("") => Ok(NO_INDEX),
-                Some(text) => match parse_index(line, word, kind, text, so_far[kind])? {
+            let mut index = |kind: usize, vertex: u32| {
+                let text = match parts.next() {
+                    None | Some("") => return Ok(NO_INDEX),
+                    Some(text) => text,
+                };
+                if let Some(element) = self.numbering.element(kind, vertex) {
+                    return Ok(element);
+                }
+                match parse_index(line, word, kind, text, so_far[kind])? {
                     Some(index) if (index as usize) < self.totals[kind] => Ok(index),
                     _ if kind == 0 => {
                         let rule =
@@ -172,12 +202,13 @@ impl LenientParser<'_> {
                         is_missing = true;
                         Ok(NO_INDEX)
                     }
-                },
+                }
             };
-            let corner = Corner { v: index(0)?, vt: index(1)?, vn: index(2)? };
-            if corner.v == NO_INDEX {
+            let v = index(0, NO_INDEX)?;
+            if v == NO_INDEX {
                 return Err(LoadError::parse(line.location(word), format!("'{word}' has no vertex index")));
             }
+            let corner = Corner { v, vt: index(1, v)?, vn: index(2, v)? };
             self.chunk.corners.push(corner);
         }
         if is_missing {

@@ -33,6 +33,7 @@ mod texture_files;
 mod texture_map;
 mod textures;
 mod vertex_dedup;
+mod vertex_numbering;
 
 use std::collections::HashMap;
 use std::io::{self, Read};

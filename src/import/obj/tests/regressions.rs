@@ -170,3 +170,61 @@ fn normal_maps_on_flat_faces_have_tangents() {
     let (scene, _) = read(obj, &files).unwrap();
     assert_eq!((scene.meshes[0].normals.len(), scene.meshes[0].tangents.len()), (3, 3));
 }
+
+/// Three squares, of which those in `with` have `kinds` ("vt", "vn" or both), numbered as their vertices.
+fn squares_numbered_by_vertices(with: [bool; 3], kinds: &[&str]) -> String {
+    let mut obj = String::new();
+    for (i, has) in with.into_iter().enumerate() {
+        let z = i as f32;
+        obj += &format!("v 0 0 {z}\nv 1 0 {z}\nv 1 1 {z}\nv 0 1 {z}\n");
+        let all = ["vt", "vn"].map(|kind| has && kinds.contains(&kind));
+        if all[1] {
+            obj += &format!("vn {i} 0 1\n").repeat(4);
+        }
+        if all[0] {
+            (0..4).for_each(|k| obj += &format!("vt {i} 0.{k}\n"));
+        }
+        let corner = |k: usize| match all {
+            [true, true] => format!(" {k}/{k}/{k}"),
+            [true, false] => format!(" {k}/{k}"),
+            [false, true] => format!(" {k}//{k}"),
+            [false, false] => format!(" {k}"),
+        };
+        let corners: String = (4 * i + 1..=4 * i + 4).map(corner).collect();
+        obj += &format!("g grp{i}\nf{corners}\n");
+    }
+    obj
+}
+
+/// VTK and trimesh count vertices alone.
+#[test]
+fn attributes_numbered_by_vertices_are_those_of_the_vertices() {
+    for with in [[false, true, true], [true, false, true], [false, false, true]] {
+        for (kinds, what) in [
+            (&["vt", "vn"][..], "texture coordinates and normals"),
+            (&["vt"], "texture coordinates"),
+            (&["vn"], "normals"),
+        ] {
+            let (scene, warnings) = read(squares_numbered_by_vertices(with, kinds), &[]).unwrap();
+            assert_eq!(warnings, [format!("faces number {what} by vertices: used those of the vertices")]);
+            for (i, mesh) in scene.meshes.iter().enumerate() {
+                let normal = Vec3::new(i as f32, 0.0, 1.0).normalize();
+                let expected = if with[i] && kinds.contains(&"vn") { vec![normal; 4] } else { Vec::new() };
+                assert_eq!(mesh.normals, expected, "{with:?} {kinds:?}, object {i}");
+                let uvs: Vec<f32> = mesh.uvs.iter().flatten().map(|uv| uv.x).collect();
+                let expected = if with[i] && kinds.contains(&"vt") { vec![i as f32; 4] } else { Vec::new() };
+                assert_eq!(uvs, expected, "{with:?} {kinds:?}, object {i}");
+            }
+        }
+    }
+}
+
+/// Numbers beyond the end that do not repeat those of vertices, or of objects with fewer normals than vertices, are missing.
+#[test]
+fn other_numbers_beyond_the_end_are_missing() {
+    let numbered = squares_numbered_by_vertices([false, true, true], &["vn"]);
+    for obj in [numbered.replace("f 5//5", "f 5//6"), numbered.replacen("vn 2 0 1\n", "", 1)] {
+        let (_, warnings) = read(&obj, &[]).unwrap();
+        assert!(warnings[0].contains("ignored missing texture coordinates or normals"), "{warnings:?}");
+    }
+}
