@@ -58,6 +58,17 @@ def agx_colours():
     return short(grey + pure + scattered.tolist() + edges + [list(c) for c in ramp])
 
 
+def filmic_colours():
+    """Greys and colours below the light that fades to white; above it, nodes of Blender's table."""
+    rng = np.random.default_rng(7)
+    grey = [[0.18 * 2.0**e] * 3 for e in np.arange(-12.0, 9.0, 0.5)]
+    edges = [[0.0, 0.0, 0.0], [-1.0, -1.0, -1.0], [0.3, -0.05, 0.1], [1e30, 1e30, 1e30]]
+    below = 8.0 * 2.0 ** rng.uniform(-12.0, 0.0, (150, 3))
+    node = lambda k: float(np.float32(2.0 ** (25.0 * k / 32.0 - 12.473931188)))
+    bright = [[node(k) for k in row] for row in rng.integers(1, 33, (60, 3)) if max(row) > 20]
+    return short(grey + edges + below.tolist()) + bright
+
+
 def neutral_colours():
     """Nodes of Blender's table, where it equals Khronos's formula."""
     nodes = [(26, 26, 26), (20, 22, 19), (27, 10, 5), (29, 26, 15), (30, 30, 30),
@@ -68,7 +79,8 @@ def neutral_colours():
 def main():
     config = ocio.Config.CreateFromFile(sys.argv[1])
     folder = Path(sys.argv[2])
-    tables = {"agx": ("AgX", agx_colours()), "neutral": ("Khronos PBR Neutral", neutral_colours())}
+    tables = {"agx": ("AgX", agx_colours()), "filmic": ("Filmic", filmic_colours()),
+              "neutral": ("Khronos PBR Neutral", neutral_colours())}
     for name, (view, rows) in tables.items():
         encoded = [[round(float(v), 6) for v in row] for row in shown(config, view, rows)]
         lines = [f"{numbers(i)},{numbers(o)}\n" for i, o in zip(rows, encoded)]

@@ -92,6 +92,7 @@ fn view_transform(name: &str) -> Option<ViewTransform> {
     match name {
         "Standard" => Some(ViewTransform::Standard),
         "AgX" => Some(ViewTransform::Agx),
+        "Filmic" => Some(ViewTransform::Filmic),
         "Khronos PBR Neutral" => Some(ViewTransform::PbrNeutral),
         "Raw" => Some(ViewTransform::Raw),
         _ => None,

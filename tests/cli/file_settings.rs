@@ -44,6 +44,7 @@ fn settings_of_the_file_equal_flags_and_flags_take_precedence() {
         (view(json!({"exposure": 2})), "--exposure 2", "--exposure -1"),
         (view(json!({"exposure": 1, "filmExposure": 2})), "--exposure 2", "--exposure auto"),
         (view(json!({"transform": "AgX"})), "--view agx", "--view raw"),
+        (view(json!({"transform": "Filmic"})), "--view filmic", "--view agx"),
         (view(json!({"transform": "Khronos PBR Neutral"})), "--view pbr-neutral", "--view standard"),
         (json!({"filmTransparent": true}), "--background transparent", "--background 1,0,0"),
         (json!({"lightUnits": "standard"}), "--light-units standard --exposure auto", "--light-units raw"),
@@ -124,14 +125,14 @@ fn the_world_of_the_file_is_light_and_background() {
 fn what_is_not_supported_is_one_warning() {
     let (_dir, at) = folder();
     let mut file =
-        with_settings(&json!({"view": {"transform": "Filmic", "look": "High Contrast", "gamma": 2}}));
+        with_settings(&json!({"view": {"transform": "False Color", "look": "High Contrast", "gamma": 2}}));
     file.json["cameras"][0]["extras"] = json!({"blinn": {"depthOfField": {"focusDistance": 2}}});
     fs::write(at.join("a.glb"), file.glb()).unwrap();
     let messages = runs(&at, "render a.glb --size 8x8");
-    let expected = "ignored settings of the file that are not supported: view transform 'Filmic', look 'High Contrast', \
+    let expected = "ignored settings of the file that are not supported: view transform 'False Color', look 'High Contrast', \
                     gamma 2, depth of field";
     assert_eq!(messages.matches(expected).count(), 1, "{messages}");
-    assert!(!runs(&at, "render a.glb --size 8x8 --view agx --orbit 0,0").contains("Filmic"));
+    assert!(!runs(&at, "render a.glb --size 8x8 --view agx --orbit 0,0").contains("False Color"));
 }
 
 /// A triangle that moves to the right, in two seconds.

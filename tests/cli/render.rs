@@ -159,6 +159,7 @@ fn every_flag_is_accepted() {
         "--filter tent --no-background --exposure -1.5 --view raw --depth 16",
         "--view agx --depth 16",
         "--view pbr-neutral",
+        "--view filmic",
         "--view auto --exposure 0",
         "--filter gaussian --background transparent --crop 2,3,4,5 --aov depth,normal,uv",
         "--camera 0 --yfov 30 --view-up 0,1,0 --clip 0.1,100 --fit auto",

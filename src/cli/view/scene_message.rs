@@ -93,7 +93,7 @@ fn choices(scene: &Scene, start: &StartFlags) -> Value {
     }
     json!({
         "lights": lights,
-        "view_transforms": ["auto", "standard", "agx", "pbr-neutral", "raw"],
+        "view_transforms": ["auto", "standard", "agx", "filmic", "pbr-neutral", "raw"],
         "hdri": hdri,
         "backgrounds": backgrounds,
     })

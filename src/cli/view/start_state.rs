@@ -36,6 +36,7 @@ pub fn start_state(plan: &RenderPlan, flags: &StartFlags, posed: &PosedScene) ->
             None => "auto",
             Some(ViewTransform::Standard) => "standard",
             Some(ViewTransform::Agx) => "agx",
+            Some(ViewTransform::Filmic) => "filmic",
             Some(ViewTransform::PbrNeutral) => "pbr-neutral",
             Some(ViewTransform::Raw) => "raw",
         }

@@ -92,7 +92,7 @@ fn axis_position(light: f32) -> f32 {
 /// Returns log2 of a positive normal number, with an absolute error of 2e-7 plus 1e-7 relative.
 /// Branch-free, so that loops vectorise, and identical on every machine.
 #[inline(always)]
-fn log2(v: f32) -> f32 {
+pub(super) fn log2(v: f32) -> f32 {
     // v = m·2^e with m in √½…√2; s = (m − 1)/(m + 1), and ln m = 2 artanh s.
     const SQRT_HALF: i32 = 0x3f35_04f3;
     let bits = v.to_bits() as i32;

@@ -1,7 +1,8 @@
-//! Tone mapping for display: exposure, view transform (sRGB, AgX, PBR Neutral), background, encoding.
+//! Tone mapping for display: exposure, view transform (sRGB, AgX, Filmic, PBR Neutral), background, encoding.
 
 mod agx;
 mod batch;
+mod filmic;
 mod lut3d;
 mod neutral;
 #[cfg(test)]
@@ -13,7 +14,7 @@ use rayon::prelude::*;
 use crate::Pixels;
 use crate::display::batch::{BATCH, RgbBatch};
 use blinn_core::geometry::{Rgb, Rgba};
-use blinn_scene::{Source, SourceFormat, linear_to_srgb8, srgb_to_linear};
+use blinn_scene::{BlenderVersion, Source, SourceFormat, linear_to_srgb8, srgb_to_linear};
 
 pub use blinn_scene::linear_to_srgb;
 
@@ -25,11 +26,16 @@ pub enum ViewTransform {
     Standard,
     /// Blender's AgX without a look, for an sRGB display.
     Agx,
+    /// Blender's Filmic without a look, for an sRGB display.
+    Filmic,
     /// Khronos PBR Neutral, then sRGB.
     PbrNeutral,
     /// Clips to 0…1 and stores linear values without encoding.
     Raw,
 }
+
+/// Version of Blender from which on AgX is its default.
+const FIRST_WITH_AGX: BlenderVersion = BlenderVersion::new(4, 0);
 
 /// Pixels of one parallel task.
 const TASK_PIXELS: usize = 256 * BATCH;
@@ -63,13 +69,16 @@ pub fn composite_over([r, g, b, alpha]: [u8; 4], background: Rgb) -> [u8; 4] {
 }
 
 impl ViewTransform {
-    /// Returns the default: AgX for glTF files written by Blender, whose users expect Blender's view,
-    /// and `Standard` for all others.
+    /// Returns the default: for glTF files written by Blender, whose users expect Blender's view, that of their version
+    /// (Filmic before 4.0, AgX from then on or if it is unknown), and `Standard` for all others.
     pub fn default_for(source: &Source) -> ViewTransform {
-        if source.format == SourceFormat::Gltf && source.is_blender() {
-            ViewTransform::Agx
-        } else {
-            ViewTransform::Standard
+        if source.format != SourceFormat::Gltf || !source.is_blender() {
+            return ViewTransform::Standard;
+        }
+        // The exporter had numbers of its own, from 0.9 to 1.8, for Blender 2.8 to 3.2.
+        match source.blender_version() {
+            Some(version) if version < FIRST_WITH_AGX => ViewTransform::Filmic,
+            _ => ViewTransform::Agx,
         }
     }
 }
@@ -90,6 +99,7 @@ impl Display {
                 light.map(|channel| channel.map(|v| if v > 0.0 { v.min(1.0) } else { 0.0 }))
             }
             ViewTransform::Agx => agx::agx(&light),
+            ViewTransform::Filmic => filmic::filmic(&light),
             ViewTransform::PbrNeutral => neutral::pbr_neutral(&light),
         };
         match self.background {
@@ -200,11 +210,32 @@ mod tests {
     }
 
     #[test]
+    fn the_default_is_that_of_the_version_of_blender() {
+        let view = |format, generator: &str| {
+            let source = Source { format, generator: generator.into(), ..Source::default() };
+            ViewTransform::default_for(&source)
+        };
+        for (version, expected) in [
+            ("v3.4.50", ViewTransform::Filmic),
+            ("v1.8.19", ViewTransform::Filmic),
+            ("v3.6.6", ViewTransform::Filmic),
+            ("v4.0.44", ViewTransform::Agx),
+            ("v5.0.21", ViewTransform::Agx),
+            ("", ViewTransform::Agx),
+        ] {
+            let generator = format!("Khronos glTF Blender I/O {version}");
+            assert_eq!(view(SourceFormat::Gltf, &generator), expected, "{version}");
+        }
+        assert_eq!(view(SourceFormat::Obj, "Blender v2.79 OBJ File: ''"), ViewTransform::Standard);
+        assert_eq!(view(SourceFormat::Gltf, "VTK"), ViewTransform::Standard);
+    }
+
+    #[test]
     fn colours_without_alpha_are_those_of_an_opaque_background() {
         let colors: Vec<Rgba> = (0..40).map(|i| Rgba::new(0.1, 0.3, 0.02 * i as f32, 1.0) * 0.5).collect();
         let pixels = Pixels { width: 8, height: 5, colors };
         assert_eq!(STANDARD.to_rgb8(&pixels), None);
-        for view in [ViewTransform::Standard, ViewTransform::Agx, ViewTransform::Raw] {
+        for view in [ViewTransform::Standard, ViewTransform::Agx, ViewTransform::Filmic, ViewTransform::Raw] {
             let background = Background::Color(Rgb::new(0.2, 0.5, 0.9));
             let display = Display { view, background, ..STANDARD };
             let rgb: Vec<_> = display.to_rgba8(&pixels).iter().map(|&[r, g, b, _]| [r, g, b]).collect();

@@ -10,6 +10,10 @@ pub(super) fn agx() -> Vec<Reference> {
     parse(include_str!("testdata/agx.csv"))
 }
 
+pub(super) fn filmic() -> Vec<Reference> {
+    parse(include_str!("testdata/filmic.csv"))
+}
+
 pub(super) fn neutral() -> Vec<Reference> {
     parse(include_str!("testdata/neutral.csv"))
 }

@@ -18,10 +18,11 @@ const FILTERS: Choices<PixelFilter, 4> = [
 const QUALITIES: Choices<(u32, Option<u8>), 3> =
     [("draft", (4, Some(2))), ("standard", (16, Some(4))), ("final", (128, Some(8)))];
 const DENOISING: Choices<Denoise, 3> = [("auto", Denoise::Auto), ("on", Denoise::On), ("off", Denoise::Off)];
-const VIEW_TRANSFORMS: Choices<Option<ViewTransform>, 5> = [
+const VIEW_TRANSFORMS: Choices<Option<ViewTransform>, 6> = [
     ("auto", None),
     ("standard", Some(ViewTransform::Standard)),
     ("agx", Some(ViewTransform::Agx)),
+    ("filmic", Some(ViewTransform::Filmic)),
     ("pbr-neutral", Some(ViewTransform::PbrNeutral)),
     ("raw", Some(ViewTransform::Raw)),
 ];
@@ -142,7 +143,7 @@ pub static IMAGE: [OptionDef; 16] = [
         value_name: "VIEW",
         choices: &names(&VIEW_TRANSFORMS),
         default: Some("auto"),
-        help: "View transform from linear light to display colours; auto is agx for Blender's glTF files, else standard",
+        help: "View transform from linear light to display colours; auto is agx for Blender's glTF files, filmic before Blender 4.0, else standard",
         effect: Effect::Value(|options, text| choose(&mut options.view_transform, text, &VIEW_TRANSFORMS)),
         ..BASE
     },

@@ -6,7 +6,7 @@ const $ = id => document.getElementById(id);
 const NAMES = {
   lights: { "": "Default", file: "From the file", headlight: "Headlight", "three-point": "Three-point", none: "None" },
   hdri: { none: "None", studio: "Studio", sky: "Sky" },
-  view_transform: { "": "Automatic", auto: "Automatic", standard: "Standard", agx: "AgX", "pbr-neutral": "PBR Neutral", raw: "Raw" },
+  view_transform: { "": "Automatic", auto: "Automatic", standard: "Standard", agx: "AgX", filmic: "Filmic", "pbr-neutral": "PBR Neutral", raw: "Raw" },
   background: { "": "Default", transparent: "Transparent", hdri: "Environment", color: "Colour" },
 };
 const SAMPLES = [1, 4, 16, 64, 256];
