@@ -234,8 +234,8 @@ fn union(parents: &mut [u32], a: u32, b: u32) {
     parents[a.max(b) as usize] = a.min(b);
 }
 
-/// Duplicates each vertex so that all its corners have the same key.
-fn split_vertices(mesh: &mut Mesh, keys: &[u32]) {
+/// Duplicates each vertex so that all its corners have the same key. `keys` has one for each corner.
+pub(super) fn split_vertices(mesh: &mut Mesh, keys: &[u32]) {
     let vertices = mesh.positions.len();
     let mut own: Vec<Option<u32>> = vec![None; vertices];
     let mut copies: HashMap<(u32, u32), u32> = HashMap::new();

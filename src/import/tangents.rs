@@ -275,9 +275,10 @@ pub(super) fn append_copies(mesh: &mut Mesh, copied: &[u32]) {
             list.extend_from_within(start..start + width);
         }
     }
-    let Mesh { positions, normals, uvs, colors, morph_targets, influences, .. } = mesh;
+    let Mesh { positions, normals, tangents, uvs, colors, morph_targets, influences, .. } = mesh;
     grow(positions, copied, 1);
     grow(normals, copied, 1);
+    grow(tangents, copied, 1);
     grow(colors, copied, 1);
     uvs.iter_mut().for_each(|set| grow(set, copied, 1));
     for MorphTarget { positions, normals, tangents, .. } in morph_targets {

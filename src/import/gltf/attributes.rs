@@ -139,6 +139,24 @@ impl<'d> Attributes<'_, 'd> {
         Ok(color::read(accessor, self.elements, &location, warnings))
     }
 
+    /// Reads COLOR_0 as colours of triangles, if it has one for each of the `triangles` and not for each vertex: VTK
+    /// writes the colours of cells so.
+    pub fn triangle_colors(
+        &self,
+        triangles: usize,
+        warnings: &mut Warnings,
+    ) -> Result<Option<Vec<Vec4>>, LoadError> {
+        let accessor = attribute(self.doc, self.json, self.decoded, Semantic::Colors(0), warnings)?;
+        let is_per_triangle = |a: &Accessor<'_>| {
+            a.count == triangles && a.count != self.vertices && color::COMPONENTS.contains(&a.components)
+        };
+        let Some(accessor) = accessor.filter(is_per_triangle) else { return Ok(None) };
+        let location = format!("{}.attributes.COLOR_0", self.location);
+        let message = format!("has a colour for each of the {triangles} triangles, not for each vertex");
+        warnings.add(&location, message);
+        Ok(Some(color::read(accessor, Elements::First(triangles), &location, warnings)))
+    }
+
     /// Reads joints and weights for skinning. The weights of a vertex are normalized to a sum of 1.
     pub fn influences(&self, warnings: &mut Warnings) -> Result<Influences, LoadError> {
         let mut sets: Vec<JointSet> = Vec::new();

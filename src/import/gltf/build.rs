@@ -49,7 +49,7 @@ pub(super) fn scene(
     }
     let ((meshes, mesh_warnings), materials) = rayon::join(
         || read_meshes(doc, &primitives),
-        || MaterialTable::read(doc, &primitives, variant, is_blender),
+        || MaterialTable::read(doc, &primitives, variant, &source),
     );
     let (materials, material_warnings) = materials?;
     let is_used = |material| materials.by_index.contains_key(&material);

@@ -5,10 +5,10 @@ use std::collections::HashMap;
 use super::document::Document;
 use super::primitive::PrimitiveId;
 use super::texture::Textures;
-use super::{blender, material, variants};
+use super::{blender, material, missing_material, variants};
 use crate::error::{LoadError, Warnings};
 use crate::normal_maps::holds_normals;
-use blinn_scene::Material;
+use blinn_scene::{Material, Source};
 
 /// The materials of the primitives, and their textures.
 pub(super) struct MaterialTable {
@@ -21,13 +21,14 @@ pub(super) struct MaterialTable {
 }
 
 impl MaterialTable {
-    /// Reads the materials of `primitives` in a variant. `is_blender` is set for files of Blender's exporter.
+    /// Reads the materials of `primitives` in a variant, for a file of this `source`.
     pub fn read(
         doc: &Document<'_>,
         primitives: &[PrimitiveId],
         variant: Option<usize>,
-        is_blender: bool,
+        source: &Source,
     ) -> Result<(MaterialTable, Warnings), LoadError> {
+        let is_blender = source.is_blender();
         let mut warnings = Warnings::default();
         let mut order: Vec<Option<usize>> = Vec::new();
         let mut ids: HashMap<Option<usize>, u32> = HashMap::new();
@@ -64,6 +65,7 @@ impl MaterialTable {
                 material
             }
             None if is_blender => blender::default_material(),
+            None if missing_material::means_matte(source) => missing_material::matte(),
             None => material::default(),
         };
         let materials = order.iter().map(read).collect();

@@ -37,6 +37,7 @@ mod material_schema;
 mod material_table;
 mod meshopt;
 mod meshopt_extension;
+mod missing_material;
 mod null_values;
 mod objects;
 mod parse;

@@ -1,9 +1,11 @@
 //! Reads a mesh primitive: its triangles and vertex attributes become a [`Mesh`].
 
+use std::collections::HashMap;
+
 use ::gltf::json::mesh::{Mode, Primitive, Semantic};
 use ::gltf::json::validation::Checked;
 use ::gltf::json::{self as gltf, Index};
-use glam::Vec3;
+use glam::{Vec3, Vec4};
 
 use super::accessor::{Accessor, Elements};
 use super::attributes::{Attributes, attribute, normalize};
@@ -13,6 +15,7 @@ use super::draco::DecodedPrimitive;
 use super::topology;
 use super::topology::{MeshSize, VertexOrder};
 use crate::error::{LoadError, Warnings};
+use crate::smooth::split_vertices;
 use blinn_scene::Mesh;
 
 /// A primitive of the file, by its indices.
@@ -99,6 +102,11 @@ pub(super) fn read(
     let attributes =
         Attributes { doc, json, decoded, location: &location, vertices: positions.count, elements };
 
+    let is_list = mode(json) == Mode::Triangles;
+    let triangle_colors = match is_list {
+        true => attributes.triangle_colors(triangles.len(), warnings)?,
+        false => None,
+    };
     let normals: Vec<Vec3> = attributes.vec3(Semantic::Normals, warnings)?;
     let normals: Vec<Vec3> = normals.into_iter().map(normalize).collect();
     let mut mesh = Mesh {
@@ -108,12 +116,33 @@ pub(super) fn read(
         tangents: if normals.is_empty() { Vec::new() } else { attributes.tangents(warnings)? },
         normals,
         uvs: attributes.uvs(warnings)?,
-        colors: attributes.colors(warnings)?,
+        colors: if triangle_colors.is_some() { Vec::new() } else { attributes.colors(warnings)? },
         influences: attributes.influences(warnings)?,
         ..Mesh::default()
     };
     attributes.morph_targets(id.mesh, &mut mesh, warnings)?;
+    if let Some(colors) = triangle_colors {
+        let corners = 3 * colors.len() as u64;
+        LoadError::check_limit("vertices", corners, doc.limits.vertices)?;
+        doc.budget.charge_meshes(corners.saturating_mul(1 + mesh.morph_targets.len() as u64), 0)?;
+        color_triangles(&mut mesh, &colors);
+    }
     Ok(Some(mesh))
+}
+
+/// Gives the triangles of a mesh colours of their own. A vertex is duplicated where the colours of its triangles differ.
+fn color_triangles(mesh: &mut Mesh, colors: &[Vec4]) {
+    let mut ids: HashMap<[u32; 4], u32> = HashMap::new();
+    let corner_ids = colors.iter().flat_map(|color| {
+        let next = ids.len() as u32;
+        [*ids.entry(color.to_array().map(f32::to_bits)).or_insert(next); 3]
+    });
+    let corner_ids: Vec<u32> = corner_ids.collect();
+    split_vertices(mesh, &corner_ids);
+    mesh.colors = vec![Vec4::ONE; mesh.positions.len()];
+    for (triangle, &color) in mesh.triangles.iter().zip(colors) {
+        triangle.iter().for_each(|&v| mesh.colors[v as usize] = color);
+    }
 }
 
 /// Decodes a primitive's Draco stream. If that fails, the uncompressed data is used where the file has it.

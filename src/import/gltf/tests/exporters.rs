@@ -3,7 +3,7 @@
 
 use std::path::Path;
 
-use glam::{DVec3, Vec3};
+use glam::{DVec3, Vec3, Vec4};
 use serde_json::json;
 
 use super::super::fixture::{Fixture, bytes_of};
@@ -14,22 +14,82 @@ fn generator(file: &mut Fixture, name: &str) {
     file.json["asset"]["generator"] = json!(name);
 }
 
-/// VTK: colours of two triangles beside four vertices.
-#[test]
-fn colors_of_cells_are_ignored_with_a_warning() {
+/// A square of two triangles with `colors` elements in COLOR_0.
+fn square_with_colors(colors: &[[u8; 4]]) -> Fixture {
     let mut file = Fixture::empty();
     generator(&mut file, "VTK");
     let positions = file.vec3(&[[0.0; 3], [1.0, 0.0, 0.0], [1.0, 1.0, 0.0], [0.0, 1.0, 0.0]]);
-    let colors = file.accessor(5121, "VEC4", 2, &[255, 0, 0, 255, 0, 0, 255, 255]);
+    let colors = file.accessor(5121, "VEC4", colors.len(), colors.as_flattened());
     file.json["accessors"][colors]["normalized"] = json!(true);
     let indices = file.indices(&[0, 1, 2, 0, 2, 3]);
     let attributes = json!({"POSITION": positions, "COLOR_0": colors});
     file.push("meshes", json!({"primitives": [{"attributes": attributes, "indices": indices}]}));
     file.node(json!({"mesh": 0}));
-    let (scene, warnings) = file.load();
+    file
+}
+
+const RED: [u8; 4] = [255, 0, 0, 255];
+const BLUE: [u8; 4] = [0, 0, 255, 255];
+
+/// VTK: colours of cells, one for each of two triangles.
+#[test]
+fn colors_of_triangles_are_shown_per_triangle() {
+    let (scene, warnings) = square_with_colors(&[RED, BLUE]).load();
+    let mesh = &scene.meshes[0];
+    // The two vertices of the shared edge occur twice.
+    assert_eq!((mesh.triangles.len(), mesh.positions.len(), mesh.colors.len()), (2, 6, 6));
+    for (triangle, color) in
+        mesh.triangles.iter().zip([Vec4::new(1.0, 0.0, 0.0, 1.0), Vec4::new(0.0, 0.0, 1.0, 1.0)])
+    {
+        assert_eq!(triangle.map(|v| mesh.colors[v as usize]), [color; 3]);
+    }
+    let position = |v: u32| mesh.positions[v as usize];
+    assert_eq!(mesh.triangles[1].map(position), [Vec3::ZERO, Vec3::new(1.0, 1.0, 0.0), Vec3::Y]);
+    let place = "meshes[0].primitives[0].attributes.COLOR_0";
+    assert_eq!(warnings, [format!("{place}: has a colour for each of the 2 triangles, not for each vertex")]);
+    // Triangles of one colour share their vertices.
+    assert_eq!(square_with_colors(&[RED, RED]).load().0.meshes[0].positions.len(), 4);
+}
+
+/// A closed mesh has more triangles than vertices: here eight of six vertices, beside three unused ones.
+#[test]
+fn colors_of_more_triangles_than_vertices_are_shown_per_triangle() {
+    let mut file = Fixture::empty();
+    let tips = [
+        [1.0, 0.0, 0.0],
+        [0.0, 1.0, 0.0],
+        [0.0, 0.0, 1.0],
+        [-1.0, 0.0, 0.0],
+        [0.0, -1.0, 0.0],
+        [0.0, 0.0, -1.0],
+    ];
+    let positions = file.vec3(&tips);
+    let normals = file.vec3(&tips);
+    let tip = |i: u16, k: u16| k + 3 * (i >> k & 1);
+    let faces: Vec<u16> = (0..8).flat_map(|i| [tip(i, 0), tip(i, 1), tip(i, 2)]).collect();
+    let indices = file.indices(&faces);
+    let colors: Vec<[f32; 3]> = (0..8).map(|i| [i as f32 / 8.0, 0.5, 1.0]).collect();
+    let colors = file.vec3(&colors);
+    let attributes = json!({"POSITION": positions, "NORMAL": normals, "COLOR_0": colors});
+    file.push("meshes", json!({"primitives": [{"attributes": attributes, "indices": indices}]}));
+    file.node(json!({"mesh": 0}));
+    let (scene, _) = file.load();
+    let mesh = &scene.meshes[0];
+    assert_eq!((mesh.positions.len(), mesh.normals.len()), (24, 24));
+    for (i, triangle) in mesh.triangles.iter().enumerate() {
+        assert_eq!(triangle.map(|v| mesh.colors[v as usize].x), [i as f32 / 8.0; 3]);
+        // Normals stay those of the vertices.
+        assert!(triangle.iter().all(|&v| mesh.normals[v as usize] == mesh.positions[v as usize]));
+    }
+}
+
+/// Neither one for each triangle nor for each vertex.
+#[test]
+fn colors_of_neither_triangles_nor_vertices_are_ignored_with_a_warning() {
+    let (scene, warnings) = square_with_colors(&[RED, BLUE, RED]).load();
     assert_eq!((scene.meshes[0].triangles.len(), scene.meshes[0].colors.len()), (2, 0));
     let place = "meshes[0].primitives[0].attributes.COLOR_0";
-    assert_eq!(warnings, [format!("{place}: ignored attribute with 2 elements for 4 vertices")]);
+    assert_eq!(warnings, [format!("{place}: ignored attribute with 3 elements for 4 vertices")]);
 }
 
 /// vtkGLTFWriter: the camera's node has the view matrix. The file says where the camera is, so it is not moved.
@@ -163,4 +223,30 @@ fn buffers_beside_the_chunk_are_read() {
     let (scene, warnings) = file.load();
     assert_eq!(scene.meshes[0].colors.len(), 3);
     assert!(warnings.is_empty(), "{warnings:?}");
+}
+
+/// trimesh, Open3D and FURY write meshes without materials and show them matte; others mean glTF's default, a metal.
+#[test]
+fn meshes_without_materials_are_matte_where_the_program_shows_them_so() {
+    let metallic = |name: &str, has_material: bool| {
+        let mut file = Fixture::triangle();
+        generator(&mut file, name);
+        if has_material {
+            file.push("materials", json!({}));
+            file.primitive()["material"] = json!(0);
+        }
+        let (scene, _) = file.load();
+        let material = &scene.materials[scene.meshes[0].material as usize];
+        let Reflectance::MetallicRoughness { metallic, roughness, .. } = &material.reflectance else {
+            panic!("physical")
+        };
+        assert_eq!((material.base_color.factor, roughness.factor), (Vec3::ONE, 1.0));
+        metallic.factor
+    };
+    for name in ["https://github.com/mikedh/trimesh", "Open3D", "pygltflib, fury"] {
+        assert_eq!((metallic(name, false), metallic(name, true)), (0.0, 1.0), "{name}");
+    }
+    for name in ["", "VTK", "Some Exporter v1.0"] {
+        assert_eq!(metallic(name, false), 1.0, "{name}");
+    }
 }
