@@ -11,8 +11,8 @@ use super::textures::TextureLibrary;
 use crate::files::escape::printable;
 use blinn_core::geometry::Rgb;
 use blinn_scene::{
-    AlphaMode, Clearcoat, ColorInput, Dielectric, Material, MtlReflectance, NormalMap, Reflectance,
-    Reflection, ScalarInput, TextureChannel, TextureRef,
+    AlphaMode, Anisotropy, Clearcoat, ColorInput, Dielectric, Material, MtlReflectance, NormalMap,
+    Reflectance, Reflection, ScalarInput, Sheen, TextureChannel, TextureRef,
 };
 
 /// Returns a material that no library defines: matte, and white unless its name is that of a colour.
@@ -63,7 +63,9 @@ pub(super) fn build_material(
         transmission: ScalarInput::new(transmission.share),
         transmission_color: transmission.color,
         reflection: reflection(mtl, transmission.share > 0.0),
-        clearcoat: mtl.clearcoat(),
+        clearcoat: mtl.clearcoat(library),
+        anisotropy: mtl.anisotropy(),
+        sheen: mtl.sheen(library),
         double_sided: true,
         ..Default::default()
     }
@@ -78,21 +80,62 @@ impl MtlMaterial {
             || self.metallic.is_some()
             || maps
             || self.coat_share() > 0.0
+            || self.sheen_weight() > 0.0
+            || self.anisotropy().is_some()
+    }
+
+    /// Returns true for a material with a clear coat or a sheen, which reflect whatever `illum` says.
+    fn has_layers(&self) -> bool {
+        self.coat_share() > 0.0 || self.sheen_weight() > 0.0
     }
 
     /// Returns the share of the surface under a clear coat. Pc is the clearcoat of Disney's BRDF, a quarter of which is
     /// the weight of a dielectric layer (Burley, “Physically Based Shading at Disney”, 2012), as Blender reads and writes it.
     fn coat_share(&self) -> f32 {
-        (0.25 * self.coat.unwrap_or(0.0)).clamp(0.0, 1.0)
+        // A map without a value, or with 0 as Maya writes it, is used as it is.
+        let with_map = self.map_coat.as_ref().map(|_| 4.0);
+        let coat = self.coat.filter(|&coat| coat > 0.0 || with_map.is_none());
+        (0.25 * coat.or(with_map).unwrap_or(0.0)).clamp(0.0, 1.0)
     }
 
     /// The clear coat; smooth without Pcr.
-    fn clearcoat(&self) -> Clearcoat {
+    fn clearcoat(&self, library: &mut TextureLibrary) -> Clearcoat {
+        let roughness = self.coat_roughness.or(self.map_coat_roughness.as_ref().map(|_| 1.0)).unwrap_or(0.0);
         Clearcoat {
-            factor: ScalarInput::new(self.coat_share()),
-            roughness: ScalarInput::new(self.coat_roughness.unwrap_or(0.0).clamp(0.0, 1.0)),
+            factor: self.scalar(self.coat_share(), self.map_coat.as_ref(), library),
+            roughness: self.scalar(roughness.clamp(0.0, 1.0), self.map_coat_roughness.as_ref(), library),
             normal: None,
         }
+    }
+
+    /// A factor times a channel of a map: the mean unless it chooses another.
+    fn scalar(&self, factor: f32, map: Option<&TextureMap>, library: &mut TextureLibrary) -> ScalarInput {
+        let channel = map.and_then(|map| map.channel).unwrap_or(TextureChannel::Mean);
+        ScalarInput { factor, texture: library.texture(self, map).map(|texture| (texture, channel)) }
+    }
+
+    /// Returns the weight of the sheen.
+    fn sheen_weight(&self) -> f32 {
+        let with_map = self.map_sheen.as_ref().map(|_| 1.0);
+        let weight = self.sheen.filter(|&weight| weight > 0.0 || with_map.is_none());
+        weight.or(with_map).unwrap_or(0.0).clamp(0.0, 1.0)
+    }
+
+    /// The sheen: white, with the roughness of Blender's default.
+    fn sheen(&self, library: &mut TextureLibrary) -> Sheen {
+        let weight = self.sheen_weight();
+        if weight == 0.0 {
+            return Sheen::default();
+        }
+        let texture = library.scalar_as_color(self, self.map_sheen.as_ref());
+        Sheen { color: ColorInput { factor: Rgb::splat(weight), texture }, roughness: ScalarInput::new(0.5) }
+    }
+
+    /// The anisotropy; `None` without strength.
+    fn anisotropy(&self) -> Option<Anisotropy> {
+        let strength = self.anisotropy.filter(|&strength| strength > 0.0)?.min(1.0);
+        let rotation = self.anisotropy_rotation.unwrap_or(0.0) * std::f32::consts::TAU;
+        Some(Anisotropy { strength, rotation, texture: None })
     }
 
     /// Returns a factor unless it has to be ignored next to a map: Blender then writes the value of the unconnected
@@ -185,7 +228,7 @@ fn dielectric(mtl: &MtlMaterial, library: &mut TextureLibrary) -> Dielectric {
 /// writes 2.
 fn reflection(mtl: &MtlMaterial, is_glass: bool) -> Reflection {
     match mtl.illum() {
-        _ if mtl.is_physical() && (is_glass || mtl.coat_share() > 0.0) => Reflection::Fresnel,
+        _ if mtl.is_physical() && (is_glass || mtl.has_layers()) => Reflection::Fresnel,
         ..=2 => Reflection::None,
         5 | 7 => Reflection::Fresnel,
         4 if is_glass => Reflection::Fresnel,

@@ -37,6 +37,12 @@ pub(super) struct MtlMaterial {
     pub coat: Option<f32>,
     /// `Pcr`: roughness of the clear coat.
     pub coat_roughness: Option<f32>,
+    /// `Ps`: weight of the sheen.
+    pub sheen: Option<f32>,
+    /// `aniso`: strength of the anisotropy.
+    pub anisotropy: Option<f32>,
+    /// `anisor`: its rotation, in turns.
+    pub anisotropy_rotation: Option<f32>,
     pub map_ka: Option<TextureMap>,
     pub map_kd: Option<TextureMap>,
     pub map_ks: Option<TextureMap>,
@@ -44,6 +50,9 @@ pub(super) struct MtlMaterial {
     pub map_d: Option<TextureMap>,
     pub map_roughness: Option<TextureMap>,
     pub map_metallic: Option<TextureMap>,
+    pub map_coat: Option<TextureMap>,
+    pub map_coat_roughness: Option<TextureMap>,
+    pub map_sheen: Option<TextureMap>,
     pub map_normal: Option<TextureMap>,
     /// True if the map came from `bump`, which may hold heights.
     pub normal_is_bump: bool,
@@ -169,6 +178,9 @@ impl MtlMaterial {
             "pm" => self.metallic = Some(scalar_in(rest)?),
             "pc" => self.coat = Some(scalar_in(rest)?),
             "pcr" => self.coat_roughness = Some(scalar_in(rest)?),
+            "ps" => self.sheen = Some(scalar_in(rest)?),
+            "aniso" => self.anisotropy = Some(scalar_in(rest)?),
+            "anisor" => self.anisotropy_rotation = Some(scalar_in(rest)?),
             "illum" => self.illum = Some(scalar_in(rest)? as i64),
             "d" => {
                 self.opacity.d = Some(scalar_in(rest.trim_start_matches("-halo"))?);
@@ -185,6 +197,9 @@ impl MtlMaterial {
             "map_d" | "map_opacity" => return set_scalar_map(&mut self.map_d, rest, commas),
             "map_pr" => return set_scalar_map(&mut self.map_roughness, rest, commas),
             "map_pm" => return set_scalar_map(&mut self.map_metallic, rest, commas),
+            "map_pc" => return set_scalar_map(&mut self.map_coat, rest, commas),
+            "map_pcr" => return set_scalar_map(&mut self.map_coat_roughness, rest, commas),
+            "map_ps" => return set_scalar_map(&mut self.map_sheen, rest, commas),
             // Blender's keywords for the same without the PBR extensions option.
             "map_ns" if self.writer.is_blender() => {
                 return set_scalar_map(&mut self.map_roughness, rest, commas);
@@ -208,8 +223,6 @@ impl MtlMaterial {
             "refl" | "map_refl" => {
                 return Err(Problem::Unsupported("ignored reflection maps (refl): not supported"));
             }
-            // A parameter of aniso, which is reported itself.
-            "anisor" => {}
             // Sharpness of reflection maps, and texture antialiasing, which is always on.
             "sharpness" | "map_aat" => {}
             // Exporters write 0 for every feature that a material does not use.

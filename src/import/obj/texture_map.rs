@@ -20,8 +20,26 @@ pub(super) struct TextureMap {
     pub clamp: bool,
     /// `-bm`: bump multiplier.
     pub bump: f32,
+    /// `-mm`: base and gain of the texels.
+    pub range: TexelRange,
     /// `-imfchan`: the channel of a scalar or bump texture.
     pub channel: Option<TextureChannel>,
+}
+
+/// Base and gain of a texture's values: base + gain · value, clamped to 0…1.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) struct TexelRange {
+    pub base: f32,
+    pub gain: f32,
+}
+
+impl TexelRange {
+    /// Values as they are.
+    pub const FULL: TexelRange = TexelRange { base: 0.0, gain: 1.0 };
+
+    pub fn apply(self, value: f32) -> f32 {
+        (self.base + self.gain * value).clamp(0.0, 1.0)
+    }
 }
 
 /// Returns the maximum number of values of an option; `None` for a word that is no option.
@@ -51,6 +69,7 @@ pub(super) fn parse<'t>(rest: &'t str, commas: &mut DecimalCommas) -> Option<Par
         offset: Vec2::ZERO,
         clamp: false,
         bump: 1.0,
+        range: TexelRange::FULL,
         channel: None,
     };
     // The name so far, and the state before options that seem to follow it.
@@ -159,7 +178,7 @@ impl TextureMap {
                     _ => TextureChannel::Mean,
                 });
             }
-            "-mm" => return value(0, 0.0) == 0.0 && value(1, 1.0) == 1.0,
+            "-mm" => self.range = TexelRange { base: value(0, 0.0), gain: value(1, 1.0) },
             "-t" | "-boost" => return (0..3).all(|i| value(i, 0.0) == 0.0),
             "-cc" => return !values.is_word("on"),
             "-blendu" | "-blendv" => return !values.is_word("off"),

@@ -14,11 +14,12 @@ use super::super::memory::MemoryBudget;
 use super::super::normal_maps::looks_like_normals;
 use super::mtl::MtlMaterial;
 use super::texture_files::find_file;
-use super::texture_map::TextureMap;
+use super::texture_map::{TexelRange, TextureMap};
 use crate::files::escape::printable;
 use crate::files::scene_folder::SceneFolder;
 use blinn_scene::{
     BlenderVersion, Channels, Image, MipMaps, Texels, Texture, TextureFilter, TextureRef, UvTransform, Wrap,
+    linear_to_srgb,
 };
 
 /// Version of Blender from which on images of all formats are multiplied by alpha.
@@ -82,6 +83,10 @@ pub(super) struct TextureLibrary {
     color_spaces: HashMap<u32, ColorSpace>,
     /// Copies of these images in sRGB.
     in_srgb: HashMap<u32, u32>,
+    /// Copies of images with `-mm`, by the bits of base and gain.
+    ranged: HashMap<(u32, [u32; 2]), u32>,
+    /// Copies of images whose values are encoded, to be read as colours.
+    encoded: HashMap<u32, u32>,
     /// Copies of images with colours multiplied by alpha.
     over_black: HashMap<u32, u32>,
     /// Results of scans over all texels, cached because many materials may share an image.
@@ -169,6 +174,7 @@ impl TextureLibrary {
             && material.map_d.is_none()
             && (multiplies_all || !self.straight.contains(&file));
         let image = if multiplied { self.over_black(file, image) } else { image };
+        let image = self.ranged(image, map?.range);
         Some(self.reference(image, map?))
     }
 
@@ -215,7 +221,45 @@ impl TextureLibrary {
     pub fn texture(&mut self, material: &MtlMaterial, map: Option<&TextureMap>) -> Option<TextureRef> {
         let map = map?;
         let image = self.image(material, map)?;
+        let image = self.ranged(image, map.range);
         Some(self.reference(image, map))
+    }
+
+    /// Returns a map of numbers as a texture of a colour, which decodes them.
+    pub fn scalar_as_color(
+        &mut self,
+        material: &MtlMaterial,
+        map: Option<&TextureMap>,
+    ) -> Option<TextureRef> {
+        let map = map?;
+        let image = self.image(material, map)?;
+        let image = self.ranged(image, map.range);
+        let encoded = match self.encoded.get(&image) {
+            Some(&copy) => copy,
+            None => self.push_copy(image, linear_to_srgb),
+        };
+        self.encoded.insert(image, encoded);
+        Some(self.reference(encoded, map))
+    }
+
+    /// Returns an image with base and gain applied to its colours.
+    fn ranged(&mut self, image: u32, range: TexelRange) -> u32 {
+        if range == TexelRange::FULL {
+            return image;
+        }
+        let key = (image, [range.base, range.gain].map(f32::to_bits));
+        let copy = match self.ranged.get(&key) {
+            Some(&copy) => copy,
+            None => self.push_copy(image, |value| range.apply(value)),
+        };
+        self.ranged.insert(key, copy);
+        copy
+    }
+
+    /// Adds a copy of an image with other values of its colours.
+    fn push_copy(&mut self, image: u32, value: impl Fn(f32) -> f32) -> u32 {
+        self.images.push(with_values(&self.images[image as usize], value));
+        self.images.len() as u32 - 1
     }
 
     fn reference(&mut self, image: u32, map: &TextureMap) -> TextureRef {
@@ -243,9 +287,36 @@ impl MtlMaterial {
             &self.map_d,
             &self.map_roughness,
             &self.map_metallic,
+            &self.map_coat,
+            &self.map_coat_roughness,
+            &self.map_sheen,
         ];
         all.into_iter().flatten()
     }
+}
+
+/// Returns a copy of an image with other values of its colours. Alpha stays.
+fn with_values(image: &Image, value: impl Fn(f32) -> f32) -> Image {
+    let channels = image.channels as usize;
+    let is_alpha =
+        |i: usize| matches!(image.channels, Channels::La | Channels::Rgba) && i % channels == channels - 1;
+    let texels = match &image.texels {
+        Texels::U8(texels) => {
+            let table: Vec<u8> =
+                (0..=255u8).map(|v| (value(f32::from(v) / 255.0) * 255.0 + 0.5) as u8).collect();
+            let new = |(i, &v): (usize, &u8)| if is_alpha(i) { v } else { table[usize::from(v)] };
+            Texels::U8(texels.iter().enumerate().map(new).collect())
+        }
+        Texels::U16(texels) => {
+            let new = |(i, &v): (usize, &u16)| {
+                if is_alpha(i) { v } else { (value(f32::from(v) / 65535.0) * 65535.0 + 0.5) as u16 }
+            };
+            Texels::U16(texels.iter().enumerate().map(new).collect())
+        }
+    };
+    let Image { name, width, height, channels, .. } = image;
+    let (width, height, channels) = (*width, *height, *channels);
+    Image { name: name.clone(), width, height, channels, texels, mips: MipMaps::default() }
 }
 
 /// Returns an image of bytes with another alpha.

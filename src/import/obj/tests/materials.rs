@@ -2,7 +2,7 @@
 
 use super::{SQUARE, png, read, with_mtl};
 use blinn_core::geometry::Rgb;
-use blinn_scene::{AlphaMode, Material, Reflectance, Reflection};
+use blinn_scene::{AlphaMode, Material, Reflectance, Reflection, Sheen, TextureChannel};
 
 #[test]
 fn mtl_statements_become_the_lectures_coefficients() {
@@ -232,4 +232,72 @@ fn generators_between_lines_of_number_signs_are_found() {
         let is_decoded = scene.materials[0].base_color.factor.x < 0.3;
         assert_eq!(is_decoded, expected.contains("Meshlab"), "{head}");
     }
+}
+
+/// Blender writes the weights of sheen and anisotropy, and the rotation in turns.
+#[test]
+fn ps_aniso_and_anisor_are_sheen_and_anisotropy() {
+    let of = |mtl: &str| {
+        let (m, warnings) = with_mtl(&format!("# Blender 5.0.1 MTL File\nnewmtl m\n{mtl}"));
+        assert!(warnings.is_empty(), "{mtl}: {warnings:?}");
+        m
+    };
+    let m = of("Pr .4\nPm 1\nPs .25\nPc 0\nPcr .03\naniso .75\nanisor .25\nillum 2\n");
+    assert_eq!((m.sheen.color.factor, m.sheen.roughness.factor), (Rgb::splat(0.25), 0.5));
+    let anisotropy = m.anisotropy.unwrap();
+    assert_eq!(anisotropy.strength, 0.75);
+    assert!((anisotropy.rotation - std::f32::consts::FRAC_PI_2).abs() < 1e-6);
+    assert_eq!(m.reflection, Reflection::Fresnel);
+    let plain = of("Pr .4\nPs 0\naniso 0\nanisor .5\nillum 2\n");
+    assert_eq!((plain.sheen, plain.anisotropy), (Sheen::default(), None));
+    // Out of range.
+    let m = of("Pr .4\nPs 3\naniso 2\n");
+    assert_eq!((m.sheen.color.factor, m.anisotropy.unwrap().strength), (Rgb::ONE, 1.0));
+}
+
+/// Sheen and anisotropy alone make a material physical, whatever program wrote it.
+#[test]
+fn layers_make_a_material_physical() {
+    for (mtl, is_physical) in [("Ps .5\n", true), ("aniso .5\n", true), ("Ps 0\naniso 0\n", false)] {
+        let (m, _) = with_mtl(&format!("newmtl m\nKd .5 .5 .5\n{mtl}"));
+        assert_eq!(matches!(m.reflectance, Reflectance::MetallicRoughness { .. }), is_physical, "{mtl}");
+    }
+}
+
+#[test]
+fn map_ps_map_pc_and_map_pcr_are_read() {
+    let (m, warnings) = with_mtl(
+        "newmtl m\nPr .5\nPc 2\nmap_Ps tex/t 1.png\nmap_Pc tex/t 1.png\nmap_Pcr -imfchan g tex/t 1.png\n",
+    );
+    assert!(warnings.is_empty(), "{warnings:?}");
+    assert_eq!(
+        (m.clearcoat.factor.factor, m.clearcoat.roughness.factor, m.sheen.color.factor),
+        (0.5, 1.0, Rgb::ONE)
+    );
+    assert_eq!(m.clearcoat.factor.texture.unwrap().1, TextureChannel::Mean);
+    assert_eq!(m.clearcoat.roughness.texture.unwrap().1, TextureChannel::G);
+    // Weights are numbers, while colours are decoded.
+    assert_ne!(m.sheen.color.texture.unwrap().texture, m.clearcoat.factor.texture.unwrap().0.texture);
+    let (m, _) = with_mtl("newmtl m\nPr .5\nmap_Pc tex/t 1.png\n");
+    assert_eq!(m.clearcoat.factor.factor, 1.0);
+}
+
+/// `-mm base gain`: base + gain · value, from 0 to 1.
+#[test]
+fn base_and_gain_change_the_texels_of_a_map() {
+    let texel = |options: &str| {
+        let obj = format!("{SQUARE}mtllib a.mtl\nusemtl m\nf 1/1 2/2 3/3\n");
+        let mtl = format!("newmtl m\nKd 1 1 1\nmap_Kd {options} t.png\nmap_d t.png\n");
+        let png = png([0, 51, 255, 128]);
+        let (scene, warnings) = read(&obj, &[("a.mtl", mtl.as_bytes()), ("t.png", &png)]).unwrap();
+        assert!(warnings.is_empty(), "{warnings:?}");
+        let texture = scene.materials[0].base_color.texture.unwrap().texture;
+        let image = &scene.images[scene.textures[texture as usize].image as usize];
+        (image.stored(0).to_array().map(|v| (v * 255.0).round() as u8), scene.images.len())
+    };
+    assert_eq!(texel(""), ([0, 51, 255, 128], 1));
+    assert_eq!(texel("-mm 0 1"), ([0, 51, 255, 128], 1));
+    assert_eq!(texel("-mm .2 .5"), ([51, 77, 179, 128], 2));
+    assert_eq!(texel("-mm 1 -1"), ([255, 204, 0, 128], 2));
+    assert_eq!(texel("-mm -.5 9"), ([0, 255, 255, 128], 2));
 }
