@@ -75,6 +75,7 @@ pub(super) const KNOWN: &[(&str, Support)] = &[
     ("EXT_meshopt_compression", Supported),
     ("EXT_primitive_voxels", NotRequirable("voxels are not supported")),
     ("EXT_structural_metadata", Unrendered),
+    ("EXT_texture_astc", NotRequirable(SAVE_AS_PNG)),
     ("EXT_texture_avif", NotRequirable(SAVE_AS_PNG)),
     ("EXT_texture_procedurals_mx_1_39", Ignored("procedural textures are missing")),
     ("EXT_texture_webp", Supported),

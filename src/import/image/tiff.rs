@@ -53,6 +53,9 @@ pub(crate) fn unsupported(bytes: &[u8]) -> Option<&'static str> {
         (Some(FLOAT), 16) => Some(
             "it is a TIFF of half floats (16 bits), which are not supported; save it with 8 or 16-bit integers",
         ),
+        (Some(FLOAT), 32) if tags.value(SAMPLES_PER_PIXEL).unwrap_or(1) == 1 => Some(
+            "it is a TIFF of one channel of floats, which is not supported; save it in RGB, or with 8 or 16-bit integers",
+        ),
         (Some(FLOAT), 64) => {
             Some("it is a TIFF of 64-bit floats, which are not supported; save it with 8 or 16-bit integers")
         }
@@ -174,7 +177,11 @@ mod tests {
             check(&[(COMPRESSION, OLD_JPEG), (PHOTOMETRIC, YCBCR)], Some("YCbCr JPEG"));
             check(&[(COMPRESSION, 1), (PHOTOMETRIC, YCBCR)], Some("a TIFF in YCbCr"));
             check(&[(BITS_PER_SAMPLE, 16), (PHOTOMETRIC, 2), (SAMPLE_FORMAT, FLOAT)], Some("half floats"));
-            check(&[(BITS_PER_SAMPLE, 32), (PHOTOMETRIC, 2), (SAMPLE_FORMAT, FLOAT)], None);
+            let floats =
+                |samples| [(BITS_PER_SAMPLE, 32), (SAMPLES_PER_PIXEL, samples), (SAMPLE_FORMAT, FLOAT)];
+            check(&floats(1), Some("one channel of floats"));
+            check(&floats(3), None);
+            check(&[(BITS_PER_SAMPLE, 32), (SAMPLE_FORMAT, FLOAT)], Some("one channel of floats"));
             check(&[(BITS_PER_SAMPLE, 16), (PHOTOMETRIC, 2), (SAMPLE_FORMAT, 1)], None);
             check(&[(COMPRESSION, JPEG), (PHOTOMETRIC, 2)], None);
         }
