@@ -11,7 +11,9 @@ use crate::posed_frame::{PosedFrame, SceneSetup};
 use blinn_core::geometry::Rgb;
 use blinn_render::integrator::{Phong, Stage};
 use blinn_render::{MID_GREY, Metering, meter};
-use blinn_scene::{Camera, ResolvedLighting, View};
+use blinn_scene::{
+    Camera, ChannelTarget, MaterialProperty, ResolvedLighting, Scene, View, active_animations,
+};
 
 /// The exposure of all images of a scene.
 #[derive(Clone, Copy, Debug, Default)]
@@ -39,8 +41,8 @@ impl ResolvedExposure {
 /// A metered exposure of 0.
 const METERED: ResolvedExposure = ResolvedExposure { ev: 0.0, light_scale: None, is_metered: true };
 
-/// Resolves the exposure: the given one, 0 for lights that are not the file's, else metered. Metering uses the start of
-/// the clip and the file's first camera, whichever frame is rendered.
+/// Resolves the exposure: the given one, 0 for lights that are not the file's, else metered. Metering uses the file's first
+/// camera and the start of the clip, or where light is animated the brightest of some times, whichever frame is rendered.
 pub(crate) fn resolve_exposure(
     setup: &SceneSetup,
     start: &mut PosedFrame,
@@ -58,16 +60,17 @@ pub(crate) fn resolve_exposure(
     }
     let camera = metering_camera(setup, start)?;
     setup.build(start)?;
+    let times = metering_times(setup, start)?;
     let since = Instant::now();
     // The unit of the lights shows in their light alone.
     let lights = if lit.assumes_blender_world && options.stage != Stage::Color {
-        meter_frame(setup, start, &camera, MeteredLight::LightsOnly)?
+        meter_clip(setup, start, &times, &camera, MeteredLight::LightsOnly)?
     } else {
         None
     };
     let metered = match lights {
         Some(lights) if options.exposure.is_none() || !is_usual_unit(&lights) => Some(lights),
-        _ => meter_frame(setup, start, &camera, MeteredLight::All)?,
+        _ => meter_clip(setup, start, &times, &camera, MeteredLight::All)?,
     };
     log.stage_since("meter", since, "");
     if let Some(lights) = lights.filter(|lights| !is_usual_unit(lights)) {
@@ -80,7 +83,7 @@ pub(crate) fn resolve_exposure(
     }
     let Some(metered) = metered else {
         // Unlit materials are shown as they are.
-        if meter_frame(setup, start, &camera, MeteredLight::Unlit)?.is_some() {
+        if meter_clip(setup, start, &times, &camera, MeteredLight::Unlit)?.is_some() {
             return Ok(METERED);
         }
         let lost_lights = start.posed.scene.lost_light_names();
@@ -134,6 +137,56 @@ fn metering_camera(setup: &SceneSetup, start: &PosedFrame) -> Result<MeteringCam
     let (camera, _) =
         log_clip_bounds(setup.log, &start.posed, || view.resolve(&start.posed, width, height))??;
     Ok(MeteringCamera { camera, aspect: f64::from(width) / f64::from(height) })
+}
+
+/// Times after the start of a clip with animated light that are metered too.
+const LATER_TIMES: u32 = 4;
+
+/// Returns the times after the start that are metered: some in equal steps up to the end, if light is animated.
+fn metering_times(setup: &SceneSetup, start: &PosedFrame) -> Result<Vec<f64>, SessionError> {
+    let scene = start.posed.scene;
+    let choice = setup.plan.options.animation(scene)?;
+    let is_light = |target: &ChannelTarget| match *target {
+        ChannelTarget::Light(..)
+        | ChannelTarget::AreaLight(..)
+        | ChannelTarget::Material(_, MaterialProperty::Emission | MaterialProperty::EmissionStrength) => true,
+        ChannelTarget::Visibility(node) => {
+            scene.lights.iter().any(|light| is_at_or_below(scene, light.node, node))
+        }
+        _ => false,
+    };
+    let mut channels = active_animations(scene, &choice)?.into_iter().flat_map(|a| &a.channels);
+    if !channels.any(|channel| is_light(&channel.target)) {
+        return Ok(Vec::new());
+    }
+    let step = setup.clip_duration / f64::from(LATER_TIMES);
+    Ok((1..=LATER_TIMES).map(|i| step * f64::from(i)).collect())
+}
+
+/// Returns true if a node is `top` or below it.
+fn is_at_or_below(scene: &Scene, node: u32, top: u32) -> bool {
+    let parent = |&node: &u32| scene.nodes.get(node as usize).and_then(|node| node.parent);
+    std::iter::successors(Some(node), parent).any(|node| node == top)
+}
+
+/// Meters the start of the clip and the later `times`, and returns the brightest result.
+fn meter_clip(
+    setup: &SceneSetup,
+    start: &PosedFrame,
+    times: &[f64],
+    camera: &MeteringCamera,
+    light: MeteredLight,
+) -> Result<Option<Metering>, SessionError> {
+    let mut brightest = meter_frame(setup, start, camera, light)?;
+    for &time in times {
+        let frame = setup.pose_at(time, start, None)?;
+        let metered = meter_frame(setup, &frame, camera, light)?;
+        brightest = match (brightest, metered) {
+            (Some(a), Some(b)) => Some(if b.ev < a.ev { b } else { a }),
+            (a, b) => a.or(b),
+        };
+    }
+    Ok(brightest)
 }
 
 fn meter_frame(

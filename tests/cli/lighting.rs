@@ -276,3 +276,47 @@ fn a_file_of_blender_without_camera_and_lights_gets_a_line() {
         assert_eq!(lines(name, ""), 0, "{name}");
     }
 }
+
+/// A triangle in the light of a lamp whose intensity goes from `start` to `end` in a second.
+fn fading_lamp(start: f32, end: f32) -> Fixture {
+    let mut file = Fixture::triangle();
+    file.push("materials", json!({"doubleSided": true, "pbrMetallicRoughness": {"metallicFactor": 0}}));
+    file.primitive()["material"] = json!(0);
+    file.json["extensions"] =
+        json!({"KHR_lights_punctual": {"lights": [{"type": "point", "intensity": start}]}});
+    file.node(json!({"translation": [0.3, 0.3, 2], "extensions": {"KHR_lights_punctual": {"light": 0}}}));
+    if start != end {
+        let times = file.floats("SCALAR", 1, &[0.0, 1.0]);
+        let values = file.floats("SCALAR", 1, &[start, end]);
+        let pointer = "/extensions/KHR_lights_punctual/lights/0/intensity";
+        file.push(
+            "animations",
+            json!({"samplers": [{"input": times, "output": values}], "channels": [{"sampler": 0,
+            "target": {"path": "pointer", "extensions": {"KHR_animation_pointer": {"pointer": pointer}}}}]}),
+        );
+    }
+    file
+}
+
+/// A lamp that fades in is dark at the start of the clip; one exposure for all frames suits the brightest of them.
+#[test]
+fn animated_light_is_metered_over_the_clip() {
+    let (_dir, at) = folder();
+    let picture = |file: &Fixture, flags: &str| {
+        fs::write(at.join("a.glb"), file.glb()).unwrap();
+        runs(&at, &format!("render a.glb -o a.png --size 24x24 -s 1 --background #000000 {flags}"));
+        image::open(at.join("a.png")).unwrap().to_rgb8().into_raw()
+    };
+    let steady = picture(&fading_lamp(300.0, 300.0), "");
+    let middle = steady.iter().filter(|&&v| (40..250).contains(&v)).count();
+    assert!(middle > 100, "{steady:?}");
+    // Fading in or out, the bright end looks as in steady light.
+    assert_eq!(picture(&fading_lamp(0.001, 300.0), "--time 1"), steady);
+    assert_eq!(picture(&fading_lamp(300.0, 0.001), "--time 0"), steady);
+    // A frame alone has the exposure of the clip.
+    let file = fading_lamp(0.001, 300.0);
+    let half = picture(&file, "--time 0.5");
+    assert!(half.iter().zip(&steady).all(|(a, b)| a <= b) && half != steady);
+    runs(&at, "render a.glb -o f##.png --frames 0-2 --fps 2 --size 24x24 -s 1 --background #000000");
+    assert_eq!(image::open(at.join("f01.png")).unwrap().to_rgb8().into_raw(), half);
+}
