@@ -47,7 +47,7 @@ fn shows_object(frame: &Frame, settings: &RenderSettings, cancel: &CancelToken) 
 }
 
 /// The same view with fewer pixels, without crop.
-fn smaller(settings: &RenderSettings) -> RenderSettings {
+pub(crate) fn smaller(settings: &RenderSettings) -> RenderSettings {
     let longer = settings.width.max(settings.height).max(1);
     let side = |pixels: u32| match longer > SEARCH_SIDE {
         true => (u64::from(pixels) * u64::from(SEARCH_SIDE) / u64::from(longer)).max(1) as u32,

@@ -34,6 +34,7 @@ pub mod memory;
 mod memory_estimate;
 mod memory_limit;
 mod named_options;
+mod near_plane;
 mod neighbour_frames;
 mod notice;
 mod option_files;

@@ -96,6 +96,11 @@ pub enum Notice {
     },
     /// Neither camera nor lights are in a file of Blender, whose exporter leaves them out unless it is told to write them.
     NoCameraAndLights,
+    /// The near plane of the file's camera cuts a part of what is in view.
+    NearPlane {
+        /// In metres.
+        near: f64,
+    },
     /// Settings of the file that images lack.
     UnsupportedSettings(Vec<String>),
     /// Animations that do not play, as others have the same targets.
@@ -172,6 +177,10 @@ impl fmt::Display for Notice {
                 f,
                 "the light '{light}' is inside '{object}', which shadows it on all sides; hide the object (`hide`), or \
                  give it an emissive or transmissive material"
+            ),
+            Notice::NearPlane { near } => write!(
+                f,
+                "the near plane of the file's camera clips a part of the scene, which is nearer than {near} m; use `clip off`"
             ),
             Notice::NothingToReflect => f.write_str(
                 "metal and glass show black where they reflect no other surface, because nothing surrounds the scene; use \

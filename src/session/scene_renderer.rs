@@ -18,6 +18,7 @@ use crate::framing::Framing;
 use crate::light_hints::{ImageLight, shows_surroundings};
 use crate::log::SessionLog;
 use crate::memory_estimate::bvh_triangles;
+use crate::near_plane;
 use crate::notice::Notice;
 use crate::options::Options;
 use crate::picture_layers::{light_layers, normalize_layers};
@@ -195,6 +196,17 @@ impl<'a> SceneRenderer<'a> {
             && first.posed.materials.iter().any(shows_surroundings)
         {
             log.hint(Notice::NothingToReflect);
+        }
+        let uses_near_plane = plan.cameras.is_none()
+            && plan.dataset.is_none()
+            && options.view.clip.is_none()
+            && options.view.uses_file_camera(scene);
+        if uses_near_plane && near_plane::may_cut(&first.posed.bounds(), &camera) {
+            setup.build(first)?;
+            let frame = setup.frame(first, camera)?;
+            if near_plane::cuts_picture(&frame, &settings, &setup.cancel)? {
+                log.hint(Notice::NearPlane { near: camera.clip.near });
+            }
         }
         let view = options.view_transform.unwrap_or_else(|| ViewTransform::default_for(&scene.source));
         Ok(SceneRenderer {

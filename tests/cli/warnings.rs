@@ -105,3 +105,28 @@ fn back_faces_of_double_sided_materials_can_be_culled() {
         assert!(covered("both", &format!("{back} {flags}")) > 0, "{flags}");
     }
 }
+
+/// FBX2glTF writes clip planes in centimetres: the picture is cut, which a hint names. Planes in front of everything, and those
+/// of `--clip`, are no surprise.
+#[test]
+fn near_planes_that_cut_the_picture_are_a_hint() {
+    let (_dir, at) = folder();
+    let messages = |near: f64, flags: &str| {
+        let mut file = Fixture::triangle();
+        // A second triangle that is farther away.
+        file.node(json!({"mesh": 0, "translation": [-0.5, -0.5, -20]}));
+        let lens = json!({"yfov": 0.8, "znear": near, "zfar": 1000});
+        file.push("cameras", json!({"type": "perspective", "perspective": lens}));
+        file.node(json!({"camera": 0, "translation": [0.3, 0.3, 4]}));
+        fs::write(at.join("a.glb"), file.glb()).unwrap();
+        runs(&at, &format!("render a.glb -o a.png --size 32x24 -s 1 {flags}"))
+    };
+    let hint = "the near plane of the file's camera clips a part of the scene, which is nearer than 10 m; use --clip off";
+    assert!(messages(10.0, "").contains(hint), "{}", messages(10.0, ""));
+    for (near, flags) in
+        [(0.1, ""), (3.9, ""), (10.0, "--clip off"), (10.0, "--clip 10,100"), (10.0, "--orbit 30,20")]
+    {
+        let messages = messages(near, flags);
+        assert!(!messages.contains("near plane"), "{near} {flags}: {messages}");
+    }
+}
