@@ -15,8 +15,11 @@ mod tests;
 /// Source of the vertex normals.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub enum NormalMode {
-    /// The file's normals, or its format's default for meshes without normals.
+    /// The file's normals, or its format's default for meshes without normals. The smoothing groups of programs that write
+    /// the same for everything are replaced by a crease angle of 30 degrees.
     #[default]
+    Auto,
+    /// The file's normals and smoothing groups, or its format's default for meshes without normals.
     File,
     /// Face normals: every triangle is flat.
     Flat,
@@ -29,7 +32,7 @@ pub enum NormalMode {
 /// # Errors
 /// The import was cancelled.
 pub(super) fn apply(scene: &mut Scene, mode: NormalMode, cancel: &CancelToken) -> Result<(), Cancelled> {
-    if mode == NormalMode::File {
+    if matches!(mode, NormalMode::Auto | NormalMode::File) {
         return Ok(());
     }
     for mesh in &mut scene.meshes {

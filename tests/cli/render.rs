@@ -38,7 +38,12 @@ fn smooth_makes_normals_of_any_format_by_the_angle() {
     assert!(picture(glb, &["--smooth", "180"], "g.png") != picture(glb, &["--smooth", "off"], "h.png"));
     for wrong in ["181", "-1", "on"] {
         let asked = format!("--smooth={wrong}");
-        fails(dir.path(), &["render", "a.obj", &asked], 2, "expected off, or an angle from 0 to 180 degrees");
+        fails(
+            dir.path(),
+            &["render", "a.obj", &asked],
+            2,
+            "expected auto, file, off, or an angle from 0 to 180 degrees",
+        );
     }
 }
 

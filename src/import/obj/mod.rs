@@ -43,7 +43,8 @@ use glam::{DAffine3, DMat3, DVec3};
 use super::error::{LoadError, Warning, Warnings};
 use super::finite_uvs::replace_nonfinite;
 use super::memory::MemoryBudget;
-use super::{Limits, LoadOptions};
+use super::smooth;
+use super::{Limits, LoadOptions, NormalMode};
 use crate::files::{escape::printable, scene_folder::SceneFolder, scene_input::SceneInput};
 use blinn_core::cancellation::CancelToken;
 use blinn_scene::{
@@ -205,6 +206,8 @@ fn build_scene(
     let local = LocalTransform::Matrix(to_world(options.root_transform(), origin));
     scene.nodes.push(Node { name: String::new(), local, visible: true, ..Default::default() });
     options.cancel.check()?;
+    let smooths_all =
+        options.normals == NormalMode::Auto && smooths_everything(&geometry, &scene.source.generator);
     let names = std::mem::take(&mut geometry.materials);
     let meshes = meshes::build_meshes(geometry, &options.limits)?;
     // Materials in order of first use; `None` is the material of faces without a name.
@@ -249,7 +252,22 @@ fn build_scene(
         warnings.add("", format!("ignored the vertex colours of {black} meshes: {what}"));
     }
     (scene.images, scene.textures) = (images.images, images.textures);
+    if smooths_all {
+        smooth::apply(&mut scene, NormalMode::CreaseAngle(CREASE_ANGLE), &options.cancel)?;
+    }
     Ok((scene, warnings.into_vec()))
+}
+
+/// Programs that write `s 1` for everything, flat walls too.
+const SMOOTHING_PROGRAMS: [&str; 2] = ["IfcOpenShell", "OpenCTM"];
+/// Angle in degrees above which edges of their surfaces are sharp.
+const CREASE_ANGLE: f64 = 30.0;
+
+/// Returns true if smoothing groups, which a program writes for everything, are the only source of normals.
+fn smooths_everything(geometry: &ObjGeometry, generator: &str) -> bool {
+    SMOOTHING_PROGRAMS.iter().any(|program| generator.contains(program))
+        && geometry.segments.iter().any(|segment| segment.key.smoothing != 0)
+        && geometry.segments.iter().all(|segment| !segment.key.format.normal)
 }
 
 /// Warns about geometry that is ignored or triangulated as fans.

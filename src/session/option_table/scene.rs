@@ -91,8 +91,10 @@ pub static SCENE: [OptionDef; 9] = [
     },
     OptionDef {
         name: "smooth",
-        value_name: "ANGLE|off",
-        help: "Recompute normals: smooth across edges below ANGLE degrees, or flat (off) [default: the file's normals]",
+        value_name: "ANGLE|off|file|auto",
+        default: Some("auto"),
+        help: "Recompute normals: smooth across edges below ANGLE degrees, or flat (off); file keeps the file's, and auto \
+               too, except for programs that smooth-shade everything",
         effect: Effect::Value(|options, text| store(&mut options.load.normals, values::smooth(text))),
         ..BASE
     },

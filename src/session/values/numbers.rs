@@ -87,14 +87,17 @@ pub fn angle(text: &str) -> Result<f64, String> {
     number(text).map(f64::to_radians)
 }
 
-/// An angle from 0 to 180 degrees, or `off`.
+/// An angle from 0 to 180 degrees, `off`, `file` or `auto`.
 pub fn smooth(text: &str) -> Result<NormalMode, String> {
-    if text == "off" {
-        return Ok(NormalMode::Flat);
+    match text {
+        "auto" => return Ok(NormalMode::Auto),
+        "file" => return Ok(NormalMode::File),
+        "off" => return Ok(NormalMode::Flat),
+        _ => {}
     }
     match number(text) {
         Ok(v) if (0.0..=180.0).contains(&v) => Ok(NormalMode::CreaseAngle(v)),
-        _ => Err("expected off, or an angle from 0 to 180 degrees".into()),
+        _ => Err("expected auto, file, off, or an angle from 0 to 180 degrees".into()),
     }
 }
 
