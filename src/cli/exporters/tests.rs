@@ -109,7 +109,7 @@ fn exporters_are_found_by_the_longest_text() {
 #[test]
 fn warnings_have_sections() {
     let vtk = source(SourceFormat::Gltf, "VTK");
-    let warning = "ignored attribute with 4 elements for 6 vertices";
+    let warning = "has a colour for each of the 4 triangles, not for each vertex";
     let section = "docs/reference/exporters.md#vtk-vtkgltfexporter-gltf";
     assert_eq!(section_about(&vtk, warning).as_deref(), Some(section));
     assert_eq!(section_about(&vtk, "texture 'a.png' is missing"), None);
