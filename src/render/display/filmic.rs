@@ -27,8 +27,8 @@ const POWERS: [f64; 2] = [2.752_349, 2.670_544];
 
 /// Maps scene-linear Rec.709 to display-linear Rec.709 in 0…1. NaN and negative values become black.
 pub(super) fn filmic(light: &RgbBatch) -> RgbBatch {
-    // `max` turns NaN into 0.
-    let mut faded = light.map(|channel| channel.map(|v| v.max(0.0).min(f32::MAX)));
+    // NaN compares false and becomes 0.
+    let mut faded = light.map(|channel| channel.map(|v| if v > 0.0 { v.min(f32::MAX) } else { 0.0 }));
     for i in 0..BATCH {
         let peak = faded[0][i].max(faded[1][i]).max(faded[2][i]);
         if f64::from(peak) > FADE[0] {
