@@ -24,5 +24,11 @@ pub(crate) fn layers(material: &Material) -> Value {
         let color = sheen.color.factor.to_array();
         layers.insert("sheen".into(), json!({"color": color, "roughness": sheen.roughness.factor}));
     }
+    let film = &material.iridescence;
+    if film.factor.factor > 0.0 {
+        let thickness = [film.min_thickness, film.max_thickness];
+        let value = json!({"factor": film.factor.factor, "ior": film.ior, "thickness_nm": thickness});
+        layers.insert("iridescence".into(), value);
+    }
     Value::Object(layers)
 }

@@ -3,8 +3,8 @@
 use glam::Vec3;
 
 use super::{
-    Anisotropy, Clearcoat, ColorInput, NormalMap, ScalarInput, Sheen, TangentAxes, TexelSemantics,
-    TextureRef, UvTransform,
+    Anisotropy, Clearcoat, ColorInput, Iridescence, NormalMap, ScalarInput, Sheen, TangentAxes,
+    TexelSemantics, TextureRef, UvTransform,
 };
 use blinn_core::geometry::Rgb;
 
@@ -152,6 +152,8 @@ pub struct Material {
     pub anisotropy: Option<Anisotropy>,
     /// Sheen.
     pub sheen: Sheen,
+    /// Thin film.
+    pub iridescence: Iridescence,
     /// The body that the surface bounds; `None` for a thin wall.
     pub volume: Option<Volume>,
     /// False makes back faces invisible to eye rays.
@@ -183,6 +185,7 @@ impl Default for Material {
             clearcoat: Clearcoat::default(),
             anisotropy: None,
             sheen: Sheen::default(),
+            iridescence: Iridescence::default(),
             volume: None,
             double_sided: false,
         }
@@ -236,7 +239,8 @@ impl Material {
         );
         let has_coat_normal = self.clearcoat.factor.factor > 0.0 && self.normal_maps().next().is_some();
         let is_anisotropic = self.anisotropy.is_some_and(|anisotropy| anisotropy.strength > 0.0);
-        is_physical && (has_coat_normal || is_anisotropic || self.has_sheen())
+        let has_film = self.iridescence.factor.factor > 0.0;
+        is_physical && (has_coat_normal || is_anisotropic || has_film || self.has_sheen())
     }
 
     /// Returns true if the material may have a sheen.
@@ -246,12 +250,15 @@ impl Material {
     }
 
     #[inline]
-    fn texture_slots(&self) -> [Option<(&TextureRef, TexelSemantics)>; 14] {
+    fn texture_slots(&self) -> [Option<(&TextureRef, TexelSemantics)>; 16] {
         fn color(of: &ColorInput) -> Option<(&TextureRef, TexelSemantics)> {
             of.texture.as_ref().map(|texture| (texture, TexelSemantics::Color))
         }
+        fn data(texture: Option<&TextureRef>) -> Option<(&TextureRef, TexelSemantics)> {
+            texture.map(|texture| (texture, TexelSemantics::Data))
+        }
         fn scalar(of: &ScalarInput) -> Option<(&TextureRef, TexelSemantics)> {
-            of.texture.as_ref().map(|(texture, _)| (texture, TexelSemantics::Data))
+            data(of.texture.as_ref().map(|(texture, _)| texture))
         }
         let [a, b, c, d] = match &self.reflectance {
             Reflectance::Mtl(mtl) => [mtl.ambient.as_ref().and_then(color), color(&mtl.specular), None, None],
@@ -267,13 +274,14 @@ impl Material {
         let [alpha, occlusion, transmission] = [&self.alpha, &self.occlusion, &self.transmission].map(scalar);
         let base = self.base_color.texture.as_ref().map(|texture| (texture, self.base_color_semantics()));
         let [coat, coat_roughness] = [&self.clearcoat.factor, &self.clearcoat.roughness].map(scalar);
-        let anisotropy = self.anisotropy.as_ref().and_then(|anisotropy| anisotropy.texture.as_ref());
-        let anisotropy = anisotropy.map(|texture| (texture, TexelSemantics::Data));
+        let anisotropy = data(self.anisotropy.as_ref().and_then(|anisotropy| anisotropy.texture.as_ref()));
         let [sheen, sheen_roughness] = [color(&self.sheen.color), scalar(&self.sheen.roughness)];
         let emission = color(&self.emission);
-        let layers = [coat, coat_roughness, anisotropy, sheen, sheen_roughness];
-        let [e, f, g, h, i] = layers;
-        [base, emission, alpha, occlusion, transmission, a, b, c, d, e, f, g, h, i]
+        let film = scalar(&self.iridescence.factor);
+        let film_thickness = data(self.iridescence.thickness_texture.as_ref());
+        let layers = [coat, coat_roughness, anisotropy, sheen, sheen_roughness, film, film_thickness];
+        let [e, f, g, h, i, j, k] = layers;
+        [base, emission, alpha, occlusion, transmission, a, b, c, d, e, f, g, h, i, j, k]
     }
 
     /// Returns true if the material may reflect its surroundings.

@@ -24,6 +24,34 @@ pub struct Anisotropy {
     pub texture: Option<TextureRef>,
 }
 
+/// A thin film over a surface, whose colours depend on the angle, as on soap bubbles (KHR_materials_iridescence).
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Iridescence {
+    /// Share of the surface that has the film, 0…1.
+    pub factor: ScalarInput,
+    /// Index of refraction of the film.
+    pub ior: f32,
+    /// Thickness in nanometres where the texture is 0.
+    pub min_thickness: f32,
+    /// Thickness in nanometres where the texture is 1, and without a texture.
+    pub max_thickness: f32,
+    /// Thickness between the two (green).
+    pub thickness_texture: Option<TextureRef>,
+}
+
+impl Default for Iridescence {
+    /// Returns no film.
+    fn default() -> Self {
+        Iridescence {
+            factor: ScalarInput::default(),
+            ior: 1.3,
+            min_thickness: 100.0,
+            max_thickness: 400.0,
+            thickness_texture: None,
+        }
+    }
+}
+
 /// A sheen of fibres over a surface, as on velvet (KHR_materials_sheen).
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Sheen {

@@ -1,7 +1,7 @@
 //! Layers of materials: white furnaces, and light that only they reflect.
 
 use blinn::geometry::Rgb;
-use blinn::scene::{Anisotropy, Clearcoat, ColorInput, Material, ScalarInput, Sheen};
+use blinn::scene::{Anisotropy, Clearcoat, ColorInput, Iridescence, Material, ScalarInput, Sheen};
 
 use crate::reflections::{physical, range};
 
@@ -46,5 +46,21 @@ fn stretched_metal_without_tangents_vanishes_in_a_white_world() {
     for roughness in ROUGHNESSES {
         let (low, high) = range(Material { anisotropy, ..physical(1.0, 1.0, roughness) });
         assert!(low > 0.99 && high <= 1.0 + 1e-5, "roughness {roughness}: {low} to {high}");
+    }
+}
+
+fn film(thickness: f32) -> Iridescence {
+    Iridescence { factor: ScalarInput::new(1.0), max_thickness: thickness, ..Iridescence::default() }
+}
+
+/// A film absorbs nothing, and what it does not reflect a white metal does. Over a white base, the colour that is reflected most
+/// is as bright as the surroundings, and no colour is brighter.
+#[test]
+fn white_surfaces_under_a_film_never_exceed_a_white_world() {
+    for (roughness, thickness) in [(0.0, 250.0), (0.1, 400.0), (0.35, 550.0), (0.6, 900.0), (1.0, 400.0)] {
+        let (low, high) = range(Material { iridescence: film(thickness), ..physical(1.0, 1.0, roughness) });
+        assert!(low > 0.99 && high <= 1.0 + 1e-5, "roughness {roughness}: {low} to {high}");
+        let (low, high) = range(Material { iridescence: film(thickness), ..physical(1.0, 0.0, roughness) });
+        assert!(low > 0.8 && high > 0.99 && high <= 1.0 + 1e-5, "roughness {roughness}: {low} to {high}");
     }
 }

@@ -26,6 +26,7 @@ mod forest;
 mod graph;
 mod image_based_light;
 mod instancing;
+mod iridescence;
 mod json_tree;
 mod keys;
 mod levels_of_detail;

@@ -33,7 +33,7 @@ enum Range {
 use Range::{Color, Fraction, Ior, NotNegative, Positive, UnboundedColor};
 
 /// Properties of a material.
-const MATERIAL: [(&[&str], Range); 24] = [
+const MATERIAL: [(&[&str], Range); 27] = [
     (&["pbrMetallicRoughness", "baseColorFactor"], Color),
     (&["pbrMetallicRoughness", "metallicFactor"], Fraction),
     (&["pbrMetallicRoughness", "roughnessFactor"], Fraction),
@@ -57,6 +57,9 @@ const MATERIAL: [(&[&str], Range); 24] = [
     (&["extensions", "KHR_materials_sheen", "sheenColorFactor"], Color),
     (&["extensions", "KHR_materials_sheen", "sheenRoughnessFactor"], Fraction),
     (&["extensions", "KHR_materials_iridescence", "iridescenceFactor"], Fraction),
+    (&["extensions", "KHR_materials_iridescence", "iridescenceIor"], Ior),
+    (&["extensions", "KHR_materials_iridescence", "iridescenceThicknessMinimum"], NotNegative),
+    (&["extensions", "KHR_materials_iridescence", "iridescenceThicknessMaximum"], NotNegative),
     (&["extensions", "KHR_materials_anisotropy", "anisotropyStrength"], Fraction),
     (&["extensions", "KHR_materials_dispersion", "dispersion"], NotNegative),
 ];

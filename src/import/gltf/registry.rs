@@ -33,7 +33,7 @@ pub(super) const KNOWN: &[(&str, Support)] = &[
     ("KHR_materials_dispersion", Ignored("refraction has no dispersion")),
     ("KHR_materials_emissive_strength", Supported),
     ("KHR_materials_ior", Supported),
-    ("KHR_materials_iridescence", Ignored("the iridescence is missing")),
+    ("KHR_materials_iridescence", Supported),
     ("KHR_materials_sheen", Supported),
     ("KHR_materials_specular", Supported),
     ("KHR_materials_transmission", Supported),

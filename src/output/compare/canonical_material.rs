@@ -58,6 +58,7 @@ fn for_each_texture(material: &mut Material, change: &mut dyn FnMut(&mut Texture
         clearcoat,
         anisotropy,
         sheen,
+        iridescence,
         ..
     } = material;
     let mut colors: Vec<&mut ColorInput> = vec![base_color, emission, &mut sheen.color];
@@ -68,6 +69,7 @@ fn for_each_texture(material: &mut Material, change: &mut dyn FnMut(&mut Texture
         &mut clearcoat.factor,
         &mut clearcoat.roughness,
         &mut sheen.roughness,
+        &mut iridescence.factor,
     ];
     match reflectance {
         Reflectance::Mtl(mtl) => {
@@ -85,6 +87,7 @@ fn for_each_texture(material: &mut Material, change: &mut dyn FnMut(&mut Texture
         Reflectance::Unlit => {}
     }
     anisotropy.iter_mut().flat_map(|of| &mut of.texture).for_each(&mut *change);
+    iridescence.thickness_texture.iter_mut().for_each(&mut *change);
     colors.into_iter().flat_map(|color| &mut color.texture).for_each(&mut *change);
     scalars.into_iter().flat_map(|scalar| &mut scalar.texture).for_each(|(texture, _)| change(texture));
     normal.iter_mut().chain(&mut clearcoat.normal).for_each(|map| change(&mut map.texture));

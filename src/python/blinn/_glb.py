@@ -231,6 +231,7 @@ def _write_material(
         "normal_texture", "occlusion_texture", "emissive", "emissive_texture", "alpha_mode", "alpha_cutoff",
         "double_sided", "ior", "transmission", "clearcoat", "clearcoat_roughness", "clearcoat_normal_texture",
         "sheen_color", "sheen_roughness", "anisotropy", "anisotropy_rotation",
+        "iridescence", "iridescence_ior", "iridescence_thickness",
     }  # fmt: skip
     unknown = set(material) - known
     if unknown:
@@ -276,6 +277,9 @@ def _write_material(
         ("sheen_roughness", "KHR_materials_sheen", "sheenRoughnessFactor"),
         ("anisotropy", "KHR_materials_anisotropy", "anisotropyStrength"),
         ("anisotropy_rotation", "KHR_materials_anisotropy", "anisotropyRotation"),
+        ("iridescence", "KHR_materials_iridescence", "iridescenceFactor"),
+        ("iridescence_ior", "KHR_materials_iridescence", "iridescenceIor"),
+        ("iridescence_thickness", "KHR_materials_iridescence", "iridescenceThicknessMaximum"),
     ]:
         if key in material:
             extensions.setdefault(extension, {})[factor] = _number(material, key, 0.0)

@@ -117,13 +117,14 @@ impl<'a> ReflectionRays<'a> {
         };
         let k_r: Rgb = vec3(&block.k_r, lane);
         let [of_facets, of_coat] = [k_r.element_sum() * (1.0 / 3.0), block.k_r_coat[lane]];
+        let mean_f0 = layered.map_or_else(|| layers.mean_f0(), |point| point.mean_f0(&layers));
         let share = |of_layer: f32| if of_layer > 0.0 { of_layer / (of_facets + of_coat) } else { 0.0 };
         let microfacets = ReflectingLayer {
             k_r,
             share: share(of_facets),
             occlusion: layers.occlusion,
             alpha: layers.alpha,
-            lobe: lobe(n, block.lobe_alpha[lane], layers.mean_f0()),
+            lobe: lobe(n, block.lobe_alpha[lane], mean_f0),
             is_layered: layered.is_some(),
             anisotropic: layer_view(block, lane).and_then(|(point, view)| point.anisotropic_facets(&view)),
         };

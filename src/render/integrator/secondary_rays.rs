@@ -16,10 +16,10 @@ use crate::integrator::compositor::Compositor;
 use crate::integrator::environment_occlusion::LOOKUP_SHARE;
 use crate::integrator::frame::Frame;
 use crate::integrator::layers::block_layers::layer_view;
+use crate::integrator::layers::dielectric_boundary::{BoundaryFilm, DielectricBoundary};
 use crate::integrator::lobe_light::{LightReceiver, LobeLight};
 use crate::integrator::lobe_samples::mirrored_to_side;
 use crate::integrator::material::coefficients::Coefficients;
-use crate::integrator::material::fresnel::fresnel_dielectric;
 use crate::integrator::material::ggx::SMOOTH_GLASS_ALPHA;
 use crate::integrator::material::ggx_lobe::Lobe;
 use crate::integrator::media::{Crossing, MediumStack};
@@ -167,35 +167,45 @@ impl<'a, 's> PathVertex<'a, 's> {
         self.frame.cross(&self.state.media, id, entering)
     }
 
+    /// The boundary that the path meets, of relative index `eta`.
+    fn boundary(&self, eta: f64) -> DielectricBoundary {
+        let layers = &self.k.layers;
+        let entering = self.batch.is_front(self.i).unwrap_or(true);
+        let (block, lane) = self.batch.soa.lane(self.i);
+        let film = block.layered.get(lane).and_then(|point| point.film);
+        DielectricBoundary {
+            eta,
+            f90: layers.dielectric_f90,
+            film: film.map(|film| BoundaryFilm { film: film.over(layers), share: film.share, entering }),
+        }
+    }
+
     /// Spawns a reflected and a refracted ray. Returns the environment's light in place of rays that are not traced.
     fn spawn_at_dielectric(&self, wave: &mut Wave) -> Rgb {
         let crossing = self.medium_crossing();
         let eta = crossing.eta;
         let m = self.sample_microfacet_normal();
         let cos = self.v.dot(m).clamp(0.0, 1.0);
-        let reflectance = if eta == 1.0 {
-            0.0
-        } else {
-            (fresnel_dielectric(cos, eta) as f32) * self.k.layers.dielectric_f90.min(1.0)
-        };
+        let reflectance = self.boundary(eta).reflectance(cos);
+        let share = reflectance.max_element();
         // The change of the normal across the ray cone, and of the microfacets' normals.
-        let share = LOOKUP_SHARE as f32 / self.stream.sampler.count.max(1) as f32;
-        let normal_change = self.normal_change + self.k.layers.alpha * (PI * share).sqrt();
+        let sample_share = LOOKUP_SHARE as f32 / self.stream.sampler.count.max(1) as f32;
+        let normal_change = self.normal_change + self.k.layers.alpha * (PI * sample_share).sqrt();
         let [u_reflected, u_refracted] = self.stream.get_2d(self.path(), SampleDimension::Roulette);
         let reflected = DielectricRay {
             direction: m * (2.0 * self.v.dot(m)) - self.v,
-            weight: Rgb::splat(reflectance),
-            share: reflectance,
+            weight: reflectance,
+            share,
             is_refracted: false,
             media: self.state.media,
             spread: self.state.spread + 2.0 * normal_change,
         };
         let mut environment_light = self.spawn_dielectric_ray(&reflected, u_reflected, wave);
-        if reflectance < 1.0 {
+        if reflectance.min_element() < 1.0 {
             let refracted = DielectricRay {
                 direction: refract(self.v, m, cos, eta),
-                weight: self.k.surface_tint() * (self.k.transmission_weight * (1.0 - reflectance)),
-                share: 1.0 - reflectance,
+                weight: self.k.surface_tint() * ((Rgb::ONE - reflectance) * self.k.transmission_weight),
+                share: 1.0 - share,
                 is_refracted: true,
                 media: crossing.behind,
                 spread: self.state.spread + (eta as f32 - 1.0).abs() * normal_change,

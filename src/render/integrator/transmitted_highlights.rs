@@ -8,7 +8,7 @@ use glam::DVec3;
 use crate::integrator::compositor::Compositor;
 use crate::integrator::frame::Frame;
 use crate::integrator::highlight_limits::max_share;
-use crate::integrator::material::fresnel::fresnel_dielectric;
+use crate::integrator::layers::dielectric_boundary::{BoundaryFilm, DielectricBoundary};
 use crate::integrator::material::highlight_lobe::transmitted_lobe;
 use crate::integrator::sample::SampleStream;
 use crate::integrator::shading_batch::ShadingBatch;
@@ -26,12 +26,9 @@ struct RoughGlass {
     v: DVec3,
     /// α² of the microfacets.
     alpha2: f64,
-    /// Index of refraction behind the surface over that in front of it.
-    eta: f64,
+    boundary: DielectricBoundary,
     /// Factor of transmitted light, apart from Fresnel's.
     weight: Rgb,
-    /// Factor of the reflectance of the microfacets.
-    f90: f32,
     /// Maximum radiance of a light over its irradiance.
     max_share: f32,
 }
@@ -96,8 +93,10 @@ impl RoughGlass {
         if alpha == 0.0 {
             return None;
         }
-        let crossing = frame.cross(&state.media, point.id, batch.is_front(i)?);
+        let entering = batch.is_front(i)?;
+        let crossing = frame.cross(&state.media, point.id, entering);
         let (block, lane) = batch.soa.lane(i);
+        let film = block.layered.get(lane).and_then(|point| point.film);
         // Lights have no size, and so no image behind smooth glass: narrower lobes fade out.
         let scale = (alpha / MIN_HIGHLIGHT_ALPHA).min(1.0);
         let alpha = alpha.clamp(MIN_HIGHLIGHT_ALPHA, 1.0);
@@ -107,9 +106,16 @@ impl RoughGlass {
             n_g: dvec3(&block.n_g, lane),
             v: block.v(lane),
             alpha2: f64::from(alpha * alpha),
-            eta: crossing.eta,
+            boundary: DielectricBoundary {
+                eta: crossing.eta,
+                f90: k.layers.dielectric_f90,
+                film: film.map(|film| BoundaryFilm {
+                    film: film.over(&k.layers),
+                    share: film.share,
+                    entering,
+                }),
+            },
             weight: k.surface_tint() * (k.transmission_weight * scale),
-            f90: k.layers.dielectric_f90.min(1.0),
             max_share: f32::INFINITY,
         })
     }
@@ -132,9 +138,9 @@ impl RoughGlass {
         if !(cos > 0.0 && self.n_g.dot(l) < 0.0 && irradiance.max_element() > 0.0) {
             return Rgb::ZERO;
         }
-        let [lobe, v_h] = transmitted_lobe(self.n, l, self.v, self.alpha2, self.eta);
-        let reflectance = fresnel_dielectric(v_h, self.eta) as f32 * self.f90;
-        let share = (lobe as f32 * (1.0 - reflectance)).min(self.max_share * cos as f32);
+        let [lobe, v_h] = transmitted_lobe(self.n, l, self.v, self.alpha2, self.boundary.eta);
+        let transmittance = Rgb::ONE - self.boundary.reflectance(v_h);
+        let share = (transmittance * lobe as f32).min(Rgb::splat(self.max_share * cos as f32));
         self.weight * irradiance * share
     }
 }

@@ -56,6 +56,14 @@ pub enum MaterialProperty {
     SheenColor,
     /// Roughness of the sheen.
     SheenRoughness,
+    /// Share of the surface that has a thin film.
+    Iridescence,
+    /// Index of refraction of the thin film.
+    IridescenceIor,
+    /// Thickness of the thin film in nanometres where the texture is 0.
+    IridescenceMinThickness,
+    /// Thickness of the thin film in nanometres where the texture is 1.
+    IridescenceMaxThickness,
     /// Colour of the light after the attenuation distance in a volume (3 components).
     AttenuationColor,
     /// Attenuation distance of a volume, in metres.
@@ -103,6 +111,10 @@ pub enum TextureSlot {
     SheenColor,
     /// Roughness of the sheen.
     SheenRoughness,
+    /// Share of the surface that has a thin film.
+    Iridescence,
+    /// Thickness of the thin film.
+    IridescenceThickness,
 }
 
 /// A property of a light.
@@ -210,6 +222,10 @@ impl Material {
             }
             MaterialProperty::SheenColor => self.sheen.color.factor = vec3().min(Vec3::ONE),
             MaterialProperty::SheenRoughness => self.sheen.roughness.factor = fraction(),
+            MaterialProperty::Iridescence => self.iridescence.factor.factor = fraction(),
+            MaterialProperty::IridescenceIor => self.iridescence.ior = at(0).max(1.0),
+            MaterialProperty::IridescenceMinThickness => self.iridescence.min_thickness = at(0).max(0.0),
+            MaterialProperty::IridescenceMaxThickness => self.iridescence.max_thickness = at(0).max(0.0),
             MaterialProperty::ClearcoatNormalScale => {
                 if let Some(map) = &mut self.clearcoat.normal {
                     map.scale = at(0);
@@ -256,6 +272,10 @@ impl Material {
             }
             (TextureSlot::SheenColor, _) => self.sheen.color.texture.iter_mut().for_each(&change),
             (TextureSlot::SheenRoughness, _) => scalar(&mut self.sheen.roughness),
+            (TextureSlot::Iridescence, _) => scalar(&mut self.iridescence.factor),
+            (TextureSlot::IridescenceThickness, _) => {
+                self.iridescence.thickness_texture.iter_mut().for_each(&change);
+            }
             (TextureSlot::ClearcoatNormal, _) => {
                 self.clearcoat.normal.iter_mut().for_each(|n| change(&mut n.texture));
             }

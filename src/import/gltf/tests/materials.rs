@@ -175,6 +175,27 @@ fn anisotropy_and_sheen_are_read() {
 }
 
 #[test]
+fn iridescence_is_read() {
+    let film = json!({"iridescenceFactor": 0.75, "iridescenceTexture": {"index": 0}, "iridescenceIor": 1.8,
+        "iridescenceThicknessMaximum": 600, "iridescenceThicknessTexture":
+        {"index": 0, "texCoord": 1, "extensions": {"KHR_texture_transform": {"scale": [2, 3]}}}});
+    let (scene, warnings) = textured(json!({"extensions": {"KHR_materials_iridescence": film}})).load();
+    assert!(warnings.is_empty(), "{warnings:?}");
+    let m = &scene.materials[0];
+    let film = &m.iridescence;
+    assert_eq!((film.factor.factor, film.factor.texture.unwrap().1), (0.75, TextureChannel::R));
+    assert_eq!((film.ior, film.min_thickness, film.max_thickness), (1.8, 100.0, 600.0));
+    let texture = film.thickness_texture.unwrap();
+    assert_eq!((texture.uv_set, texture.transform.apply(Vec2::ONE)), (1, Vec2::new(2.0, 3.0)));
+    assert!(m.is_layered() && m.textures().count() == 2);
+    let bad = json!({"iridescenceFactor": 2, "iridescenceIor": 0.5, "iridescenceThicknessMinimum": -1});
+    let (scene, warnings) = textured(json!({"extensions": {"KHR_materials_iridescence": bad}})).load();
+    assert_eq!(warnings.len(), 3, "{warnings:?}");
+    let film = &scene.materials[0].iridescence;
+    assert!(film.factor.factor == 1.0 && film.ior >= 1.0 && film.min_thickness == 0.0, "{film:?}");
+}
+
+#[test]
 fn factors_of_layers_can_be_animated() {
     for (pointer, expected) in [
         ("KHR_materials_anisotropy/anisotropyStrength", MaterialProperty::AnisotropyStrength),
@@ -182,6 +203,14 @@ fn factors_of_layers_can_be_animated() {
         ("KHR_materials_sheen/sheenColorFactor", MaterialProperty::SheenColor),
         ("KHR_materials_sheen/sheenRoughnessFactor", MaterialProperty::SheenRoughness),
         ("KHR_materials_clearcoat/clearcoatNormalTexture/scale", MaterialProperty::ClearcoatNormalScale),
+        ("KHR_materials_iridescence/iridescenceFactor", MaterialProperty::Iridescence),
+        ("KHR_materials_iridescence/iridescenceIor", MaterialProperty::IridescenceIor),
+        ("KHR_materials_iridescence/iridescenceThicknessMinimum", MaterialProperty::IridescenceMinThickness),
+        ("KHR_materials_iridescence/iridescenceThicknessMaximum", MaterialProperty::IridescenceMaxThickness),
+        (
+            "KHR_materials_iridescence/iridescenceThicknessTexture/extensions/KHR_texture_transform/rotation",
+            MaterialProperty::Rotation(TextureSlot::IridescenceThickness),
+        ),
         (
             "KHR_materials_anisotropy/anisotropyTexture/extensions/KHR_texture_transform/offset",
             MaterialProperty::Offset(TextureSlot::Anisotropy),

@@ -18,10 +18,11 @@ pub(crate) fn cover_layered_points(frame: &Frame, block: &mut PointBlock) {
         if block.has_turned_normals {
             turn_coat_normal(block, i);
         }
-        let albedo = layer_view(block, i)
-            .and_then(|(point, view)| Some(point.anisotropic_facets(&view)?.albedo(view.layers.ior)));
+        let Some((point, view)) = layer_view(block, i) else { continue };
+        let albedo = point.anisotropic_facets(&view).map(|facets| facets.albedo(view.layers.ior));
+        let film_mean = point.film_mean_in(&view);
         if let Some(point) = block.layered.get_mut(i) {
-            point.stretched_albedo = albedo;
+            (point.stretched_albedo, point.film_mean) = (albedo, film_mean);
         }
         let Some(lobes) = point_lobes(block, i) else { continue };
         let shares = lobes.shares();

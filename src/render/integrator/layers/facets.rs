@@ -169,6 +169,19 @@ impl AnisotropicFacets {
         sum
     }
 
+    /// The cosine between viewer and facet of `count` facets that spread evenly over the lobe, each with the share of light that
+    /// leaves the surface.
+    pub fn cosines(&self, count: u32) -> impl Iterator<Item = (f32, f32)> {
+        let is_mirror = self.alpha.iter().all(|&alpha| alpha <= MIRROR_ALPHA);
+        (0..if is_mirror { 1 } else { count }).map(move |i| {
+            if is_mirror {
+                return (self.v.z as f32, 1.0);
+            }
+            let FacetDirection { v_h, shadowing, .. } = self.direction(i, count);
+            (v_h as f32, shadowing as f32)
+        })
+    }
+
     /// The albedos of facets that reflect everything, Schlick's weight, or the curve of a dielectric of index `ior`.
     pub fn albedo(&self, ior: f32) -> FacetAlbedo {
         let [e, schlick, curve] =

@@ -6,6 +6,7 @@ use crate::integrator::layers::coat::CoatNormal;
 use crate::integrator::layers::facets::Anisotropy;
 use crate::integrator::layers::layered_point::LayeredPoint;
 use crate::integrator::layers::sheen::Sheen;
+use crate::integrator::layers::thin_film::ThinFilm;
 use crate::integrator::material::material_inputs::MaterialInputs;
 use crate::integrator::surface::point_block::PointBlock;
 use crate::integrator::surface::shading_triangle::TriangleSurface;
@@ -38,7 +39,9 @@ impl<'a> LayerInputs<'a> {
             coat: self.coat_normal(triangle, block, lane),
             anisotropy: self.anisotropy(triangle, block, lane),
             sheen: self.sheen(lane),
+            film: self.film(lane),
             stretched_albedo: None,
+            film_mean: None,
             k_a: Rgb::ZERO,
         }
     }
@@ -48,6 +51,19 @@ impl<'a> LayerInputs<'a> {
         let blinn_scene::Sheen { color, roughness } = &self.material.sheen;
         let color = vec3(&self.inputs.color(color, TexelSemantics::Color), lane).clamp(Rgb::ZERO, Rgb::ONE);
         (color != Rgb::ZERO).then(|| Sheen { color, roughness: self.inputs.share(roughness)[lane] })
+    }
+
+    /// The thin film; `None` where it is not there.
+    fn film(&self, lane: usize) -> Option<ThinFilm> {
+        let blinn_scene::Iridescence { factor, ior, min_thickness, max_thickness, thickness_texture } =
+            &self.material.iridescence;
+        let share = self.inputs.share(factor)[lane];
+        let mut thickness = *max_thickness;
+        if thickness_texture.is_some() {
+            let [_, g, _, _] = &self.inputs.texels.get(thickness_texture.as_ref(), TexelSemantics::Data).rgba;
+            thickness = min_thickness + (max_thickness - min_thickness) * g[lane];
+        }
+        (share > 0.0 && thickness > 0.0).then_some(ThinFilm { share, ior: *ior, thickness })
     }
 
     /// The stretch of the microfacets; `None` without one or on a mesh without tangents.

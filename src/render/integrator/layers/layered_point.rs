@@ -1,6 +1,7 @@
 //! A point with layers over the lecture's sum.
 //!
-//! From above: the clear coat, then the sheen, then the microfacets, then the diffuse or transmissive base. What lies below a layer receives
+//! From above: the clear coat, then the sheen, then the microfacets, perhaps under a thin film, then the diffuse or transmissive
+//! base. What lies below a layer receives
 //! what the layer does not reflect in the direction of view.
 
 use glam::{DVec3, Vec3};
@@ -8,6 +9,7 @@ use glam::{DVec3, Vec3};
 use crate::integrator::layers::coat::{CoatLobe, CoatNormal};
 use crate::integrator::layers::facets::{AnisotropicFacets, Anisotropy};
 use crate::integrator::layers::sheen::{Sheen, SheenLobe};
+use crate::integrator::layers::thin_film::{FilmOverFacets, FilmReflectance, ThinFilm};
 use crate::integrator::material::directional_albedo::{FacetAlbedo, FacetLobe};
 use crate::integrator::material::fresnel::{dielectric_weight, schlick_weight};
 use crate::integrator::material::highlight_lobe::{highlight_lobe, reflection_pdf};
@@ -25,8 +27,11 @@ pub(crate) struct LayeredPoint {
     /// The stretch of the microfacets.
     pub anisotropy: Option<Anisotropy>,
     pub sheen: Option<Sheen>,
+    pub film: Option<ThinFilm>,
     /// The albedo of stretched microfacets in the point's view, once it is known.
     pub stretched_albedo: Option<FacetAlbedo>,
+    /// The mean reflectance of the film over the lobe of the microfacets in the point's view, once it is known.
+    pub film_mean: Option<FilmReflectance>,
     /// Share of ambient light that layers other than the base reflect. Set with the shares of light.
     pub k_a: Rgb,
 }
@@ -81,10 +86,48 @@ pub(crate) struct PointLobes {
     ior: f32,
     metallic: f32,
     facets: FacetLobe,
+    film: Option<FilmLobe>,
     pub coat: CoatLobe,
     sheen: Option<SheenLobe>,
     base_share: f32,
     k_d: Rgb,
+}
+
+/// A film over the microfacets of a lobe.
+#[derive(Clone, Copy, Debug)]
+struct FilmLobe {
+    film: FilmOverFacets,
+    /// Factors of the film's reflectance.
+    scale: FilmReflectance,
+}
+
+impl FilmLobe {
+    /// The reflectance of facets that light meets at cosine `cos`.
+    fn reflectance(&self, cos: f32) -> Rgb {
+        let FilmReflectance { dielectric, metal } = self.film.reflectance(cos);
+        dielectric * self.scale.dielectric + metal * self.scale.metal
+    }
+}
+
+/// The microfacets of a point in its view, and what they leave to the base.
+#[derive(Clone, Copy, Debug)]
+struct Facets {
+    lobe: FacetLobe,
+    film: Option<FilmLobe>,
+    base_share: f32,
+}
+
+impl Facets {
+    /// Surfaces that reflect no surroundings.
+    const NONE: Facets = Facets { lobe: FacetLobe::NONE, film: None, base_share: 1.0 };
+
+    /// The same facets, which only the share `t` of light reaches.
+    fn scaled(self, t: f32) -> Facets {
+        let film = self.film.map(|FilmLobe { film, scale: FilmReflectance { dielectric, metal } }| {
+            FilmLobe { film, scale: FilmReflectance { dielectric: dielectric * t, metal: metal * t } }
+        });
+        Facets { lobe: self.lobe.scaled(t), film, base_share: self.base_share * t }
+    }
 }
 
 /// Light of a direction that lobes reflect, as shares of the lecture's irradiance: π f cos.
@@ -115,37 +158,75 @@ pub(crate) struct LobePdfs {
 impl LayeredPoint {
     /// The lobes of the point, seen in a view.
     pub fn lobes(&self, view: &LayerView) -> PointLobes {
-        let &LayerView { n, v, layers, alpha, .. } = view;
+        let &LayerView { n, v, layers, .. } = view;
         let is_coated = layers.reflects && layers.coat > 0.0;
         let coat = CoatLobe::new(self.coat, v, if is_coated { layers.coat } else { 0.0 }, layers.coat_alpha);
         let below_coat = 1.0 - coat.lobe.albedo.x;
         let sheen = self.sheen.map(|sheen| sheen.lobe(n.as_vec3(), v.as_vec3()));
         let below_sheen = sheen.map_or(below_coat, |sheen| sheen.below * below_coat);
         let shape = self.facet_shape(view);
-        let (facets, base_share) = if layers.reflects {
-            let albedo = match &shape {
-                FacetShape::Isotropic { .. } => FacetAlbedo::new(n.dot(v) as f32, alpha, layers.ior),
-                FacetShape::Anisotropic { rays, .. } => {
-                    self.stretched_albedo.unwrap_or_else(|| rays.albedo(layers.ior))
-                }
-            };
-            let uncoated = SpecularLayers { coat: 0.0, ..layers }.combine(&albedo, FacetLobe::NONE);
-            (uncoated.facets, uncoated.base_share)
-        } else {
-            (FacetLobe::NONE, 1.0)
-        };
+        let facets = if layers.reflects { self.facets(view, &shape) } else { Facets::NONE };
+        let facets = facets.scaled(below_sheen);
         PointLobes {
             n: n.as_vec3(),
             v: v.as_vec3(),
             shape,
             ior: layers.ior,
             metallic: layers.metallic,
-            facets: facets.scaled(below_sheen),
+            facets: facets.lobe,
+            film: facets.film,
             coat,
             sheen,
-            base_share: base_share * below_sheen,
+            base_share: facets.base_share,
             k_d: self.k_d,
         }
+    }
+
+    /// The microfacets in a view.
+    fn facets(&self, view: &LayerView, shape: &FacetShape) -> Facets {
+        let &LayerView { n, v, layers, alpha, .. } = view;
+        let albedo = match shape {
+            FacetShape::Isotropic { .. } => FacetAlbedo::new(n.dot(v) as f32, alpha, layers.ior),
+            FacetShape::Anisotropic { rays, .. } => {
+                self.stretched_albedo.unwrap_or_else(|| rays.albedo(layers.ior))
+            }
+        };
+        let bare = SpecularLayers { coat: 0.0, ..layers }.combine(&albedo, FacetLobe::NONE);
+        let bare = Facets { lobe: bare.facets, film: None, base_share: bare.base_share };
+        let Some(film) = &self.film else { return bare };
+        let FilmReflectance { dielectric, metal } =
+            self.film_mean.or_else(|| self.film_mean_in(view)).unwrap_or_default();
+        let [of_dielectric, of_metal] = [dielectric, metal].map(|mean| albedo.of_mean_reflectance(mean));
+        let (share, metallic) = (film.share, layers.metallic);
+        let mixed = |dielectric: Rgb, metal: Rgb| dielectric * (1.0 - metallic) + metal * metallic;
+        let lobe = bare.lobe.scaled(1.0 - share);
+        let scale = FilmReflectance {
+            dielectric: of_dielectric.1 * ((1.0 - metallic) * share),
+            metal: of_metal.1 * (metallic * share),
+        };
+        let base_share = 1.0 - of_dielectric.0.max_element();
+        Facets {
+            lobe: FacetLobe { albedo: lobe.albedo + mixed(of_dielectric.0, of_metal.0) * share, ..lobe },
+            film: Some(FilmLobe { film: film.over(&layers), scale }),
+            base_share: bare.base_share + (base_share - bare.base_share) * share,
+        }
+    }
+
+    /// The mean reflectance of the film over the lobe of the microfacets in a view; `None` without a film.
+    pub fn film_mean_in(&self, view: &LayerView) -> Option<FilmReflectance> {
+        let film = self.film?.over(&view.layers);
+        let facets = self.anisotropic_facets(view).unwrap_or_else(|| {
+            AnisotropicFacets::new(view.n, view.n.any_orthonormal_vector(), view.v, [view.alpha; 2])
+        });
+        Some(film.mean(&facets))
+    }
+
+    /// Mean reflectance of the microfacets, which shapes the weights of rays of their lobe.
+    pub fn mean_f0(&self, layers: &SpecularLayers) -> f32 {
+        let bare = layers.mean_f0();
+        let (Some(film), Some(mean)) = (self.film, self.film_mean) else { return bare };
+        let mixed = mean.dielectric + (mean.metal - mean.dielectric) * layers.metallic;
+        bare + (mixed.element_sum() * (1.0 / 3.0) - bare) * film.share
     }
 
     /// The anisotropic facets in a view, which rays are reflected by; `None` for isotropic ones.
@@ -218,8 +299,10 @@ impl PointLobes {
         } else {
             schlick
         };
+        let bare = self.facets.f0 + self.facets.rise * weight;
+        let reflectance = self.film.map_or(bare, |film| bare + film.reflectance(0.5 * (l + v).length()));
         ReflectedShares {
-            facets: (self.facets.f0 + self.facets.rise * weight) * lobe,
+            facets: reflectance * lobe,
             coat: self.coat.reflect(l, v, has_exact_fresnel),
             diffuse: self.reflect_diffuse(l),
         }

@@ -8,8 +8,10 @@
 
 pub(crate) mod block_layers;
 pub(crate) mod coat;
+pub(crate) mod dielectric_boundary;
 pub(crate) mod facets;
 pub(crate) mod layer_inputs;
 pub(crate) mod layered_point;
 pub(crate) mod layered_points;
 pub(crate) mod sheen;
+pub(crate) mod thin_film;

@@ -189,6 +189,13 @@ impl FacetAlbedo {
         FacetLobe { albedo, f0: f0 * compensation, rise: rise * compensation }
     }
 
+    /// Returns the albedo of facets of mean reflectance `mean` over the lobe, and the factor of their reflectance for light
+    /// scattered between them.
+    pub fn of_mean_reflectance(&self, mean: Rgb) -> (Rgb, Rgb) {
+        let compensation = self.compensation(mean);
+        ((mean * self.e * compensation).min(Rgb::ONE), compensation)
+    }
+
     /// Returns the lobe of a clear coat, whose index of refraction is [`COAT_IOR`]. It is grey.
     #[inline(always)]
     pub fn coat(&self) -> FacetLobe {

@@ -54,6 +54,14 @@ pub(crate) fn ior_from_f0(f0: f64) -> f64 {
     (1.0 + r) / (1.0 - r)
 }
 
+/// Returns the index of refraction, at least 1, of a body that reflects `f0` at normal incidence, as KHR_materials_iridescence
+/// takes it: also that of a metal.
+#[inline]
+pub(crate) fn ior_from_reflectance(f0: f64) -> f64 {
+    let r = f0.clamp(0.0, 0.9999).sqrt();
+    (1.0 + r) / (1.0 - r)
+}
+
 /// Returns the exact Fresnel curve of a dielectric, scaled to go from 0 at normal incidence to 1 at grazing incidence. In
 /// F = F0 + (F90 − F0) · curve it takes the place of Schlick's weight, for an F0 that is tinted or weighted. The tables of
 /// directional albedo are made from it.

@@ -1,6 +1,7 @@
 use std::f64::consts::{PI, TAU};
 
 use super::*;
+use crate::integrator::layers::dielectric_boundary::{BoundaryFilm, DielectricBoundary};
 use crate::integrator::material::highlight_lobe::highlight_lobe;
 
 /// A direction at an angle to z, in the plane at an angle about it.
@@ -27,7 +28,9 @@ fn point(coat: DVec3) -> LayeredPoint {
         coat,
         anisotropy: None,
         sheen: None,
+        film: None,
         stretched_albedo: None,
+        film_mean: None,
         k_a: Rgb::ZERO,
     }
 }
@@ -202,4 +205,142 @@ fn points_without_specular_layers_have_their_base() {
     (view.layers.coat, view.layers.reflects) = (1.0, false);
     let shares = point(at(0.3, 0.0)).lobes(&view).shares();
     assert_eq!((shares.facets, shares.coat, shares.base, shares.k_d), (Rgb::ZERO, 0.0, 1.0, Rgb::ONE));
+}
+
+/// The reflectance of a film by the code of KHR_materials_iridescence, in f64, channel by channel.
+fn film_of_the_specification(film: ThinFilm, cos: f64, f0: DVec3) -> DVec3 {
+    let sensitivity = |path: f64, shift: DVec3| {
+        let phase = TAU * path * 1e-9;
+        let curve = |a: f64, x: f64, v: f64, shift: f64| {
+            a * (TAU * v).sqrt() * (x * phase + shift).cos() * (-phase * phase * v).exp()
+        };
+        let x =
+            curve(5.4856e-13, 1.6810e6, 4.3278e9, shift.x) + curve(9.7470e-14, 2.2399e6, 4.5282e9, shift.x);
+        let y = curve(4.4201e-13, 1.7953e6, 9.3046e9, shift.y);
+        let z = curve(5.2481e-13, 2.2084e6, 6.6121e9, shift.z);
+        let rgb = |m: [f64; 3]| (m[0] * x + m[1] * y + m[2] * z) / 1.0685e-7;
+        DVec3::new(
+            rgb([3.2404542, -1.5371385, -0.4985314]),
+            rgb([-0.9692660, 1.8760108, 0.0415560]),
+            rgb([0.0556434, -0.2040259, 1.0572252]),
+        )
+    };
+    let ior = f64::from(film.ior);
+    let f0_of = |a: f64, b: f64| ((a - b) / (a + b)).powi(2);
+    let schlick = |f0: f64, cos: f64| f0 + (1.0 - f0) * (1.0 - cos).powi(5);
+    let cos2 = (1.0 - (1.0 - cos * cos) / (ior * ior)).sqrt();
+    let r12 = schlick(f0_of(ior, 1.0), cos);
+    let t121 = 1.0 - r12;
+    let (mut r23, mut phi) = (DVec3::ZERO, DVec3::ZERO);
+    for i in 0..3 {
+        let root = f0[i].min(0.9999).sqrt();
+        let base = (1.0 + root) / (1.0 - root);
+        r23[i] = schlick(f0_of(base, ior), cos2);
+        phi[i] = PI + if base < ior { PI } else { 0.0 };
+    }
+    let path = 2.0 * ior * f64::from(film.thickness) * cos2;
+    let r123 = (r23 * r12).clamp(DVec3::splat(1e-5), DVec3::splat(0.9999));
+    let rs = r23 * t121 * t121 / (1.0 - r123);
+    let mut sum = rs + r12;
+    let mut c = rs - t121;
+    for m in [1.0, 2.0] {
+        c *= DVec3::from(r123.to_array().map(f64::sqrt));
+        sum += c * 2.0 * sensitivity(m * path, phi * m);
+    }
+    sum.clamp(DVec3::ZERO, DVec3::ONE)
+}
+
+fn filmed(film: ThinFilm) -> LayeredPoint {
+    LayeredPoint { film: Some(film), ..point(DVec3::Z) }
+}
+
+/// A surface of a dielectric around z, seen from `v`.
+fn dielectric_view(v: DVec3, alpha: f32) -> LayerView {
+    let layers = SpecularLayers {
+        alpha,
+        dielectric_f0: Rgb::splat(0.04),
+        dielectric_f90: 1.0,
+        ior: 1.5,
+        ..SpecularLayers::COVERING
+    };
+    LayerView { layers, ..view(v, alpha) }
+}
+
+#[test]
+fn films_reflect_by_the_formulas_of_the_specification() {
+    let mut compared = 0;
+    for (ior, thickness) in [(1.3, 100.0), (1.33, 400.0), (1.8, 550.0), (2.4, 1200.0)] {
+        let film = ThinFilm { share: 1.0, ior, thickness };
+        for f0 in [Rgb::splat(0.04), Rgb::new(0.9, 0.5, 0.02), Rgb::ONE] {
+            let layers =
+                SpecularLayers { dielectric_f0: f0, dielectric_f90: 1.0, ..SpecularLayers::COVERING };
+            for i in 0..=20 {
+                let cos = f64::from(i) / 20.0;
+                let found = film.over(&layers).reflectance(cos as f32).dielectric.as_dvec3();
+                let expected = film_of_the_specification(film, cos, f0.as_dvec3());
+                assert!(
+                    (found - expected).abs().max_element() < 2e-4,
+                    "{film:?} {f0} {cos}: {found} {expected}"
+                );
+                compared += usize::from(expected.max_element() - expected.min_element() > 0.05);
+            }
+        }
+    }
+    assert!(compared > 50, "{compared} colours");
+}
+
+/// The light of a source is reflected in the lobe, by the reflectance of the facets that send it to the viewer.
+#[test]
+fn highlights_have_the_colour_of_the_film() {
+    let film = ThinFilm { share: 0.75, ior: 1.4, thickness: 500.0 };
+    let (v, l) = (at(0.7, 0.0), at(0.5, PI));
+    let view = dielectric_view(v, 0.3);
+    let bare = point(DVec3::Z).lobes(&view);
+    let shares = filmed(film).lobes(&view).reflect(l.as_vec3(), l.z as f32, true);
+    let [lobe, _] = highlight_lobe(Vec3::Z, l.as_vec3(), v.as_vec3(), l.z as f32, 0.09);
+    let of_film = film_of_the_specification(film, v.dot((v + l).normalize()), DVec3::splat(0.04));
+    let of_bare = bare.reflect(l.as_vec3(), l.z as f32, true).facets / lobe;
+    let expected = of_bare * 0.25 + of_film.as_vec3() * 0.75;
+    let found = shares.facets / lobe;
+    // Scattering between facets adds a few percent of a small reflectance.
+    assert!((found / expected - Rgb::ONE).abs().max_element() < 0.02, "{found} {expected}");
+}
+
+/// What the film reflects of all directions is its share; the base has the rest of the brightest channel.
+#[test]
+fn films_and_their_bases_conserve_light() {
+    for (alpha, angle) in [(0.1, 0.3), (0.35, 0.9), (0.7, 0.5), (0.2, 1.3)] {
+        let film = ThinFilm { share: 1.0, ior: 1.33, thickness: 420.0 };
+        let v = at(angle, 0.4);
+        let lobes = filmed(film).lobes(&dielectric_view(v, alpha));
+        let shares = lobes.shares();
+        let facets = integral(DVec3::Z, |l| lobes.reflect(l, l.z, true).facets);
+        assert!((shares.facets - facets).abs().max_element() < 0.015, "{alpha} {angle}: {facets} {shares:?}");
+        assert!((shares.facets.max_element() + shares.base - 1.0).abs() < 1e-5, "{shares:?}");
+        // A white metal under a film of soap reflects everything.
+        let lobes = filmed(film).lobes(&view(v, alpha));
+        let white = integral(DVec3::Z, |l| lobes.reflect(l, l.z, true).facets);
+        assert!((white - Rgb::ONE).abs().max_element() < 0.01, "{alpha} {angle}: {white}");
+        assert!((lobes.shares().facets - Rgb::ONE).abs().max_element() < 0.01);
+    }
+}
+
+/// Light that leaves a body meets the film at the angle outside.
+#[test]
+fn films_reflect_as_much_on_both_sides_of_refracted_light() {
+    let film = ThinFilm { share: 1.0, ior: 1.33, thickness: 300.0 };
+    let over = film.over(&dielectric_view(DVec3::Z, 0.0).layers);
+    let boundary = |eta: f64, entering: bool| DielectricBoundary {
+        eta,
+        f90: 1.0,
+        film: Some(BoundaryFilm { film: over, share: 1.0, entering }),
+    };
+    for cos in [1.0, 0.8, 0.3] {
+        let cos_inside = (1.0 - (1.0 - cos * cos) / 2.25f64).sqrt();
+        let [out, inside] =
+            [boundary(1.5, true).reflectance(cos), boundary(1.0 / 1.5, false).reflectance(cos_inside)];
+        assert!((out - inside).abs().max_element() < 1e-5, "{cos}: {out} {inside}");
+        assert!(out.max_element() - out.min_element() > 0.005, "{out}");
+    }
+    assert_eq!(boundary(1.0 / 1.5, false).reflectance(0.5), Rgb::ONE, "total reflection");
 }
