@@ -30,5 +30,11 @@ pub(crate) fn layers(material: &Material) -> Value {
         let value = json!({"factor": film.factor.factor, "ior": film.ior, "thickness_nm": thickness});
         layers.insert("iridescence".into(), value);
     }
+    let transmission = &material.diffuse_transmission;
+    if transmission.factor.factor > 0.0 {
+        let color = transmission.color.factor.to_array();
+        let value = json!({"factor": transmission.factor.factor, "color": color});
+        layers.insert("diffuse_transmission".into(), value);
+    }
     Value::Object(layers)
 }

@@ -1,4 +1,4 @@
-//! Finds the transmissive meshes that bound bodies of glass or liquid, which refract, and are not thin walls.
+//! Finds the transmissive meshes that bound bodies of glass, liquid or wax, and are not thin walls.
 
 use std::collections::HashMap;
 
@@ -12,7 +12,8 @@ use blinn_scene::{Material, Mesh, Reflectance, Scene};
 /// By default a mesh bounds a body if its material has a volume, as KHR_materials_volume specifies. Blender refracts at every
 /// surface but exports no volume, and MTL's `Ni` stands for refraction: closed meshes of such files are bodies too.
 pub(super) fn mark_bodies(scene: &mut Scene, mode: GlassMode) {
-    if mode == GlassMode::Thin || !scene.materials.iter().any(|material| material.transmits()) {
+    let may_bound = |material: &Material| material.transmits() || material.diffuses_inside();
+    if mode == GlassMode::Thin || !scene.materials.iter().any(may_bound) {
         return;
     }
     let mut closed = ClosedObjects::new(scene);
@@ -20,6 +21,7 @@ pub(super) fn mark_bodies(scene: &mut Scene, mode: GlassMode) {
     for instance in &scene.instances {
         let is_body = &mut is_body[instance.mesh as usize];
         let material = &scene.materials[scene.meshes[instance.mesh as usize].material as usize];
+        *is_body |= material.diffuses_inside();
         *is_body |= material.transmits()
             && (mode == GlassMode::Solid
                 || material.volume.is_some()

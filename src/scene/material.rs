@@ -3,8 +3,8 @@
 use glam::Vec3;
 
 use super::{
-    Anisotropy, Clearcoat, ColorInput, Iridescence, NormalMap, ScalarInput, Sheen, TangentAxes,
-    TexelSemantics, TextureRef, UvTransform,
+    Anisotropy, Clearcoat, ColorInput, DiffuseTransmission, Iridescence, NormalMap, ScalarInput, Sheen,
+    TangentAxes, TexelSemantics, TextureRef, UvTransform,
 };
 use blinn_core::geometry::Rgb;
 
@@ -154,6 +154,8 @@ pub struct Material {
     pub sheen: Sheen,
     /// Thin film.
     pub iridescence: Iridescence,
+    /// Light that is transmitted diffusely.
+    pub diffuse_transmission: DiffuseTransmission,
     /// The body that the surface bounds; `None` for a thin wall.
     pub volume: Option<Volume>,
     /// False makes back faces invisible to eye rays.
@@ -186,6 +188,7 @@ impl Default for Material {
             anisotropy: None,
             sheen: Sheen::default(),
             iridescence: Iridescence::default(),
+            diffuse_transmission: DiffuseTransmission::default(),
             volume: None,
             double_sided: false,
         }
@@ -240,7 +243,8 @@ impl Material {
         let has_coat_normal = self.clearcoat.factor.factor > 0.0 && self.normal_maps().next().is_some();
         let is_anisotropic = self.anisotropy.is_some_and(|anisotropy| anisotropy.strength > 0.0);
         let has_film = self.iridescence.factor.factor > 0.0;
-        is_physical && (has_coat_normal || is_anisotropic || has_film || self.has_sheen())
+        let transmits = self.diffuse_transmission.factor.factor > 0.0;
+        is_physical && (has_coat_normal || is_anisotropic || has_film || transmits || self.has_sheen())
     }
 
     /// Returns true if the material may have a sheen.
@@ -250,7 +254,7 @@ impl Material {
     }
 
     #[inline]
-    fn texture_slots(&self) -> [Option<(&TextureRef, TexelSemantics)>; 16] {
+    fn texture_slots(&self) -> [Option<(&TextureRef, TexelSemantics)>; 18] {
         fn color(of: &ColorInput) -> Option<(&TextureRef, TexelSemantics)> {
             of.texture.as_ref().map(|texture| (texture, TexelSemantics::Color))
         }
@@ -279,9 +283,12 @@ impl Material {
         let emission = color(&self.emission);
         let film = scalar(&self.iridescence.factor);
         let film_thickness = data(self.iridescence.thickness_texture.as_ref());
-        let layers = [coat, coat_roughness, anisotropy, sheen, sheen_roughness, film, film_thickness];
-        let [e, f, g, h, i, j, k] = layers;
-        [base, emission, alpha, occlusion, transmission, a, b, c, d, e, f, g, h, i, j, k]
+        let DiffuseTransmission { factor, color: diffuse_color } = &self.diffuse_transmission;
+        let [diffuse, diffuse_color] = [scalar(factor), color(diffuse_color)];
+        let layers = [coat, coat_roughness, anisotropy, sheen, sheen_roughness];
+        let [e, f, g, h, i] = layers;
+        let [j, k, l, m] = [film, film_thickness, diffuse, diffuse_color];
+        [base, emission, alpha, occlusion, transmission, a, b, c, d, e, f, g, h, i, j, k, l, m]
     }
 
     /// Returns true if the material may reflect its surroundings.
@@ -321,7 +328,12 @@ impl Material {
 
     /// Returns true if rays can pass partially through this material.
     pub fn is_translucent(&self) -> bool {
-        self.alpha_mode == AlphaMode::Blend || self.transmits()
+        self.alpha_mode == AlphaMode::Blend || self.transmits() || self.diffuses_inside()
+    }
+
+    /// Returns true if light is transmitted diffusely into a body.
+    pub fn diffuses_inside(&self) -> bool {
+        self.diffuse_transmission.factor.factor > 0.0 && self.volume.is_some()
     }
 
     /// Returns true if light passes through the covered part. The transmitted light is part of what a

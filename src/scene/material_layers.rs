@@ -1,6 +1,7 @@
 //! The layers that glTF's extensions add to materials.
 
 use super::{ColorInput, NormalMap, ScalarInput, TextureRef};
+use blinn_core::geometry::Rgb;
 
 /// A clear coat over a surface (KHR_materials_clearcoat): a dielectric layer of index 1.5.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
@@ -22,6 +23,22 @@ pub struct Anisotropy {
     pub rotation: f32,
     /// Direction before the rotation (red and green, 0…1 for −1…1), and factor of the strength (blue).
     pub texture: Option<TextureRef>,
+}
+
+/// Light that a surface transmits diffusely, as paper and leaves do (KHR_materials_diffuse_transmission).
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct DiffuseTransmission {
+    /// Share of the light that is scattered to the other side, 0…1 (texture: alpha).
+    pub factor: ScalarInput,
+    /// Colour of this light.
+    pub color: ColorInput,
+}
+
+impl Default for DiffuseTransmission {
+    /// Returns none, in white.
+    fn default() -> Self {
+        DiffuseTransmission { factor: ScalarInput::default(), color: ColorInput::new(Rgb::ONE) }
+    }
 }
 
 /// A thin film over a surface, whose colours depend on the angle, as on soap bubbles (KHR_materials_iridescence).

@@ -41,7 +41,7 @@ impl PosedScene<'_> {
         let triangles = mesh.triangles.len();
         let threshold = match material.alpha_mode {
             _ if material.surface_class() == SurfaceClass::Opaque => f32::NEG_INFINITY,
-            _ if material.transmits() => f32::INFINITY,
+            _ if material.transmits() || material.diffuses_inside() => f32::INFINITY,
             AlphaMode::Mask(cutoff) => cutoff / (1.0 - ROUNDING),
             // Transmittance within rounding of 0 counts as 0.
             AlphaMode::Opaque | AlphaMode::Blend => 1.0,

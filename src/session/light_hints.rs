@@ -100,7 +100,8 @@ fn enclosing_object(posed: &PosedScene, accel: &Accel, position: Vec3) -> Option
         }
         let material: &Material = &posed.materials[posed.mesh(hit.id.instance).material as usize];
         let object = posed.scene.instances[hit.id.instance as usize].object;
-        if material.is_translucent() || material.emits_light() || *enclosing.get_or_insert(object) != object {
+        let shines_through = material.is_translucent() || material.diffuse_transmission.factor.factor > 0.0;
+        if shines_through || material.emits_light() || *enclosing.get_or_insert(object) != object {
             return None;
         }
     }

@@ -32,6 +32,7 @@ mod area_lights;
 mod bvh;
 mod denoise;
 mod determinism;
+mod diffuse_transmission;
 mod empty_tile_culling;
 mod environment;
 mod environment_sources;

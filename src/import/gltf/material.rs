@@ -5,7 +5,7 @@ use ::gltf::json::validation::Checked;
 use glam::Vec3;
 
 use super::texture_slots::TextureSlots;
-use super::{anisotropy, clearcoat, iridescence, sheen};
+use super::{anisotropy, clearcoat, diffuse_transmission, iridescence, sheen};
 use blinn_scene::{
     AlphaMode, Dielectric, Material, Reflectance, Reflection, ScalarInput, TextureChannel, Volume,
 };
@@ -61,6 +61,7 @@ pub(super) fn read(json: &gltf::Material, resolve: &mut dyn FnMut(usize) -> Opti
         anisotropy: anisotropy::read(others, &mut slots),
         sheen: sheen::read(others, &mut slots),
         iridescence: iridescence::read(others, &mut slots),
+        diffuse_transmission: diffuse_transmission::read(others, &mut slots),
         volume: extensions.and_then(|e| e.volume.as_ref()).and_then(volume),
         double_sided: json.double_sided,
     };

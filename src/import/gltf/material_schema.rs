@@ -9,13 +9,14 @@ use crate::error::Warnings;
 use crate::files::escape::printable;
 
 /// Lengths of array properties, anywhere in a material.
-const LENGTHS: [(&str, usize); 8] = [
+const LENGTHS: [(&str, usize); 9] = [
     ("baseColorFactor", 4),
     ("diffuseFactor", 4),
     ("emissiveFactor", 3),
     ("specularFactor", 3),
     ("specularColorFactor", 3),
     ("sheenColorFactor", 3),
+    ("diffuseTransmissionColorFactor", 3),
     ("offset", 2),
     ("scale", 2),
 ];

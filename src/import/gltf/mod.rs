@@ -16,6 +16,7 @@ mod build;
 mod clearcoat;
 mod color;
 mod container;
+mod diffuse_transmission;
 mod document;
 mod draco;
 mod extensions;

@@ -1,6 +1,6 @@
 //! KHR_animation_pointer: the property that a JSON pointer animates.
 
-use super::{anisotropy, area_light, clearcoat, iridescence, sheen};
+use super::{anisotropy, area_light, clearcoat, diffuse_transmission, iridescence, sheen};
 use blinn_scene::{CameraProperty, LightProperty, MaterialProperty, TextureSlot};
 
 /// An animated property, by the indices of the file.
@@ -70,6 +70,10 @@ fn material(field: &[&str]) -> Option<MaterialProperty> {
         ["extensions", anisotropy::NAME, "anisotropyRotation"] => F::AnisotropyRotation,
         ["extensions", sheen::NAME, "sheenColorFactor"] => F::SheenColor,
         ["extensions", sheen::NAME, "sheenRoughnessFactor"] => F::SheenRoughness,
+        ["extensions", diffuse_transmission::NAME, "diffuseTransmissionFactor"] => F::DiffuseTransmission,
+        ["extensions", diffuse_transmission::NAME, "diffuseTransmissionColorFactor"] => {
+            F::DiffuseTransmissionColor
+        }
         ["extensions", iridescence::NAME, "iridescenceFactor"] => F::Iridescence,
         ["extensions", iridescence::NAME, "iridescenceIor"] => F::IridescenceIor,
         ["extensions", iridescence::NAME, "iridescenceThicknessMinimum"] => F::IridescenceMinThickness,
@@ -108,6 +112,12 @@ fn slot(path: &[&str]) -> Option<TextureSlot> {
         ["extensions", anisotropy::NAME, "anisotropyTexture"] => TextureSlot::Anisotropy,
         ["extensions", sheen::NAME, "sheenColorTexture"] => TextureSlot::SheenColor,
         ["extensions", sheen::NAME, "sheenRoughnessTexture"] => TextureSlot::SheenRoughness,
+        ["extensions", diffuse_transmission::NAME, "diffuseTransmissionTexture"] => {
+            TextureSlot::DiffuseTransmission
+        }
+        ["extensions", diffuse_transmission::NAME, "diffuseTransmissionColorTexture"] => {
+            TextureSlot::DiffuseTransmissionColor
+        }
         ["extensions", iridescence::NAME, "iridescenceTexture"] => TextureSlot::Iridescence,
         ["extensions", iridescence::NAME, "iridescenceThicknessTexture"] => TextureSlot::IridescenceThickness,
         ["extensions", clearcoat::NAME, "clearcoatNormalTexture"] => TextureSlot::ClearcoatNormal,

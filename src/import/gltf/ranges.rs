@@ -33,7 +33,7 @@ enum Range {
 use Range::{Color, Fraction, Ior, NotNegative, Positive, UnboundedColor};
 
 /// Properties of a material.
-const MATERIAL: [(&[&str], Range); 27] = [
+const MATERIAL: [(&[&str], Range); 29] = [
     (&["pbrMetallicRoughness", "baseColorFactor"], Color),
     (&["pbrMetallicRoughness", "metallicFactor"], Fraction),
     (&["pbrMetallicRoughness", "roughnessFactor"], Fraction),
@@ -56,6 +56,8 @@ const MATERIAL: [(&[&str], Range); 27] = [
     // Extensions of the registry that are not shown still decide whether a warning says so.
     (&["extensions", "KHR_materials_sheen", "sheenColorFactor"], Color),
     (&["extensions", "KHR_materials_sheen", "sheenRoughnessFactor"], Fraction),
+    (&["extensions", "KHR_materials_diffuse_transmission", "diffuseTransmissionFactor"], Fraction),
+    (&["extensions", "KHR_materials_diffuse_transmission", "diffuseTransmissionColorFactor"], Color),
     (&["extensions", "KHR_materials_iridescence", "iridescenceFactor"], Fraction),
     (&["extensions", "KHR_materials_iridescence", "iridescenceIor"], Ior),
     (&["extensions", "KHR_materials_iridescence", "iridescenceThicknessMinimum"], NotNegative),

@@ -57,7 +57,7 @@ pub(super) const KNOWN: &[(&str, Support)] = &[
     ("KHR_implicit_shapes", Unrendered),
     ("KHR_interactivity", Unrendered),
     ("KHR_lights_area", Ignored("area lights are missing")),
-    ("KHR_materials_diffuse_transmission", Ignored("the diffuse transmission is missing")),
+    ("KHR_materials_diffuse_transmission", Supported),
     ("KHR_materials_diffuse_roughness", Ignored("diffuse reflection is Lambertian")),
     ("KHR_materials_volume_scatter", Ignored("the volume scattering is missing")),
     ("KHR_physics_rigid_bodies", Unrendered),

@@ -12,7 +12,9 @@ use serde_path_to_error::Segment;
 
 use super::area_light::JsonAreaLight;
 use super::json_tree::{Object, as_objects, objects, primitives};
-use super::{anisotropy, area_light, clearcoat, iridescence, material_schema, ranges, sheen};
+use super::{
+    anisotropy, area_light, clearcoat, diffuse_transmission, iridescence, material_schema, ranges, sheen,
+};
 use crate::error::Warnings;
 use crate::files::escape::printable;
 use blinn_scene::is_blender_generator;
@@ -46,6 +48,7 @@ pub(super) fn validate(root: &mut Value, warnings: &mut Warnings) {
         anisotropy::repair(object, &location, warnings);
         sheen::repair(object, &location, warnings);
         iridescence::repair(object, &location, warnings);
+        diffuse_transmission::repair(object, &location, warnings);
         ranges::repair_material(object, &location, warnings);
     }
     for (i, object) in objects(root, "samplers") {

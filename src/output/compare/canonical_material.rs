@@ -59,9 +59,11 @@ fn for_each_texture(material: &mut Material, change: &mut dyn FnMut(&mut Texture
         anisotropy,
         sheen,
         iridescence,
+        diffuse_transmission,
         ..
     } = material;
-    let mut colors: Vec<&mut ColorInput> = vec![base_color, emission, &mut sheen.color];
+    let mut colors: Vec<&mut ColorInput> =
+        vec![base_color, emission, &mut sheen.color, &mut diffuse_transmission.color];
     let mut scalars: Vec<&mut ScalarInput> = vec![
         alpha,
         occlusion,
@@ -70,6 +72,7 @@ fn for_each_texture(material: &mut Material, change: &mut dyn FnMut(&mut Texture
         &mut clearcoat.roughness,
         &mut sheen.roughness,
         &mut iridescence.factor,
+        &mut diffuse_transmission.factor,
     ];
     match reflectance {
         Reflectance::Mtl(mtl) => {

@@ -232,6 +232,7 @@ def _write_material(
         "double_sided", "ior", "transmission", "clearcoat", "clearcoat_roughness", "clearcoat_normal_texture",
         "sheen_color", "sheen_roughness", "anisotropy", "anisotropy_rotation",
         "iridescence", "iridescence_ior", "iridescence_thickness",
+        "diffuse_transmission", "diffuse_transmission_color",
     }  # fmt: skip
     unknown = set(material) - known
     if unknown:
@@ -277,15 +278,19 @@ def _write_material(
         ("sheen_roughness", "KHR_materials_sheen", "sheenRoughnessFactor"),
         ("anisotropy", "KHR_materials_anisotropy", "anisotropyStrength"),
         ("anisotropy_rotation", "KHR_materials_anisotropy", "anisotropyRotation"),
+        ("diffuse_transmission", "KHR_materials_diffuse_transmission", "diffuseTransmissionFactor"),
         ("iridescence", "KHR_materials_iridescence", "iridescenceFactor"),
         ("iridescence_ior", "KHR_materials_iridescence", "iridescenceIor"),
         ("iridescence_thickness", "KHR_materials_iridescence", "iridescenceThicknessMaximum"),
     ]:
         if key in material:
             extensions.setdefault(extension, {})[factor] = _number(material, key, 0.0)
-    if "sheen_color" in material:
-        sheen = extensions.setdefault("KHR_materials_sheen", {})
-        sheen["sheenColorFactor"] = _numbers(material, "sheen_color", ())
+    for key, extension, factor in [
+        ("sheen_color", "KHR_materials_sheen", "sheenColorFactor"),
+        ("diffuse_transmission_color", "KHR_materials_diffuse_transmission", "diffuseTransmissionColorFactor"),
+    ]:
+        if key in material:
+            extensions.setdefault(extension, {})[factor] = _numbers(material, key, ())
     if material.get("clearcoat_normal_texture") is not None:
         coat = extensions.setdefault("KHR_materials_clearcoat", {})
         coat["clearcoatNormalTexture"] = writer.texture(material["clearcoat_normal_texture"])

@@ -119,6 +119,7 @@ class Scene:
         - ``sheen_color`` (3 numbers), ``sheen_roughness`` (0 to 1)
         - ``anisotropy`` (0 to 1), ``anisotropy_rotation`` (radians); the mesh needs texture coordinates
         - ``iridescence`` (0 to 1), ``iridescence_ior``, ``iridescence_thickness`` (nanometres): a thin film
+        - ``diffuse_transmission`` (0 to 1), ``diffuse_transmission_color`` (3 numbers): paper, leaves
         - ``double_sided`` (default True), ``ior``, ``transmission`` (0 to 1), ``name``
         """
         converted = [mesh if isinstance(mesh, Mesh) else Mesh(**mesh) for mesh in meshes]

@@ -38,19 +38,23 @@ pub(crate) fn remove_specular_lobes(frame: &Frame, batch: &mut ShadingBatch, sta
     }
 }
 
-/// The hit filter of shadow rays that bodies of glass block.
-pub(crate) struct OpaqueBodies<'a>(pub MaterialHitFilter<'a>);
+/// The hit filter of shadow rays that bodies block, whose light other rays find.
+pub(crate) struct OpaqueBodies<'a> {
+    pub filter: MaterialHitFilter<'a>,
+    /// True if bodies of glass are among them.
+    pub blocks_glass: bool,
+}
 
 impl HitFilter for OpaqueBodies<'_> {
     fn accepts(&self, id: HitId, o: Vec3, d: Vec3) -> bool {
-        self.0.accepts(id, o, d)
+        self.filter.accepts(id, o, d)
     }
 
     fn transmittance(&self, id: HitId, o: Vec3, d: Vec3) -> Rgb {
-        if self.0.is_body(id) {
-            Rgb::splat(self.0.uncovered(id, o, d))
+        if self.filter.is_body(id) && (self.blocks_glass || self.filter.diffuses_inside(id)) {
+            Rgb::splat(self.filter.uncovered(id, o, d))
         } else {
-            self.0.transmittance(id, o, d)
+            self.filter.transmittance(id, o, d)
         }
     }
 }

@@ -298,7 +298,7 @@ fn add_parts(
     parts.noisy.direct += arrives * vec3(&block.noisy_diffuse, lane);
     parts.noisy.specular += arrives * vec3(&block.noisy_specular, lane);
     let surface = &mut parts.surface;
-    surface.diffuse_color += arrives * k.k_d;
+    surface.diffuse_color += arrives * (k.k_d + batch.transmitted(i));
     if frame.refracts(point.id, &k) {
         surface.specular_color += arrives;
     } else if block.reflects(lane) {

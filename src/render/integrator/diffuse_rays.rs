@@ -101,11 +101,16 @@ pub(crate) fn spawn_diffuse_rays(
             .filter(|_| stream.wave == 0)
             .map(|environment| mean_arrives * environment.diffuse(n.as_vec3()));
         let (origin, source) = batch.offset_origin(i, direction);
+        let mut media = state.media;
+        if batch.is_back && frame.is_body(point.id) {
+            media = frame.cross(&media, point.id, frame.is_front(point.id, -n_g)).behind;
+        }
         let state = PathState {
             origin,
             width: state.width_at(vec3(&block.p, lane)),
             spread: solid_angle.sqrt(),
             importance: importance / survival,
+            media,
             diffuse_left: state.diffuse_left - 1,
             is_indirect: true,
             ..state

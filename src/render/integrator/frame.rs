@@ -8,6 +8,7 @@ use crate::integrator::emitters::Emitters;
 use crate::integrator::material::coefficients::{Coefficients, MaterialOverrides};
 use crate::integrator::media::{Crossing, Medium, MediumStack};
 use crate::integrator::sample::Sample;
+use crate::integrator::surface::triangle_plane::TrianglePlane;
 use blinn_accel::{Accel, Coherence, RayBatch};
 use blinn_core::geometry::{HitId, RayDifferential, Rgb};
 use blinn_core::simd::SimdLevel;
@@ -247,7 +248,7 @@ impl<'a> Frame<'a> {
     }
 
     /// The material of a triangle's mesh.
-    fn material(&self, id: HitId) -> &Material {
+    pub(crate) fn material(&self, id: HitId) -> &Material {
         &self.posed.materials[self.posed.mesh(id.instance).material as usize]
     }
 
@@ -257,6 +258,13 @@ impl<'a> Frame<'a> {
         let material = self.material(id);
         let absorption = material.volume.map_or(Rgb::ZERO, |volume| volume.absorption());
         Medium { body: instance.object, ior: material.ior(), absorption }
+    }
+
+    /// True if `n_g`, a geometric normal of triangle `id`, is that of its front face.
+    pub(crate) fn is_front(&self, id: HitId, n_g: DVec3) -> bool {
+        let flips_winding = self.posed.instances[id.instance as usize].transform.flips_winding;
+        let plane = TrianglePlane::new(self.posed.world_triangle(id), flips_winding);
+        plane.front_normal.is_none_or(|n| n.dot(n_g) > 0.0)
     }
 
     /// Crosses the surface of the body that a triangle belongs to, from the outside if a path is `entering`. Surfaces of

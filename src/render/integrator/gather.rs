@@ -284,7 +284,9 @@ impl<F: Fn(&Coefficients, DVec3) -> Rgb> MaterialPass<'_, F> {
             let inputs = LayerInputs::new(posed, material, &self.inputs);
             for (triangle, lanes) in run.triangles() {
                 for lane in lanes {
-                    block.layered.set(lane, inputs.layers(triangle, block, lane));
+                    let point = inputs.layers(triangle, block, lane);
+                    block.layered.set(lane, point);
+                    inputs.split_ambient(block, lane);
                 }
             }
         }

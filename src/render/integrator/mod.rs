@@ -9,6 +9,7 @@ mod aov;
 mod area_light_hits;
 mod area_light_rays;
 mod area_lighting;
+mod back_sides;
 mod blinn_phong;
 mod block_lobes;
 mod caustics;

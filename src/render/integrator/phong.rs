@@ -16,7 +16,7 @@
 //! 3. [`gather_points`] computes surface and material of each hit (`surface/`, `material/`), and fills blocks of points
 //!    with n, k_d, k_s, p and the radiance k_e + k_a I_a.
 //! 4. [`Phong::shade`] computes v and k_r, and adds the light of each source: [`DirectLightKernel`] evaluates the formula with [`blinn_phong`],
-//!    [`trace_visibility`] traces the shadow rays, with `Accel::occluded`.
+//!    [`trace_visibility`] traces the shadow rays, with `Accel::occluded`. Paper has [`BackSides`] that are lit in the same way.
 //! 5. [`spawn_rays`] lists the rays that reflecting and refracting points spawn, and adds the environment's light where no
 //!    ray is needed.
 //! 6. [`Compositor`] adds the points' light to their paths. Rays continue behind transparent surfaces: back to step 2.
@@ -29,6 +29,7 @@ use glam::DVec3;
 use crate::integrator::Integrator;
 use crate::integrator::ambient_occlusion::occlude_ambient;
 use crate::integrator::area_lighting::{LightTerms, add_area_lights};
+use crate::integrator::back_sides::BackSides;
 use crate::integrator::blinn_phong::blinn_phong;
 use crate::integrator::caustics::remove_specular_lobes;
 use crate::integrator::compositor::Compositor;
@@ -208,6 +209,11 @@ impl Phong {
             let mut batch =
                 gather_points(frame, compositor, stream.samples, buffers, reflections_enabled, base_radiance);
             self.shade(frame, compositor, &mut batch, stream, shadow);
+            let mut back = BackSides::of(frame, &batch, base_radiance);
+            if let Some(back) = &mut back {
+                self.shade(frame, compositor, &mut back.batch, stream, shadow);
+                back.add_to(&mut batch);
+            }
             if reflections_enabled {
                 add_transmitted_highlights(frame, compositor, &mut batch, stream, shadow);
             }
@@ -216,7 +222,9 @@ impl Phong {
             spawn_rays(frame, compositor, &mut batch, stream, &mut next.wave);
             batch.assign_light_to(LightLayer::SpecularIndirect);
             if self.traces_indirect(frame) {
-                spawn_diffuse_rays(frame, compositor, &batch, stream, &mut next.wave);
+                for batch in std::iter::once(&batch).chain(back.as_ref().map(|back| &back.batch)) {
+                    spawn_diffuse_rays(frame, compositor, batch, stream, &mut next.wave);
+                }
             }
             let continues = compositor.composite(frame, &batch, &next.wave.rays[spawned..]);
             batch.recycle(buffers);

@@ -32,6 +32,12 @@ impl PointLayers {
         self.0[i].layers
     }
 
+    /// Adds light to point `i`, whose sum is `radiance`.
+    pub fn add(&mut self, i: usize, layers: LightLayers, radiance: Rgb) {
+        self.0[i].layers += layers;
+        self.0[i].assigned += radiance;
+    }
+
     /// Adds what is in no layer yet of the radiance of point `i` to `layer`.
     pub fn assign(&mut self, i: usize, radiance: Rgb, layer: LightLayer) {
         let point = &mut self.0[i];

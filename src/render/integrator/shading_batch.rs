@@ -11,7 +11,7 @@ use crate::integrator::surface::hits_by_triangle::HitsByTriangle;
 use crate::integrator::surface::points_soa::PointsSoa;
 use crate::integrator::surface::shading_triangle::TriangleSurface;
 use crate::integrator::surface::shadow_terminator::offset_to_smooth_surface;
-use crate::integrator::surface::soa::{dvec3, vec3};
+use crate::integrator::surface::soa::{dvec3, set3, vec3};
 use blinn_core::geometry::{HitId, Rgb, offset_ray_origin};
 
 /// Memory that is reused from batch to batch.
@@ -50,6 +50,8 @@ pub(crate) struct ShadingBatch<'s> {
     pub has_transmission: bool,
     /// True if the rays that points spawn start at their triangles, and false if they start at the smooth surface.
     pub spawns_at_triangles: bool,
+    /// True if the points are the back sides of others.
+    pub is_back: bool,
     /// The light of the points by layer; empty where that is not wanted.
     pub layers: PointLayers,
 }
@@ -67,6 +69,7 @@ impl ShadingBatch<'_> {
             hits_by_triangle,
             has_transmission: false,
             spawns_at_triangles: false,
+            is_back: false,
             layers: PointLayers::default(),
         }
     }
@@ -95,6 +98,29 @@ impl ShadingBatch<'_> {
             (k.k_e * (1.0 - block.k_r_coat[lane]), of_layers.map_or(of_base, |k_a| of_base + k_a))
         } else {
             (k.k_e, k.k_a)
+        }
+    }
+
+    /// The share of light from behind that point `i` transmits diffusely, as far as its layers let light through.
+    pub fn transmitted(&self, i: usize) -> Rgb {
+        let (block, lane) = self.soa.lane(i);
+        block.layered.get(lane).map_or(Rgb::ZERO, |point| point.transmitted)
+    }
+
+    /// Adds the light of point `j` of `other`, at the same place, to point `i`.
+    pub fn add_light_of(&mut self, i: usize, other: &ShadingBatch, j: usize) {
+        let (from, from_lane) = other.soa.lane(j);
+        let (to, lane) = self.soa.lane_mut(i);
+        for (to, from) in [
+            (&mut to.radiance, &from.radiance),
+            (&mut to.unshadowed, &from.unshadowed),
+            (&mut to.noisy_diffuse, &from.noisy_diffuse),
+        ] {
+            let sum: Rgb = vec3(to, lane) + vec3(from, from_lane);
+            set3(to, lane, sum.to_array());
+        }
+        if self.layers.len() > 0 {
+            self.layers.add(i, other.layers.get(j), other.radiance(j));
         }
     }
 

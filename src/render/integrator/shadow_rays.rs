@@ -189,8 +189,9 @@ fn trace_shadow_rays(
     visibility.clear();
     let filter = MaterialHitFilter(frame.posed);
     if frame.accel.has_translucent() {
-        let opaque_bodies = OpaqueBodies(MaterialHitFilter(frame.posed));
-        let filter: &dyn HitFilter = if frame.leaves_out_caustics() { &opaque_bodies } else { &filter };
+        let blocks_glass = frame.leaves_out_caustics();
+        let opaque_bodies = OpaqueBodies { filter: MaterialHitFilter(frame.posed), blocks_glass };
+        let filter: &dyn HitFilter = if frame.indirect > 0 { &opaque_bodies } else { &filter };
         frame.accel.transmittance(rays, filter, visibility);
     } else {
         frame.accel.occluded(rays, &filter, occluded);

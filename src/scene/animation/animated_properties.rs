@@ -64,6 +64,10 @@ pub enum MaterialProperty {
     IridescenceMinThickness,
     /// Thickness of the thin film in nanometres where the texture is 1.
     IridescenceMaxThickness,
+    /// Share of the light that is transmitted diffusely.
+    DiffuseTransmission,
+    /// Colour of the light that is transmitted diffusely (3 components).
+    DiffuseTransmissionColor,
     /// Colour of the light after the attenuation distance in a volume (3 components).
     AttenuationColor,
     /// Attenuation distance of a volume, in metres.
@@ -115,6 +119,10 @@ pub enum TextureSlot {
     Iridescence,
     /// Thickness of the thin film.
     IridescenceThickness,
+    /// Share of the light that is transmitted diffusely.
+    DiffuseTransmission,
+    /// Colour of the light that is transmitted diffusely.
+    DiffuseTransmissionColor,
 }
 
 /// A property of a light.
@@ -157,7 +165,9 @@ impl MaterialProperty {
         match self {
             MaterialProperty::Base | MaterialProperty::Diffuse => 4,
             MaterialProperty::Emission | MaterialProperty::SpecularColor | MaterialProperty::SpecularF0 => 3,
-            MaterialProperty::AttenuationColor | MaterialProperty::SheenColor => 3,
+            MaterialProperty::AttenuationColor
+            | MaterialProperty::SheenColor
+            | MaterialProperty::DiffuseTransmissionColor => 3,
             MaterialProperty::Offset(_) | MaterialProperty::Scale(_) => 2,
             _ => 1,
         }
@@ -222,6 +232,10 @@ impl Material {
             }
             MaterialProperty::SheenColor => self.sheen.color.factor = vec3().min(Vec3::ONE),
             MaterialProperty::SheenRoughness => self.sheen.roughness.factor = fraction(),
+            MaterialProperty::DiffuseTransmission => self.diffuse_transmission.factor.factor = fraction(),
+            MaterialProperty::DiffuseTransmissionColor => {
+                self.diffuse_transmission.color.factor = vec3().min(Vec3::ONE);
+            }
             MaterialProperty::Iridescence => self.iridescence.factor.factor = fraction(),
             MaterialProperty::IridescenceIor => self.iridescence.ior = at(0).max(1.0),
             MaterialProperty::IridescenceMinThickness => self.iridescence.min_thickness = at(0).max(0.0),
@@ -272,6 +286,10 @@ impl Material {
             }
             (TextureSlot::SheenColor, _) => self.sheen.color.texture.iter_mut().for_each(&change),
             (TextureSlot::SheenRoughness, _) => scalar(&mut self.sheen.roughness),
+            (TextureSlot::DiffuseTransmission, _) => scalar(&mut self.diffuse_transmission.factor),
+            (TextureSlot::DiffuseTransmissionColor, _) => {
+                self.diffuse_transmission.color.texture.iter_mut().for_each(&change);
+            }
             (TextureSlot::Iridescence, _) => scalar(&mut self.iridescence.factor),
             (TextureSlot::IridescenceThickness, _) => {
                 self.iridescence.thickness_texture.iter_mut().for_each(&change);

@@ -196,6 +196,31 @@ fn iridescence_is_read() {
 }
 
 #[test]
+fn diffuse_transmission_is_read() {
+    let extension = json!({"diffuseTransmissionFactor": 0.5, "diffuseTransmissionTexture": {"index": 0},
+        "diffuseTransmissionColorFactor": [0.1, 0.2, 0.3],
+        "diffuseTransmissionColorTexture": {"index": 0, "texCoord": 1}});
+    let name = "KHR_materials_diffuse_transmission";
+    let volume = json!({"thicknessFactor": 1});
+    let material = json!({"extensions": {name: extension, "KHR_materials_volume": volume}});
+    let (scene, warnings) = textured(material).load();
+    assert!(warnings.is_empty(), "{warnings:?}");
+    let m = &scene.materials[0];
+    let transmission = &m.diffuse_transmission;
+    assert_eq!(
+        (transmission.factor.factor, transmission.factor.texture.unwrap().1),
+        (0.5, TextureChannel::A)
+    );
+    assert_eq!(transmission.color.factor, Vec3::new(0.1, 0.2, 0.3));
+    assert_eq!(transmission.color.texture.unwrap().uv_set, 1);
+    assert!(m.is_layered() && m.diffuses_inside() && scene.meshes[0].is_body);
+    let (scene, _) = textured(json!({"extensions": {name: {"diffuseTransmissionFactor": 1}}})).load();
+    let m = &scene.materials[0];
+    assert_eq!(m.diffuse_transmission.color.factor, Vec3::ONE);
+    assert!(!m.diffuses_inside() && !scene.meshes[0].is_body);
+}
+
+#[test]
 fn factors_of_layers_can_be_animated() {
     for (pointer, expected) in [
         ("KHR_materials_anisotropy/anisotropyStrength", MaterialProperty::AnisotropyStrength),
@@ -203,6 +228,18 @@ fn factors_of_layers_can_be_animated() {
         ("KHR_materials_sheen/sheenColorFactor", MaterialProperty::SheenColor),
         ("KHR_materials_sheen/sheenRoughnessFactor", MaterialProperty::SheenRoughness),
         ("KHR_materials_clearcoat/clearcoatNormalTexture/scale", MaterialProperty::ClearcoatNormalScale),
+        (
+            "KHR_materials_diffuse_transmission/diffuseTransmissionFactor",
+            MaterialProperty::DiffuseTransmission,
+        ),
+        (
+            "KHR_materials_diffuse_transmission/diffuseTransmissionColorFactor",
+            MaterialProperty::DiffuseTransmissionColor,
+        ),
+        (
+            "KHR_materials_diffuse_transmission/diffuseTransmissionColorTexture/extensions/KHR_texture_transform/offset",
+            MaterialProperty::Offset(TextureSlot::DiffuseTransmissionColor),
+        ),
         ("KHR_materials_iridescence/iridescenceFactor", MaterialProperty::Iridescence),
         ("KHR_materials_iridescence/iridescenceIor", MaterialProperty::IridescenceIor),
         ("KHR_materials_iridescence/iridescenceThicknessMinimum", MaterialProperty::IridescenceMinThickness),

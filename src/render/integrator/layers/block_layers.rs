@@ -28,6 +28,7 @@ pub(crate) fn cover_layered_points(frame: &Frame, block: &mut PointBlock) {
         let shares = lobes.shares();
         if let Some(point) = block.layered.get_mut(i) {
             point.k_a = shares.k_a;
+            point.transmitted *= shares.base;
         }
         set3(&mut block.k.k_d, i, shares.k_d.to_array());
         set3(&mut block.k_r, i, shares.facets.to_array());

@@ -10,17 +10,25 @@ use crate::integrator::layers::thin_film::ThinFilm;
 use crate::integrator::material::material_inputs::MaterialInputs;
 use crate::integrator::surface::point_block::PointBlock;
 use crate::integrator::surface::shading_triangle::TriangleSurface;
-use crate::integrator::surface::soa::{dvec3, vec3};
+use crate::integrator::surface::soa::{dvec3, set3, vec3};
 use crate::integrator::surface::surface_point::SurfacePoint;
 use crate::integrator::surface::texture_eval::TextureEvalContext;
 use blinn_core::geometry::Rgb;
-use blinn_scene::{Material, NormalMap, PosedScene, TexelSemantics};
+use blinn_scene::{Material, NormalMap, PosedScene, Reflectance, TexelSemantics};
 
 /// The textures of a layered material at the points of a block.
 pub(crate) struct LayerInputs<'a> {
     posed: &'a PosedScene<'a>,
     material: &'a Material,
     inputs: &'a MaterialInputs<'a>,
+}
+
+/// The diffuse transmission of a base.
+struct TransmittedShare {
+    /// The share of its light that comes from behind.
+    share: f32,
+    /// The share of light from behind that it transmits.
+    color: Rgb,
 }
 
 impl<'a> LayerInputs<'a> {
@@ -34,8 +42,10 @@ impl<'a> LayerInputs<'a> {
 
     /// The layers of the point in a lane, whose coefficients are known.
     pub fn layers(&self, triangle: &TriangleSurface, block: &PointBlock, lane: usize) -> LayeredPoint {
+        let transmission = self.diffuse_transmission(block, lane);
         LayeredPoint {
-            k_d: vec3(&block.k.k_d, lane),
+            k_d: vec3(&block.k.k_d, lane) * (1.0 - transmission.share),
+            transmitted: transmission.color,
             coat: self.coat_normal(triangle, block, lane),
             anisotropy: self.anisotropy(triangle, block, lane),
             sheen: self.sheen(lane),
@@ -51,6 +61,32 @@ impl<'a> LayerInputs<'a> {
         let blinn_scene::Sheen { color, roughness } = &self.material.sheen;
         let color = vec3(&self.inputs.color(color, TexelSemantics::Color), lane).clamp(Rgb::ZERO, Rgb::ONE);
         (color != Rgb::ZERO).then(|| Sheen { color, roughness: self.inputs.share(roughness)[lane] })
+    }
+
+    /// Moves the share of the ambient light of the point in a lane that comes from behind away from k_a.
+    pub fn split_ambient(&self, block: &mut PointBlock, lane: usize) {
+        let share = self.diffuse_transmission(block, lane).share;
+        if share > 0.0 {
+            let k_a: Rgb = vec3(&block.k.k_a, lane);
+            set3(&mut block.k.k_a, lane, (k_a * (1.0 - share)).to_array());
+        }
+    }
+
+    /// What the base transmits diffusely.
+    fn diffuse_transmission(&self, block: &PointBlock, lane: usize) -> TransmittedShare {
+        let blinn_scene::DiffuseTransmission { factor, color } = &self.material.diffuse_transmission;
+        if !(factor.factor > 0.0) {
+            return TransmittedShare { share: 0.0, color: Rgb::ZERO };
+        }
+        let share = self.inputs.share(factor)[lane];
+        let color = vec3(&self.inputs.color(color, TexelSemantics::Color), lane).clamp(Rgb::ZERO, Rgb::ONE);
+        let metallic = match &self.material.reflectance {
+            Reflectance::MetallicRoughness { metallic, .. } => self.inputs.share(metallic)[lane],
+            _ => 0.0,
+        };
+        // The rest of the base is metal, or transmits light straight.
+        let base = (1.0 - metallic) * (1.0 - block.k.transmission_weight[lane]);
+        TransmittedShare { share, color: color * (share * base) }
     }
 
     /// The thin film; `None` where it is not there.

@@ -22,6 +22,8 @@ use blinn_core::geometry::Rgb;
 pub(crate) struct LayeredPoint {
     /// k_d of the base, as if nothing covered it.
     pub k_d: Rgb,
+    /// Share of light from behind that the base transmits diffusely, at first as if nothing covered it.
+    pub transmitted: Rgb,
     /// The normals of the coat.
     pub coat: CoatNormal,
     /// The stretch of the microfacets.

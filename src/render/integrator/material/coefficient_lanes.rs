@@ -15,7 +15,7 @@ pub(crate) struct CoefficientLanes {
     color: [[f32; LANES]; 3],
     pub opacity: [f32; LANES],
     k_t: [[f32; LANES]; 3],
-    transmission_weight: [f32; LANES],
+    pub transmission_weight: [f32; LANES],
     pub layers: LayerLanes,
 }
 

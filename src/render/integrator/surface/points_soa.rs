@@ -23,6 +23,15 @@ impl PointsSoa {
         self.blocks.iter_mut().zip(counts)
     }
 
+    /// The layered points.
+    pub fn layered_points(&self) -> impl Iterator<Item = usize> {
+        let blocks = self.blocks.iter().zip((0..self.count).step_by(LANES));
+        let count = self.count;
+        blocks.flat_map(move |(block, first)| {
+            block.layered.lanes().map(move |lane| first + lane).filter(move |&i| i < count)
+        })
+    }
+
     /// The block and the lane of point `i`.
     #[inline(always)]
     pub fn lane(&self, i: usize) -> (&PointBlock, usize) {
@@ -88,7 +97,7 @@ impl AutovecKernel for ViewDirs<'_> {
     #[inline(always)]
     fn run(self) {
         for (block, _) in self.points.blocks_mut() {
-            if block.has_specular || block.reflecting != 0 {
+            if block.has_specular || block.reflecting != 0 || block.layered.mask() != 0 {
                 block.compute_view_dirs(self.turns_normals);
             }
         }

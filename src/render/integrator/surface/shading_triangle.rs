@@ -193,6 +193,13 @@ impl<'s> ShadingTriangle<'s> {
         }
     }
 
+    /// The offset to the smooth surface at barycentrics `b`, on the side of `n_g`.
+    pub fn terminator_offset(&self, b: Vec3, n_g: DVec3) -> Vec3 {
+        let b = b.to_array().map(f64::from);
+        let flip = InterpolatedNormal::new(&self.vertex_normals, b).n.dot(n_g) < 0.0;
+        self.terminator.at(b, flip)
+    }
+
     /// `p` moved by its error bound to the side of `n_g`.
     #[inline(always)]
     fn ray_origin(&self, p: Vec3, n_g: DVec3) -> Vec3 {

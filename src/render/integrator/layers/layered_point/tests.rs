@@ -25,6 +25,7 @@ fn point(coat: DVec3) -> LayeredPoint {
     let coat = CoatNormal { n: coat, alpha2_increase: 0.0 };
     LayeredPoint {
         k_d: Rgb::ONE,
+        transmitted: Rgb::ZERO,
         coat,
         anisotropy: None,
         sheen: None,
