@@ -5,6 +5,7 @@ use std::path::Path;
 
 use serde_json::{Value, json};
 
+use crate::common::html::assert_even_tables;
 use crate::common::program::{blinn, files, folder, model, names, refused, runs};
 
 /// The smallest useful run.
@@ -225,6 +226,7 @@ fn the_report_is_self_contained() {
         let closing = shape.replace('<', "</");
         assert_eq!(page.matches(shape).count(), page.matches(&closing).count(), "{shape}");
     }
+    assert!(assert_even_tables(&page) > 6);
     // Base64 images may contain any text.
     let without_pictures: Vec<&str> =
         page.split("data:image/png;base64,").map(|part| &part[part.find('"').unwrap_or(0)..]).collect();
@@ -290,6 +292,7 @@ fn significant_changes_are_listed_and_are_errors_with_strict() {
     // The report has it as well.
     runs(&folder, "bench --from slow.json --compare old.json --report page.html");
     let page = fs::read_to_string(folder.join("page.html")).unwrap();
+    assert_even_tables(&page);
     for part in ["id=\"compared\"", "28 of 62 measurements changed", "id=\"threads\"", "id=\"rays\""] {
         assert!(page.contains(part), "{part}");
     }
@@ -313,6 +316,7 @@ fn several_machines_are_compared_in_one_report() {
     assert!(text.contains("time / desk") && text.contains("2.00 [1.96, 2.04]"), "{text}");
     let [page, markdown] =
         ["page.html", "tables.md"].map(|file| fs::read_to_string(folder.join(file)).unwrap());
+    assert_even_tables(&page);
     assert!(page.contains("they did the same work") && !page.contains("http:"), "{page}");
     assert!(
         markdown.contains("| stage | pixels | threads | desk | laptop | time / desk | other |"),

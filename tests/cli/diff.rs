@@ -6,6 +6,7 @@ use std::path::Path;
 use serde_json::{Value, json};
 
 use crate::common::gltf_fixture::Fixture;
+use crate::common::html::assert_even_tables;
 use crate::common::program::*;
 
 /// Compares, checks the exit code, and returns the JSON.
@@ -59,6 +60,7 @@ fn one_vertex_moved_by_a_thousandth_of_the_scene_is_found_and_boxed() {
         assert!(side(inner, "width") < 60, "{inner}");
     }
     let page = fs::read_to_string(dir.join("d.html")).unwrap();
+    assert_even_tables(&page);
     assert_eq!(page.matches("data:image/png;base64,").count(), 12);
     assert!(page.contains("<title>sheet</title>") && page.contains("3.0000e-2"));
     assert!(!page.contains("http:") && !page.contains("https:") && !page.contains("{{"));

@@ -2,6 +2,7 @@
 #![allow(dead_code, reason = "each binary uses a part")]
 
 pub mod gltf_fixture;
+pub mod html;
 pub mod program;
 pub mod scenes;
 pub mod seed_files;

@@ -1,14 +1,26 @@
 //! The tables of the report.
 
 use super::units::format_duration;
-use crate::compare::{Comparison, Verdict};
-use crate::results::{BenchResults, SceneResults};
+use crate::compare::{Change, Comparison, Verdict};
+use crate::results::{BenchResults, BvhResults, SceneResults, StageResults};
 use blinn_output::escape_html;
 
-fn table(head: &[&str], rows: &[Vec<String>]) -> String {
-    let head: String = head.iter().map(|h| format!("<th>{h}</th>")).collect();
-    let rows: String = rows.iter().map(|row| format!("<tr>{}</tr>\n", row.concat())).collect();
+/// A column of a table whose rows are made from values of `R`: its heading and its cell in a row.
+struct Column<'c, R> {
+    heading: &'c str,
+    cell: fn(&R) -> String,
+}
+
+/// Returns a table with a row for each value. Every row has a cell for each heading.
+fn table<R>(columns: &[Column<R>], values: &[R]) -> String {
+    let head: String = columns.iter().map(|column| format!("<th>{}</th>", column.heading)).collect();
+    let row = |value: &R| columns.iter().map(|column| (column.cell)(value)).collect::<String>();
+    let rows: String = values.iter().map(|value| format!("<tr>{}</tr>\n", row(value))).collect();
     format!("<div class=\"wide\"><table><tr>{head}</tr>\n{rows}</table></div>\n")
+}
+
+fn column<R>(heading: &str, cell: fn(&R) -> String) -> Column<'_, R> {
+    Column { heading, cell }
 }
 
 fn cell(text: &str) -> String {
@@ -28,60 +40,41 @@ fn hash_cell(hash: Option<&str>) -> String {
 
 /// A row of BVH statistics for each scene.
 pub(super) fn bvhs(results: &BenchResults) -> String {
-    let row = |scene: &SceneResults| {
-        let tree = scene.tree.clone().unwrap_or_default();
-        vec![
-            cell(&scene.name),
-            cell(&scene.triangles.to_string()),
-            cell(&tree.entries.to_string()),
-            cell(&tree.nodes.to_string()),
-            optional(tree.bytes_per_triangle, |v| format!("{v:.1}")),
-            optional(tree.sah_cost, |v| format!("{v:.1}")),
-        ]
-    };
-    let head = ["scene", "triangles", "in BVHs", "nodes", "bytes a triangle", "SAH cost"];
-    table(&head, &results.scenes.iter().map(row).collect::<Vec<_>>())
+    let rows: Vec<_> =
+        results.scenes.iter().map(|scene| (scene, scene.tree.clone().unwrap_or_default())).collect();
+    let columns = [
+        column("scene", |(scene, _): &(&SceneResults, BvhResults)| cell(&scene.name)),
+        column("triangles", |(scene, _)| cell(&scene.triangles.to_string())),
+        column("in BVHs", |(_, tree)| cell(&tree.entries.to_string())),
+        column("nodes", |(_, tree)| cell(&tree.nodes.to_string())),
+        column("bytes a triangle", |(_, tree)| optional(tree.bytes_per_triangle, |v| format!("{v:.1}"))),
+        column("SAH cost", |(_, tree)| optional(tree.sah_cost, |v| format!("{v:.1}"))),
+    ];
+    table(&columns, &rows)
 }
 
 /// A row for each stage.
 pub(super) fn stages(results: &BenchResults) -> String {
-    let mut rows = Vec::new();
-    for (scene, s) in results.scenes.iter().flat_map(|scene| scene.stages.iter().map(move |s| (scene, s))) {
-        rows.push(vec![
-            cell(&scene.name),
-            cell(s.stage.name()),
-            cell(s.camera.as_deref().unwrap_or("–")),
-            cell(&s.size().map_or_else(|| "–".into(), |(width, height)| format!("{width}x{height}"))),
-            cell(&s.threads.to_string()),
-            optional(s.median(), format_duration),
-            optional(s.least_seconds, format_duration),
-            optional(s.mrays(), |v| format!("{v:.2}")),
-            optional(s.nodes_per_ray, |v| format!("{v:.1}")),
-            optional(s.triangles_per_ray, |v| format!("{v:.1}")),
-            optional(s.relative_spread(), |v| format!("{:.1} %", 100.0 * v)),
-            optional(s.waited, |v| format!("{:.0} %", 100.0 * v)),
-            optional(s.peak(), |v| format!("{:.0} MiB", v / f64::from(1 << 20))),
-            optional(s.median_joules(), |v| format!("{v:.3} J")),
-            hash_cell(s.hash.as_deref()),
-        ]);
-    }
-    let head = [
-        "scene",
-        "stage",
-        "pixels",
-        "threads",
-        "time",
-        "least",
-        "Mray/s",
-        "nodes a ray",
-        "triangles a ray",
-        "spread",
-        "waited",
-        "peak memory",
-        "energy",
-        "hash",
+    let rows: Vec<_> =
+        results.scenes.iter().flat_map(|scene| scene.stages.iter().map(move |s| (scene, s))).collect();
+    let columns = [
+        column("scene", |(scene, _): &(&SceneResults, &StageResults)| cell(&scene.name)),
+        column("stage", |(_, s)| cell(s.stage.name())),
+        column("camera", |(_, s)| cell(s.camera.as_deref().unwrap_or("–"))),
+        column("pixels", |(_, s)| cell(&s.size().map_or_else(|| "–".into(), |(w, h)| format!("{w}x{h}")))),
+        column("threads", |(_, s)| cell(&s.threads.to_string())),
+        column("time", |(_, s)| optional(s.median(), format_duration)),
+        column("least", |(_, s)| optional(s.least_seconds, format_duration)),
+        column("Mray/s", |(_, s)| optional(s.mrays(), |v| format!("{v:.2}"))),
+        column("nodes a ray", |(_, s)| optional(s.nodes_per_ray, |v| format!("{v:.1}"))),
+        column("triangles a ray", |(_, s)| optional(s.triangles_per_ray, |v| format!("{v:.1}"))),
+        column("spread", |(_, s)| optional(s.relative_spread(), |v| format!("{:.1} %", 100.0 * v))),
+        column("waited", |(_, s)| optional(s.waited, |v| format!("{:.0} %", 100.0 * v))),
+        column("peak memory", |(_, s)| optional(s.peak(), |v| format!("{:.0} MiB", v / f64::from(1 << 20)))),
+        column("energy", |(_, s)| optional(s.median_joules(), |v| format!("{v:.3} J"))),
+        column("hash", |(_, s)| hash_cell(s.hash.as_deref())),
     ];
-    table(&head, &rows)
+    table(&columns, &rows)
 }
 
 /// A summary of the comparison, and a row for each change.
@@ -100,22 +93,25 @@ pub(super) fn comparison(comparison: &Comparison) -> String {
             comparison.changes.len()
         ),
     };
-    let mut rows = Vec::new();
-    for change in &comparison.changes {
-        let verdict = match change.verdict {
+    let verdict = |change: &Change| {
+        let cell = match change.verdict {
             Verdict::Same => "<td></td>",
             Verdict::Less => "<td class=\"word less\">less</td>",
             Verdict::More => "<td class=\"word more\">more</td>",
         };
-        rows.push(vec![
-            cell(&change.scene),
-            format!("<td class=\"word\">{}</td>", escape_html(&change.metric)),
-            cell(&format!("{:.3}", change.ratio)),
-            cell(&change.interval.map_or_else(|| "–".into(), |i| format!("{:.3}–{:.3}", i.low, i.high))),
-            optional(Some(change.noise), |v| format!("{:.1} %", 100.0 * v)),
-            optional(change.min_ratio, |v| format!("{v:.3}")),
-            verdict.to_string(),
-        ]);
-    }
-    out + &table(&["scene", "cost", "new / old", "95 % interval", "noise", "by least", ""], &rows)
+        cell.to_string()
+    };
+    let interval = |change: &Change| {
+        cell(&change.interval.map_or_else(|| "–".into(), |i| format!("{:.3}–{:.3}", i.low, i.high)))
+    };
+    let columns = [
+        column("scene", |change: &Change| cell(&change.scene)),
+        column("cost", |change| format!("<td class=\"word\">{}</td>", escape_html(&change.metric))),
+        column("new / old", |change| cell(&format!("{:.3}", change.ratio))),
+        column("95 % interval", interval),
+        column("noise", |change| optional(Some(change.noise), |v| format!("{:.1} %", 100.0 * v))),
+        column("by least", |change| optional(change.min_ratio, |v| format!("{v:.3}"))),
+        column("", verdict),
+    ];
+    out + &table(&columns, &comparison.changes)
 }
