@@ -1,8 +1,9 @@
 //! The base of all packages of the blinn renderer: geometry with its error bounds, SIMD kernels with run-time
-//! dispatch, and the cancellation of long work.
+//! dispatch, the cancellation of long work, and suggestions for misspelt names.
 #![deny(unsafe_code)]
 #![warn(missing_docs)]
 
 pub mod cancellation;
+pub mod closest_name;
 pub mod geometry;
 pub mod simd;

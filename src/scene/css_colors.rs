@@ -1,7 +1,8 @@
 //! The named colours of CSS.
 
 use blinn_core::geometry::Rgb;
-use blinn_scene::srgb_to_linear;
+
+use crate::srgb_to_linear;
 
 /// Names with sRGB values, in alphabetical order (CSS Color Module Level 4, 6.1).
 const COLORS: [(&str, u32); 148] = [
@@ -155,11 +156,16 @@ const COLORS: [(&str, u32); 148] = [
     ("yellowgreen", 0x9acd32),
 ];
 
-/// Returns the linear value of a named colour.
-pub(super) fn named_color(name: &str) -> Option<Rgb> {
+/// Returns the linear value of a colour that CSS names, in lower case.
+pub fn named_color(name: &str) -> Option<Rgb> {
     let found = COLORS.binary_search_by_key(&name, |&(name, _)| name).ok()?;
     let [_, r, g, b] = COLORS[found].1.to_be_bytes();
     Some(Rgb::from_array([r, g, b].map(|byte| srgb_to_linear(f32::from(byte) / 255.0))))
+}
+
+/// Returns the names of all colours.
+pub fn color_names() -> impl Iterator<Item = &'static str> {
+    COLORS.iter().map(|(name, _)| *name)
 }
 
 #[cfg(test)]

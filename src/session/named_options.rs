@@ -4,8 +4,9 @@ use std::ffi::{OsStr, OsString};
 use std::path::Path;
 
 use crate::error::SessionError;
-use crate::option_table::{Effect, OptionDef};
+use crate::option_table::{Effect, OptionDef, option_defs};
 use crate::options::Options;
+use blinn_core::closest_name::did_you_mean;
 use blinn_core::geometry::Rgb;
 use blinn_render::Denoise;
 use blinn_render::integrator::Stage;
@@ -26,8 +27,10 @@ impl Options {
     /// # Errors
     /// There is no such option, or it has another form.
     pub fn set(&mut self, name: &str, text: impl AsRef<OsStr>) -> Result<(), SessionError> {
-        let def = OptionDef::find(name)
-            .ok_or_else(|| SessionError::Option(format!("there is no option `{name}`")))?;
+        let def = OptionDef::find(name).ok_or_else(|| {
+            let names = option_defs().map(|def| def.name);
+            SessionError::Option(format!("there is no option `{name}`{}", did_you_mean(name, names)))
+        })?;
         let text = text.as_ref();
         def.apply(self, text).map_err(|reason| {
             SessionError::Option(format!("invalid value '{}' for `{}`: {reason}", text.display(), def.name))

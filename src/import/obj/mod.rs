@@ -7,7 +7,6 @@
 
 mod chunk;
 mod colors;
-mod css_colors;
 mod decimal_comma;
 mod digits;
 mod ear_clipping;
@@ -49,6 +48,7 @@ use crate::files::{escape::printable, scene_folder::SceneFolder, scene_input::Sc
 use blinn_core::cancellation::CancelToken;
 use blinn_scene::{
     BlenderVersion, FileDigest, HashingReader, Instance, LocalTransform, Node, Scene, Source, SourceFormat,
+    named_color,
 };
 use fast_parser::ParsedChunks;
 use geometry::ObjGeometry;
@@ -182,9 +182,9 @@ fn build_scene(
     colors::to_linear(&mut geometry.colors, &mut warnings);
     // JSCAD writes CSS names of colours, and no MTL.
     let by_jscad = generator.ends_with("JSCAD");
-    let named_color = |name: &str| if by_jscad { css_colors::named_color(name) } else { None };
+    let jscad_color = |name: &str| if by_jscad { named_color(name) } else { None };
     let defined: Vec<String> =
-        geometry.materials.iter().filter(|name| named_color(name).is_none()).cloned().collect();
+        geometry.materials.iter().filter(|name| jscad_color(name).is_none()).cloned().collect();
     let libraries = MaterialLibraries::read(
         &geometry.libraries,
         &defined,
@@ -224,7 +224,7 @@ fn build_scene(
         mesh.material = *material_of.entry(slot).or_insert_with(|| {
             scene.materials.push(match mtl {
                 Some(mtl) => material::build_material(mtl, &mut images, &mut warnings),
-                None => material::undefined_material(name, named_color(name)),
+                None => material::undefined_material(name, jscad_color(name)),
             });
             scene.materials.len() as u32 - 1
         });

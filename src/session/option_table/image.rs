@@ -103,8 +103,11 @@ pub static IMAGE: [OptionDef; 16] = [
     OptionDef {
         name: "background",
         value_name: "COLOR|transparent|hdri",
-        help: "Background: a colour as displayed, none (transparent), or the environment of `hdri` or the file (hdri) \
-               [default: .05,.05,.05]",
+        help: "Background: a colour, none (transparent), or the environment of `hdri` or the file (hdri) \
+               [default: .05]\n\n\
+               A colour is R,G,B or one number in linear light (.5 is 188 of 255 in the picture); or as displayed: a \
+               name of CSS such as orange, #rrggbb, #rgb, or srgb(R,G,B) from 0 to 1 (srgb(.5) is 128). Exposure and \
+               `view` do not change it.",
         effect: Effect::Value(|options, text| {
             store(&mut options.background, values::image_background(text).map(Some))
         }),

@@ -74,7 +74,7 @@ pub static LIGHTS: [OptionDef; 16] = [
     OptionDef {
         name: "ambient",
         value_name: "COLOR",
-        help: "Ambient light I_a",
+        help: "Ambient light I_a: R,G,B or one number, linear; or a displayed colour, as for `background`",
         effect: Effect::Value(|options, text| {
             store(&mut options.lighting.ambient, values::color(text).map(Some))
         }),

@@ -12,6 +12,7 @@ mod tests;
 use std::path::Path;
 
 use crate::options::Options;
+use blinn_core::closest_name::did_you_mean;
 
 /// An option: names, documentation and effect.
 #[derive(Debug)]
@@ -158,7 +159,10 @@ const fn names<T, const N: usize>(choices: &Choices<T, N>) -> [&'static str; N] 
 fn choose<T: Copy, const N: usize>(field: &mut T, text: &str, choices: &Choices<T, N>) -> Result<(), String> {
     match choices.iter().find(|(name, _)| *name == text) {
         Some((_, value)) => *field = *value,
-        None => return Err(format!("expected {}", names(choices).join(", "))),
+        None => {
+            let names = names(choices);
+            return Err(format!("expected {}{}", names.join(", "), did_you_mean(text, names)));
+        }
     }
     Ok(())
 }

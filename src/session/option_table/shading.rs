@@ -29,7 +29,8 @@ pub static SHADING: [OptionDef; 8] = [
     OptionDef {
         name: "kd",
         value_name: "COLOR",
-        help: "Diffuse coefficient k_d of all materials",
+        help: "Diffuse coefficient k_d of all materials: R,G,B or one number, linear; or a displayed colour, as for \
+               `background`",
         effect: Effect::Value(|options, text| {
             store(&mut options.overrides.k_d, values::color(text).map(Some))
         }),
@@ -38,7 +39,7 @@ pub static SHADING: [OptionDef; 8] = [
     OptionDef {
         name: "ks",
         value_name: "COLOR",
-        help: "Specular coefficient k_s of all materials",
+        help: "Specular coefficient k_s of all materials: as `kd`",
         effect: Effect::Value(|options, text| {
             store(&mut options.overrides.k_s, values::color(text).map(Some))
         }),

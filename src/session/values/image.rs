@@ -1,38 +1,19 @@
-//! Parsers of sizes, colours, exposure and AOVs of images.
+//! Parsers of sizes, backgrounds, exposure and AOVs of images.
 
-use glam::Vec3;
-
+use super::color::color_or;
 use super::numbers::{exactly, number};
 use crate::options::{AovSelection, CRYPTOMATTE, Exposure, ImageBackground};
-use blinn_core::geometry::Rgb;
+use blinn_core::closest_name::did_you_mean;
 use blinn_render::PixelRect;
 use blinn_render::display::Background;
 use blinn_render::integrator::Aov;
-
-/// `R,G,B` in linear light, or `#rrggbb` in sRGB.
-pub fn color(text: &str) -> Result<Rgb, String> {
-    let form = "expected R,G,B (linear) or #rrggbb (sRGB)";
-    let Some(hex) = text.strip_prefix('#') else {
-        let [r, g, b] = exactly::<3>(text, "R,G,B").map_err(|e| format!("{e}; {form}"))?;
-        if r < 0.0 || g < 0.0 || b < 0.0 {
-            return Err("a colour must not be negative".into());
-        }
-        return Ok(Vec3::new(r as f32, g as f32, b as f32));
-    };
-    if hex.len() != 6 || !hex.bytes().all(|b| b.is_ascii_hexdigit()) {
-        return Err(form.into());
-    }
-    let packed = u32::from_str_radix(hex, 16).map_err(|_| form.to_string())?;
-    let channel = |shift: u32| blinn_scene::srgb_to_linear(((packed >> shift) & 255) as f32 / 255.0);
-    Ok(Vec3::new(channel(16), channel(8), channel(0)))
-}
 
 /// A colour, or `transparent`, also named `none`.
 pub fn background(text: &str) -> Result<Background, String> {
     if matches!(text, "transparent" | "none") {
         return Ok(Background::Transparent);
     }
-    color(text).map(Background::Color).map_err(|e| format!("{e}, or 'transparent'"))
+    color_or(text, &["transparent"]).map(Background::Color)
 }
 
 /// A colour, `transparent` or `hdri`.
@@ -40,7 +21,10 @@ pub fn image_background(text: &str) -> Result<ImageBackground, String> {
     if text == "hdri" {
         return Ok(ImageBackground::Environment);
     }
-    background(text).map(ImageBackground::Fixed).map_err(|e| format!("{e}, or 'hdri'"))
+    if let Ok(background) = background(text) {
+        return Ok(ImageBackground::Fixed(background));
+    }
+    color_or(text, &["transparent", "hdri"]).map(Background::Color).map(ImageBackground::Fixed)
 }
 
 /// `WxH` or `W,H` in pixels.
@@ -84,7 +68,8 @@ pub fn aovs(text: &str) -> Result<AovSelection, String> {
             None if name == CRYPTOMATTE => selection.cryptomatte = true,
             None => {
                 let names: Vec<_> = Aov::ALL.iter().map(|a| a.name()).chain([CRYPTOMATTE]).collect();
-                return Err(format!("unknown AOV '{name}': expected {}", names.join(", ")));
+                let hint = did_you_mean(name, &names);
+                return Err(format!("unknown layer '{name}'{hint}; expected {}", names.join(", ")));
             }
         }
     }
@@ -94,15 +79,14 @@ pub fn aovs(text: &str) -> Result<AovSelection, String> {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use blinn_core::geometry::Rgb;
 
     #[test]
-    fn colours_are_linear_numbers_or_srgb_hex() {
-        assert_eq!(color(".5,0,1").unwrap(), Vec3::new(0.5, 0.0, 1.0));
+    fn backgrounds_are_colours_or_transparent() {
         assert_eq!(background("none"), Ok(Background::Transparent));
-        assert!(color("#ff0080").unwrap().abs_diff_eq(Vec3::new(1.0, 0.0, 0.2158605), 1e-6));
-        for wrong in ["#ff008", "#gg0000", "1,2", "-1,0,0", "#+f0000", "1e39,0,0"] {
-            assert!(color(wrong).is_err(), "{wrong}");
-        }
+        assert_eq!(background("white"), Ok(Background::Color(Rgb::ONE)));
+        assert_eq!(image_background("hdri"), Ok(ImageBackground::Environment));
+        assert!(image_background("transparant").unwrap_err().contains("did you mean 'transparent'?"));
     }
 
     #[test]

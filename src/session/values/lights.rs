@@ -2,9 +2,10 @@
 
 use glam::DVec3;
 
-use super::image::color;
+use super::color::color;
 use super::numbers::{exactly, number, positive};
 use crate::options::OcclusionSampling;
+use blinn_core::closest_name::did_you_mean;
 use blinn_core::geometry::Rgb;
 use blinn_scene::{LightSet, UserLight};
 
@@ -51,7 +52,10 @@ pub fn lights(text: &str) -> Result<Vec<LightSet>, String> {
         "three-point" => Ok(LightSet::ThreePoint),
         "none" => Err("'none' cannot be combined with others".to_string()),
         other => {
-            Err(format!("unknown light source '{other}': expected file, headlight, three-point or none"))
+            let hint = did_you_mean(other, ["file", "headlight", "three-point", "none"]);
+            Err(format!(
+                "unknown light source '{other}'{hint}; expected file, headlight, three-point or none"
+            ))
         }
     };
     let mut sources = Vec::new();

@@ -1,12 +1,14 @@
 //! Parsers of option values. Their errors say which form is expected.
 
 mod camera;
+mod color;
 mod image;
 mod lights;
 mod numbers;
 
 pub use camera::{axis, clip, elevation, field_of_view, intrinsics, orbit, shift, view_rect};
-pub use image::{aovs, background, color, crop, exposure, image_background, size};
+pub use color::color;
+pub use image::{aovs, background, crop, exposure, image_background, size};
 pub use lights::{ao, area_light, lights, point_light, radius, strength, sun};
 pub use numbers::{
     angle, bytes, depth_unit, direction, exactly, fraction, glob, length_scale, number, numbers, positive,
