@@ -6,7 +6,7 @@ use std::path::Path;
 
 use anyhow::{Context, Error, Result};
 
-use blinn_session::with_option_names;
+use blinn_session::{with_option_names, without_error_codes};
 
 /// True for the file name `-`, which stands for standard output.
 pub fn is_stdout(name: &Path) -> bool {
@@ -49,9 +49,9 @@ pub fn scene_error(scene: &Path, error: &Error) -> String {
     if text.contains(&path) { text } else { format!("{path}: {text}") }
 }
 
-/// A message of the library with its options as flags: `` `clip off` `` becomes `--clip off`.
+/// A message of the library with its options as flags: `` `clip off` `` becomes `--clip off`; without error codes.
 pub fn with_flags(text: &str) -> String {
-    with_option_names(text, |name, value| match value {
+    with_option_names(&without_error_codes(text), |name, value| match value {
         Some(value) => format!("--{name} {value}"),
         None => format!("--{name}"),
     })

@@ -159,7 +159,12 @@ fn properties(posed: &PosedScene, report: &BuildReport, warnings: &[String], mod
     let stored: usize = scene.meshes.iter().map(|m| m.triangles.len()).sum();
     let value = json!({
         "file": "",
-        "format": match scene.source.format { SourceFormat::Gltf => "glTF", SourceFormat::Obj => "OBJ" },
+        "format": match scene.source.format {
+            SourceFormat::Gltf => "glTF",
+            SourceFormat::Obj => "OBJ",
+            SourceFormat::Stl => "STL",
+            SourceFormat::Ply => "PLY",
+        },
         "generator": scene.source.generator,
         "exporters": exporters.iter().map(|exporter| json!({
             "name": exporter.name, "version": version_of(&scene.source.generator), "section": exporter.section(),

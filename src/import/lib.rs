@@ -1,4 +1,4 @@
-//! Importers: glTF, GLB and OBJ files to a [`Scene`], Radiance HDR and OpenEXR environment maps, and camera
+//! Importers: glTF, GLB, OBJ, STL and PLY files to a [`Scene`], Radiance HDR and OpenEXR environment maps, and camera
 //! XML.
 //!
 //! Files are untrusted. Sizes are checked before memory is allocated, indices before they are used, and
@@ -21,8 +21,11 @@ mod missing_uvs;
 mod normal_maps;
 mod obj;
 mod options;
+mod ply;
+mod polygons;
 mod scale;
 mod smooth;
+mod stl;
 mod tangents;
 
 use std::io::{self, Read};
@@ -46,10 +49,13 @@ pub use memory::MemoryWatch;
 pub use options::{GlassMode, LoadOptions, MtlColors, SceneChoice, UpAxis};
 pub use smooth::NormalMode;
 
+/// Extensions of scene files, in lower case.
+pub const SCENE_EXTENSIONS: [&str; 5] = ["gltf", "glb", "obj", "stl", "ply"];
+
 /// Bytes at the start of a file that its format is detected from.
 const HEAD_BYTES: u64 = 4096;
 
-/// Loads a scene with all warnings. The format (glTF, GLB or OBJ) is detected from the content, then from the
+/// Loads a scene with all warnings. The format (glTF, GLB, OBJ, STL or PLY) is detected from the content, then from the
 /// extension, unless [`LoadOptions::format`] is set. A path such as `objects.tar/a/chair.obj` names a file in a tar file,
 /// which is read in place with the files beside it.
 ///
@@ -89,27 +95,37 @@ fn load_input(
 ) -> Result<(Scene, Vec<Warning>), LoadError> {
     let limit = options.limits.file_bytes;
     let mut head = Vec::new();
-    let (file, _) = input.open(limit)?;
+    let (file, length) = input.open(limit)?;
     file.take(HEAD_BYTES).read_to_end(&mut head).map_err(|e| LoadError::io(path, e))?;
     if let Some(hint) = files::git_lfs::pointer_hint(&head) {
         return Err(LoadError::io(path, io::Error::new(io::ErrorKind::InvalidData, hint)));
     }
-    if let Some(hint) = files::archive_hint::hint(&head) {
-        return Err(LoadError::Unsupported(hint.into()));
+    if options.format.is_none()
+        && let Some(hint) = files::foreign_format::hint(path, &head)
+    {
+        return Err(LoadError::Unsupported(hint));
     }
     let folder =
         files::scene_folder::SceneFolder::of(path, options.allow_outside).with_cancel(&options.cancel);
-    let (mut scene, mut warnings) = match options.format.unwrap_or_else(|| detect_format(path, &head)) {
+    let (mut scene, mut warnings) = match options.format.unwrap_or_else(|| detect_format(path, &head, length))
+    {
         SourceFormat::Gltf => {
             let bytes = input.read(limit)?;
             folder.sources.record_scene(FileDigest::of(&bytes));
             gltf::load(&bytes, &folder, options)?
         }
-        SourceFormat::Obj => {
+        format => {
             if let Some(name) = options.variant.as_deref().filter(|name| *name != "none") {
                 return Err(gltf::unknown_variant(name, &[]));
             }
-            obj::load(input, &folder, options)?
+            if format == SourceFormat::Obj {
+                obj::load(input, &folder, options)?
+            } else {
+                let bytes = input.read(limit)?;
+                folder.sources.record_scene(FileDigest::of(&bytes));
+                let load = if format == SourceFormat::Ply { ply::load } else { stl::load };
+                load(&bytes, &folder, options)?
+            }
         }
     };
     options.cancel.check()?;
@@ -126,13 +142,24 @@ fn load_input(
     Ok((scene, warnings))
 }
 
-/// Detects glTF by GLB's magic number, by JSON's first brace or by the extension.
-fn detect_format(path: &Path, head: &[u8]) -> SourceFormat {
+/// Detects the format by the content: GLB's magic number, JSON's first brace, the first line of PLY, the size of binary STL or
+/// the first words of STL; else by the extension. OBJ has no mark.
+fn detect_format(path: &Path, head: &[u8], bytes: u64) -> SourceFormat {
     let text = head.strip_prefix(b"\xef\xbb\xbf").unwrap_or(head);
     let first = text.iter().copied().find(|b| !b.is_ascii_whitespace());
-    let extension = path.extension().map(|e| e.to_ascii_lowercase());
-    let is_gltf = head.starts_with(b"glTF")
-        || first == Some(b'{')
-        || extension.is_some_and(|e| e == "gltf" || e == "glb");
-    if is_gltf { SourceFormat::Gltf } else { SourceFormat::Obj }
+    if head.starts_with(b"glTF") || first == Some(b'{') {
+        return SourceFormat::Gltf;
+    }
+    if ply::is_ply(head) {
+        return SourceFormat::Ply;
+    }
+    if stl::is_stl(head, bytes) {
+        return SourceFormat::Stl;
+    }
+    match path.extension().map(|extension| extension.to_string_lossy().to_ascii_lowercase()).as_deref() {
+        Some("gltf" | "glb") => SourceFormat::Gltf,
+        Some("ply") => SourceFormat::Ply,
+        Some("stl") => SourceFormat::Stl,
+        _ => SourceFormat::Obj,
+    }
 }

@@ -72,8 +72,8 @@ pub struct LoadOptions {
     pub format: Option<SourceFormat>,
     /// The scene to load.
     pub scene: SceneChoice,
-    /// The file's up axis.
-    pub up: UpAxis,
+    /// The file's up axis. `None` is that of its format: +Z for STL and PLY, +Y for others.
+    pub up: Option<UpAxis>,
     /// Factor of all lengths in the file; `None` is 1.
     pub scale: Option<f64>,
     /// Name of a material variant (KHR_materials_variants); `none` or `None` selects the default materials.
@@ -126,8 +126,9 @@ impl fmt::Debug for LoadOptions {
 }
 
 impl LoadOptions {
-    /// Returns the transform from the file's coordinates to the scene's: the up axis and the scale.
-    pub(crate) fn root_transform(&self) -> DMat3 {
-        self.up.rotation() * self.scale.unwrap_or(1.0)
+    /// Returns the transform from the file's coordinates to the scene's: the up axis, which is `usual` unless it is set, and
+    /// the scale.
+    pub(crate) fn root_transform(&self, usual: UpAxis) -> DMat3 {
+        self.up.unwrap_or(usual).rotation() * self.scale.unwrap_or(1.0)
     }
 }

@@ -2,7 +2,7 @@
 
 use std::sync::Mutex;
 
-use blinn_session::{Notice, SessionError, SessionLog, with_option_names};
+use blinn_session::{Notice, SessionError, SessionLog, with_option_names, without_error_codes};
 
 /// Collects each warning of a render once, in order.
 #[derive(Default)]
@@ -28,7 +28,7 @@ impl SessionLog for WarningLog {
 
 /// A message of the library with its options as keyword arguments: `` `clip off` `` becomes `clip='off'`.
 pub fn with_keywords(text: &str) -> String {
-    with_option_names(text, |name, value| {
+    with_option_names(&without_error_codes(text), |name, value| {
         let name = name.replace('-', "_");
         match value {
             Some(value) => format!("{name}='{value}'"),

@@ -10,6 +10,10 @@ pub enum SourceFormat {
     Gltf,
     /// Wavefront OBJ.
     Obj,
+    /// Stereolithography, text or binary.
+    Stl,
+    /// The Stanford polygon format, text or binary.
+    Ply,
 }
 
 /// The source of a scene.

@@ -5,8 +5,7 @@ use std::ffi::{OsStr, OsString};
 use std::io;
 use std::path::{Path, PathBuf};
 
-/// Extensions of scene files that are read without Blender, in lower case.
-pub const SCENE_EXTENSIONS: [&str; 3] = ["gltf", "glb", "obj"];
+use blinn_import::SCENE_EXTENSIONS;
 
 /// Deepest level of folders that is searched.
 const MAX_DEPTH: usize = 64;

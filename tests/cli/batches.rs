@@ -42,7 +42,7 @@ fn a_folder_is_a_batch() {
     assert_eq!(names, expected);
     runs(&at, &format!("render objects/ {SMALL} --dry-run -o {{parent}}/{{stem}}.png"));
     fs::create_dir(at.join("empty")).unwrap();
-    refused(&at, "render empty", "empty: a folder without .gltf, .glb, .obj or .blend files");
+    refused(&at, "render empty", "empty: a folder without .gltf, .glb, .obj, .stl, .ply or .blend files");
     refused(&at, "render objects missing/ -o a.png", "would both be written to a.png");
 }
 
@@ -299,7 +299,7 @@ fn a_tar_file_is_a_batch() {
     refused(&at, "render broken.tar", "broken.tar: the tar file is malformed");
     let empty = blinn::output::ShardWriter::new(&at.join("empty.tar")).unwrap();
     empty.finish(blinn::output::Overwrite::No).unwrap();
-    refused(&at, "render empty.tar", "empty.tar: a tar file without .gltf, .glb or .obj files");
+    refused(&at, "render empty.tar", "empty.tar: a tar file without .gltf, .glb, .obj, .stl or .ply files");
 }
 
 /// 120 scenes, a fifth of them broken, large or slow, end alike on any number of threads, also after kills.

@@ -161,9 +161,13 @@ fn a_decoder_panic_fails_only_its_scene() {
 #[test]
 fn a_file_of_another_format_is_an_error() {
     let dir = tempfile::tempdir().unwrap();
-    for (name, bytes) in [("a.glb", &b"\x89PNG\r\n\x1a\n"[..]), ("b.gltf", b"hello"), ("c.glb", b"")] {
+    for (name, bytes, message) in [
+        ("a.glb", &b"\x89PNG\r\n\x1a\n"[..], "the file is a PNG picture"),
+        ("b.gltf", b"hello", "not a glTF file"),
+        ("c.glb", b"", "the file is empty"),
+    ] {
         fs::write(dir.path().join(name), bytes).unwrap();
-        fails(dir.path(), &["render", name], 1, "not a glTF file");
+        fails(dir.path(), &["render", name], 1, message);
     }
     fails(dir.path(), &["render", "gone.glb", "--dry-run"], 1, "gone.glb: ");
 }

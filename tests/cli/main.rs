@@ -65,6 +65,7 @@ mod layers;
 mod library;
 mod light_sources;
 mod lighting;
+mod polygon_files;
 mod process_limits;
 mod render;
 mod resume;

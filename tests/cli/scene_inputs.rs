@@ -122,8 +122,12 @@ fn standard_input_is_refused_where_it_cannot_be_read() {
 fn a_folder_without_scenes_is_a_wrong_command_line() {
     let (_dir, folder) = folder();
     fs::create_dir(folder.join("models")).unwrap();
-    refused(&folder, "render models", "models: a folder without .gltf, .glb, .obj or .blend files");
+    refused(
+        &folder,
+        "render models",
+        "models: a folder without .gltf, .glb, .obj, .stl, .ply or .blend files",
+    );
     fs::create_dir(folder.join("models/lamp")).unwrap();
     fs::write(folder.join("models/notes.txt"), "").unwrap();
-    refused(&folder, "info models/", "a folder without .gltf, .glb, .obj or .blend files");
+    refused(&folder, "info models/", "a folder without .gltf, .glb, .obj, .stl, .ply or .blend files");
 }

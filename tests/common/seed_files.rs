@@ -239,3 +239,43 @@ pub fn skies() -> Vec<(&'static str, Vec<u8>)> {
     let [hdr, exr] = [image::ImageFormat::Hdr, image::ImageFormat::OpenExr].map(save);
     vec![("sky.hdr", hdr), ("sky.exr", exr), ("turned.hdr", turned())]
 }
+
+/// PLY and STL files with every attribute: a name, and the bytes.
+pub fn polygon_files() -> Vec<(&'static str, &'static str, Vec<u8>)> {
+    let ply = "ply\nformat ascii 1.0\ncomment TextureFile a.png\nelement vertex 5\nproperty float x\n\
+        property float y\nproperty float z\nproperty float nx\nproperty float ny\nproperty float nz\n\
+        property uchar red\nproperty uchar green\nproperty uchar blue\nproperty uchar alpha\nproperty float s\n\
+        property float t\nelement face 2\nproperty list uchar int vertex_indices\nproperty list uchar float texcoord\n\
+        property int texnumber\nproperty uchar red\nproperty uchar green\nproperty uchar blue\nelement edge 1\n\
+        property int vertex1\nproperty int vertex2\nend_header\n\
+        0 0 0 0 0 1 255 0 0 255 0 0\n1 0 0 0 0 1 0 255 0 255 1 0\n1 1 0 0 0 0 0 0 255 9 1 1\n0 1 0 0 0 1 9 9 9 255 0 1\n\
+        .5 2 0 0 0 1 9 9 9 255 .5 2\n5 0 1 2 4 3 10 0 0 1 0 1 1 .5 2 0 1 0 9 9 9\n3 0 2 3 6 0 0 1 1 0 1 0 255 0 0\n0 1\n";
+    let mut strips =
+        b"ply\nformat binary_big_endian 1.0\nelement vertex 4\nproperty double x\nproperty short y\n\
+        property float z\nelement tristrips 1\nproperty list int int vertex_indices\nend_header\n"
+            .to_vec();
+    for (x, y) in [(0.0f64, 0i16), (1.0, 0), (0.0, 1), (1.0, 1)] {
+        strips.extend(x.to_be_bytes());
+        strips.extend(y.to_be_bytes());
+        strips.extend(0.5f32.to_be_bytes());
+    }
+    [6i32, 0, 1, 2, 3, -1, 0].iter().for_each(|index| strips.extend(index.to_be_bytes()));
+    let text = "solid a b\nfacet normal 0 0 1\nouter loop\nvertex 0 0 0\nvertex 1 0 0\nvertex 1 1 0\nvertex 0 1 0\n\
+        endloop\nendfacet\nendsolid a b\nsolid\nfacet normal 0 0 0\nouter loop\nvertex 0 0 1e-3\nvertex 1 0 -1e30\n\
+        vertex 5e5 1 0\nendloop\nendfacet\nendsolid\n";
+    let mut binary = b"a test COLOR=\xff\x80\x00\xff".to_vec();
+    binary.resize(80, b' ');
+    binary.extend(2u32.to_le_bytes());
+    for attribute in [1u16 << 15, 31 << 5] {
+        for number in [0.0f32, 0.0, 1.0, 0.0, 0.0, 0.0, 1.0, 0.0, f32::from(attribute & 1), 0.0, 1.0, 0.0] {
+            binary.extend(number.to_le_bytes());
+        }
+        binary.extend(attribute.to_le_bytes());
+    }
+    vec![
+        ("text.ply", "a.ply", ply.into()),
+        ("strips.ply", "a.ply", strips),
+        ("text.stl", "a.stl", text.into()),
+        ("binary.stl", "a.stl", binary),
+    ]
+}

@@ -7,7 +7,7 @@ use clap::Command;
 
 use super::command_tree::find_flag;
 use super::{help, values};
-use blinn_session::FrameList;
+use blinn_session::{FrameList, SCENE_EXTENSIONS};
 
 /// Joins a flag and the argument after it with `=` in two cases. Only then clap takes the argument for the value.
 ///
@@ -46,7 +46,7 @@ pub fn asks_for_version(argv: &[OsString]) -> bool {
 fn is_frame_list(arg: &OsString) -> bool {
     let Some(text) = arg.to_str() else { return false };
     let extension = Path::new(text).extension().and_then(|e| e.to_str()).unwrap_or_default();
-    let is_scene = ["glb", "gltf", "obj"].iter().any(|e| extension.eq_ignore_ascii_case(e));
+    let is_scene = SCENE_EXTENSIONS.iter().any(|e| extension.eq_ignore_ascii_case(e));
     let is_other = is_scene || text.starts_with(['-', '@']) || Path::new(text).exists();
     FrameList::parse(text).is_ok() || !is_other
 }

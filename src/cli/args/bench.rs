@@ -12,7 +12,7 @@ type Sizes = Vec<(u32, u32)>;
 
 #[derive(Debug, Args)]
 pub struct BenchArgs {
-    /// Scene files: .gltf, .glb or .obj
+    /// Scene files: .gltf, .glb, .obj, .stl or .ply
     #[arg(required_unless_present_any = ["suite", "scene_folder", "from"], value_name = "SCENE", help_heading = "Scene")]
     pub scenes: Vec<PathBuf>,
     /// Measure all standard scenes, with each number of triangles in SIZES, such as 70k or 10k,70k,1.1m [default

@@ -10,7 +10,8 @@ use super::scene::SceneArgs;
 use super::values;
 
 /// Names and help of the two files, which [`SceneArgs`] takes as scenes.
-pub const DIFF_FILES: ([&str; 2], &str) = (["OLD", "NEW"], "Two scenes (.gltf, .glb or .obj), or two images");
+pub const DIFF_FILES: ([&str; 2], &str) =
+    (["OLD", "NEW"], "Two scenes (.gltf, .glb, .obj, .stl or .ply), or two images");
 
 #[derive(Debug, Args)]
 pub struct DiffArgs {

@@ -10,7 +10,7 @@ use blinn_bench::BenchStage;
 
 #[derive(Debug, Args)]
 pub struct RaysArgs {
-    /// Scene file: .gltf, .glb or .obj
+    /// Scene file: .gltf, .glb, .obj, .stl or .ply
     #[arg(value_name = "SCENE", help_heading = "Scene")]
     pub scene: PathBuf,
     /// Write the rays and their hits as an uncompressed NumPy archive

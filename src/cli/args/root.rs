@@ -15,7 +15,7 @@ use super::sheet::SheetArgs;
 use super::turntable::TurntableArgs;
 use super::view::ViewArgs;
 
-/// Render glTF and OBJ mesh scenes on the CPU
+/// Render glTF, OBJ, STL and PLY scenes on the CPU
 #[derive(Debug, Parser)]
 #[command(name = "blinn", version, max_term_width = 100, arg_required_else_help = true)]
 pub struct Cli {

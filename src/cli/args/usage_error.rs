@@ -6,6 +6,8 @@ use std::path::Path;
 use clap::error::{ContextKind, ContextValue, ErrorKind};
 use clap::{Command, Error};
 
+use blinn_session::SCENE_EXTENSIONS;
+
 use super::command_tree::find_flag;
 use super::foreign_flags::{Equivalent, equivalent};
 use super::{config, help};
@@ -87,7 +89,7 @@ fn unknown_argument(error: &Error, flag: &str, argv: &[OsString]) -> String {
 fn unknown_command(error: &Error) -> String {
     let word = context(error, ContextKind::InvalidSubcommand).unwrap_or_default();
     let extension = Path::new(&word).extension().and_then(|e| e.to_str()).unwrap_or_default();
-    if ["glb", "gltf", "obj"].iter().any(|scene| extension.eq_ignore_ascii_case(scene)) {
+    if SCENE_EXTENSIONS.iter().any(|scene| extension.eq_ignore_ascii_case(scene)) {
         return format!("unknown command '{word}': to render it, use blinn render {word}");
     }
     match context(error, ContextKind::SuggestedSubcommand) {

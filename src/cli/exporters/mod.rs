@@ -58,11 +58,13 @@ enum Format {
     Obj,
 }
 
-impl From<SourceFormat> for Format {
-    fn from(format: SourceFormat) -> Format {
+impl Format {
+    /// Returns the format of a scene. The page has no exporters of STL and PLY.
+    fn of(format: SourceFormat) -> Option<Format> {
         match format {
-            SourceFormat::Gltf => Format::Gltf,
-            SourceFormat::Obj => Format::Obj,
+            SourceFormat::Gltf => Some(Format::Gltf),
+            SourceFormat::Obj => Some(Format::Obj),
+            SourceFormat::Stl | SourceFormat::Ply => None,
         }
     }
 }
@@ -82,7 +84,7 @@ static EXPORTERS: LazyLock<Vec<Exporter>> =
 pub fn candidates(source: &Source) -> Vec<&'static Exporter> {
     let length = |exporter: &Exporter| {
         let marks = exporter.generator.iter().filter(|mark| source.generator.contains(mark.as_str()));
-        marks.map(String::len).max().filter(|_| exporter.format == source.format.into())
+        marks.map(String::len).max().filter(|_| Some(exporter.format) == Format::of(source.format))
     };
     let longest = EXPORTERS.iter().filter_map(length).max();
     EXPORTERS.iter().filter(|exporter| longest.is_some() && length(exporter) == longest).collect()

@@ -113,7 +113,10 @@ impl Expansion {
         let before = self.paths.count();
         visit_scenes(folder, &mut |scene| self.paths.push(scene))?;
         if self.paths.count() == before {
-            let text = format!("{}: a folder without .gltf, .glb, .obj or .blend files", folder.display());
+            let text = format!(
+                "{}: a folder without .gltf, .glb, .obj, .stl, .ply or .blend files",
+                folder.display()
+            );
             return Err(io::Error::new(io::ErrorKind::NotFound, text));
         }
         Ok(())
@@ -125,7 +128,9 @@ impl Expansion {
         let with_path = |e: io::Error| io::Error::new(e.kind(), format!("{}: {e}", file.display()));
         let scenes = scenes_in_tar(file, has_scene_extension).map_err(with_path)?;
         if scenes.is_empty() {
-            return Err(with_path(io::Error::other("a tar file without .gltf, .glb or .obj files")));
+            return Err(with_path(io::Error::other(
+                "a tar file without .gltf, .glb, .obj, .stl or .ply files",
+            )));
         }
         scenes.iter().try_for_each(|scene| self.paths.push(scene))
     }
@@ -269,7 +274,7 @@ mod tests {
         assert_eq!(expand(&[format!("@{}", at("list").display()).into()]).unwrap(), expected);
         std::fs::create_dir(at("empty")).unwrap();
         let error = expand(&[at("empty")]).unwrap_err().0;
-        assert!(error.contains("a folder without .gltf, .glb, .obj or .blend files"), "{error}");
+        assert!(error.contains("a folder without .gltf, .glb, .obj, .stl, .ply or .blend files"), "{error}");
     }
 
     #[test]

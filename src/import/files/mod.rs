@@ -1,8 +1,8 @@
 //! File access of the importers: references of a scene, size limits, data URIs and checks for archives.
 
-pub(crate) mod archive_hint;
 pub(crate) mod data_uri;
 pub(crate) mod escape;
+pub(crate) mod foreign_format;
 pub(crate) mod git_lfs;
 pub(crate) mod limits;
 pub(crate) mod name_match;

@@ -64,7 +64,7 @@ fn folder_hint(folder: &Path) -> String {
     };
     let is_scene = |path: &PathBuf| {
         let extension = path.extension().map(|e| e.to_ascii_lowercase()).unwrap_or_default();
-        ["gltf", "glb", "obj", "blend"].iter().any(|scene| extension == *scene)
+        crate::SCENE_EXTENSIONS.iter().chain(&["blend"]).any(|scene| extension == *scene)
     };
     let direct = entries(folder);
     let mut scenes: Vec<PathBuf> = direct.iter().filter(|path| is_scene(path)).cloned().collect();
@@ -75,7 +75,7 @@ fn folder_hint(folder: &Path) -> String {
     let names = scenes.iter().take(NAMED_SCENES).map(|path| printable(&path.to_string_lossy()));
     let names = names.collect::<Vec<_>>().join(" or ");
     match scenes.len() {
-        0 => "a folder without .gltf, .glb, .obj or .blend files; name a scene file".to_string(),
+        0 => "a folder without .gltf, .glb, .obj, .stl, .ply or .blend files; name a scene file".to_string(),
         1 => format!("a folder; name the scene in it: {names}"),
         count if count <= NAMED_SCENES => format!("a folder; name a scene in it: {names}"),
         count => format!("a folder; name a scene in it, such as {names} ({count} scenes)"),

@@ -21,7 +21,7 @@ use super::{
     light_temperature, lost_lights, sun_strengths, topology, variants,
 };
 use crate::error::{LoadError, Warnings};
-use crate::options::LoadOptions;
+use crate::options::{LoadOptions, UpAxis};
 use blinn_core::cancellation::{CancelToken, Cancelled};
 use blinn_scene::{LocalTransform, Mesh, Node, Scene, Source, SourceFormat, unit_quaternion};
 
@@ -66,11 +66,11 @@ pub(super) fn scene(
     scene.materials = materials.materials;
     scene.images = materials.textures.images;
     scene.textures = materials.textures.textures;
-    scene.environment = match extras.world(doc, options.up, warnings)? {
+    scene.environment = match extras.world(doc, options.up.unwrap_or_default(), warnings)? {
         Some(world) => Some(world),
-        None => image_based_light::read(doc, selected, options.up, warnings)?,
+        None => image_based_light::read(doc, selected, options.up.unwrap_or_default(), warnings)?,
     };
-    let scene_nodes = add_nodes(&mut scene, doc, &nodes, options.root_transform());
+    let scene_nodes = add_nodes(&mut scene, doc, &nodes, options.root_transform(UpAxis::Y));
     let objects = ObjectBuilder::new(doc, mesh_ids, &scene_nodes);
     let attached = objects.attach_all(&mut scene, &nodes, warnings)?;
     let ids = SceneIds {

@@ -2,8 +2,8 @@
 
 use glam::{Vec3, Vec4};
 
-/// Index of an attribute that a corner does not have.
-pub(super) const NO_INDEX: u32 = u32::MAX;
+pub(super) use crate::polygons::vertex_dedup::NO_INDEX;
+
 /// Colour of a vertex that has none.
 pub(super) const NO_COLOR: Vec4 = Vec4::NEG_INFINITY;
 /// Set in an index that is relative to the start of its chunk. The lower bits hold the offset plus

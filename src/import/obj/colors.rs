@@ -12,7 +12,7 @@ const MAX_SRGB: f32 = 10.0;
 
 /// Converts colours from sRGB to linear and uses white for vertices without one. Blender, MeshLab and scanners
 /// write sRGB; Blender and three.js read it. Alpha is linear.
-pub(super) fn to_linear(colors: &mut [Vec4], warnings: &mut Warnings) {
+pub(crate) fn to_linear(colors: &mut [Vec4], warnings: &mut Warnings) {
     let valid = || colors.iter().filter(|c| c.is_finite());
     let max = valid().map(|c| c.max_element()).fold(0.0, f32::max);
     let are_integers = || valid().all(|c| c.fract() == Vec4::ZERO && c.min_element() >= 0.0);

@@ -7,9 +7,9 @@ use glam::{Vec3, Vec4};
 use rayon::prelude::*;
 
 use super::chunk::{Chunk, Corner, NO_COLOR, Statement, VertexFormat};
-use super::polygon::{Triangulator, WORK_BUDGET, spend_work};
 use super::segment::{Segment, SegmentKey};
 use super::smoothing::add_smooth_normals;
+use crate::polygons::triangulator::{Triangulator, WORK_BUDGET, spend_work};
 
 /// The geometry and statements of an OBJ file.
 #[derive(Debug, Default)]
@@ -102,6 +102,11 @@ impl ObjGeometry {
             self.too_large += chunk.too_large;
             self.self_intersecting += chunk.self_intersecting;
         }
+    }
+
+    /// Returns the positions of the corners of all triangles.
+    pub fn corners(&self) -> impl Iterator<Item = Vec3> {
+        self.triangles.iter().flatten().map(|corner| self.positions[corner.v as usize])
     }
 
     /// Returns the triangles of a segment.

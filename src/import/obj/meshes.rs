@@ -9,7 +9,7 @@ use super::super::{Limits, LoadError};
 use super::chunk::{Corner, NO_INDEX};
 use super::geometry::ObjGeometry;
 use super::segment::Segment;
-use super::vertex_dedup::VertexDeduplicator;
+use crate::polygons::vertex_dedup::VertexDeduplicator;
 use blinn_scene::Mesh;
 
 /// The state that all triangles of a mesh share. Smoothing groups share a mesh, since a file may have one

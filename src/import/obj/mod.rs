@@ -9,7 +9,6 @@ mod chunk;
 mod colors;
 mod decimal_comma;
 mod digits;
-mod ear_clipping;
 mod fast_parser;
 mod float;
 mod geometry;
@@ -23,15 +22,14 @@ mod mtl_opacity;
 mod mtl_writer;
 mod number;
 mod plain_text;
-mod polygon;
 mod recenter;
 mod segment;
 mod smoothing;
 mod text;
 mod texture_files;
 mod texture_map;
+mod textured_materials;
 mod textures;
-mod vertex_dedup;
 mod vertex_numbering;
 
 use std::collections::HashMap;
@@ -45,6 +43,8 @@ use super::memory::MemoryBudget;
 use super::smooth;
 use super::{Limits, LoadOptions, NormalMode};
 use crate::files::{escape::printable, scene_folder::SceneFolder, scene_input::SceneInput};
+use crate::options::UpAxis;
+use crate::polygons::far_centre::far_centre;
 use blinn_core::cancellation::CancelToken;
 use blinn_scene::{
     BlenderVersion, FileDigest, HashingReader, Instance, LocalTransform, Node, Scene, Source, SourceFormat,
@@ -56,6 +56,9 @@ use line_chunks::CHUNK_BYTES;
 use material_libraries::MaterialLibraries;
 use mtl::{MtlContext, MtlMaterial};
 use textures::TextureLibrary;
+
+pub(super) use colors::to_linear as displayed_to_linear;
+pub(super) use textured_materials::{TexturedMaterials, textured_materials};
 
 /// Version of Blender from which on the exporter winds the faces of mirrored objects as their normals point.
 const CONSISTENT_NORMALS: BlenderVersion = BlenderVersion::new(3, 1);
@@ -69,7 +72,7 @@ pub(super) fn load(
     let limits = &options.limits;
     let budget = MemoryBudget::of_import(options);
     let mut file = parse_file(input, folder, limits, &budget, None)?;
-    if let Some(centre) = recenter::far_centre(&file.geometry) {
+    if let Some(centre) = far_centre(file.geometry.corners()) {
         // Free the first result before the second is parsed.
         drop(file);
         file = parse_file(input, folder, limits, &MemoryBudget::of_import(options), Some(centre))?;
@@ -159,7 +162,7 @@ fn no_faces_error(geometry: &ObjGeometry, warnings: Warnings) -> LoadError {
     if geometry.positions.is_empty() {
         return LoadError::invalid(
             "OBJ",
-            "the file has no vertices and no faces; use a .gltf, .glb or .obj file",
+            "the file has no vertices and no faces; use a .gltf, .glb, .obj, .stl or .ply file",
         );
     }
     let warnings: String = warnings.into_vec().iter().map(|warning| format!("; {warning}")).collect();
@@ -203,7 +206,7 @@ fn build_scene(
         objects: geometry.objects.clone(),
         ..Default::default()
     };
-    let local = LocalTransform::Matrix(to_world(options.root_transform(), origin));
+    let local = LocalTransform::Matrix(to_world(options.root_transform(UpAxis::Y), origin));
     scene.nodes.push(Node { name: String::new(), local, visible: true, ..Default::default() });
     options.cancel.check()?;
     let smooths_all =

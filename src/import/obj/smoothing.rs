@@ -7,7 +7,7 @@ use rayon::prelude::*;
 use super::super::smooth::angle_at;
 use super::chunk::{Chunk, Corner, NO_INDEX};
 use super::segment::Segment;
-use super::vertex_dedup::VertexDeduplicator;
+use crate::polygons::vertex_dedup::VertexDeduplicator;
 
 /// Faces per parallel batch.
 const BATCH: usize = 1 << 14;

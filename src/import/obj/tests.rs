@@ -165,13 +165,13 @@ fn geometry_far_from_the_origin_keeps_its_precision() {
         let LocalTransform::Matrix(to_world) = scene.nodes[0].local else { panic!("a matrix") };
         let first = to_world.transform_point3(scene.meshes[0].positions[0].as_dvec3());
         assert!(first.abs_diff_eq(DVec3::new(500000.125, 5300000.001, 7.0), 1e-7), "{first}");
-        let options = LoadOptions { up: UpAxis::Z, ..LoadOptions::default() };
+        let options = LoadOptions { up: Some(UpAxis::Z), ..LoadOptions::default() };
         let turned = load_with(&text, &options).nodes[0].local.affine();
         let first = turned.transform_point3(scene.meshes[0].positions[0].as_dvec3());
         assert!(first.abs_diff_eq(DVec3::new(500000.125, 7.0, -5300000.001), 1e-7), "{first}");
     }
     // A scale multiplies what is turned.
-    let options = LoadOptions { up: UpAxis::Z, scale: Some(0.001), ..LoadOptions::default() };
+    let options = LoadOptions { up: Some(UpAxis::Z), scale: Some(0.001), ..LoadOptions::default() };
     let scaled = load_with("v 1000 0 3000\nv 2000 0 3000\nv 1000 2000 3000\nf 1 2 3\n", &options);
     let to_world = scaled.nodes[0].local.affine();
     let points = scaled.meshes[0].positions.iter().map(|p| to_world.transform_point3(p.as_dvec3()));
@@ -238,8 +238,8 @@ fn errors_name_line_column_and_word() {
         ("v 0 0 0\nf x 1 1\n", "'x' is not a vertex index"),
         ("v 0 0 0\nf /1 1 1\n", "has no vertex index"),
         ("v 0 0 0\nf 99999999999999999999 1 1\n", "is not a vertex index"),
-        ("# empty\n", "use a .gltf, .glb or .obj file"),
-        ("w 0 0 0\nh 1 1 1\n", "use a .gltf, .glb or .obj file"),
+        ("# empty\n", "use a .gltf, .glb, .obj, .stl or .ply file"),
+        ("w 0 0 0\nh 1 1 1\n", "use a .gltf, .glb, .obj, .stl or .ply file"),
         ("v 0 0 0\nl 1 1\n", "no faces to render"),
     ] {
         let error = error(obj);
@@ -252,7 +252,7 @@ fn z_up_rotates_the_scene() {
     let dir = tempfile::tempdir().unwrap();
     let path = dir.path().join("a.obj");
     fs::write(&path, "v 1 2 3\nv 2 2 3\nv 1 3 3\nf 1 2 3\n").unwrap();
-    let (scene, _) = load(&path, &LoadOptions { up: UpAxis::Z, ..Default::default() }).unwrap();
+    let (scene, _) = load(&path, &LoadOptions { up: Some(UpAxis::Z), ..Default::default() }).unwrap();
     let p = scene.nodes[0].local.affine().transform_point3(scene.meshes[0].positions[0].as_dvec3());
     assert_eq!(p, glam::DVec3::new(1.0, 3.0, -2.0));
 }

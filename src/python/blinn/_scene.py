@@ -36,7 +36,7 @@ class Hits(NamedTuple):
 
 
 def load(source: Source, *, name: str | os.PathLike[str] | None = None, **options: Any) -> "Scene":
-    """Load a .gltf, .glb, .obj or .blend file, or the bytes of one of the first three.
+    """Load a .gltf, .glb, .obj, .stl, .ply or .blend file, or the bytes of one of the first five.
 
     ``name`` is the path that bytes were read from: messages show it, and its folder has the files that the scene
     refers to. Other options are those of the command with underscores: ``format``, ``scene``, ``variant``,

@@ -7,9 +7,14 @@ use blinn_scene::SourceFormat;
 
 const BASE: OptionDef = OptionDef { heading: Heading::Scene, ..OptionDef::BASE };
 
-const FORMATS: Choices<Option<SourceFormat>, 3> =
-    [("gltf", Some(SourceFormat::Gltf)), ("glb", Some(SourceFormat::Gltf)), ("obj", Some(SourceFormat::Obj))];
-const UP_AXES: Choices<UpAxis, 2> = [("y", UpAxis::Y), ("z", UpAxis::Z)];
+const FORMATS: Choices<Option<SourceFormat>, 5> = [
+    ("gltf", Some(SourceFormat::Gltf)),
+    ("glb", Some(SourceFormat::Gltf)),
+    ("obj", Some(SourceFormat::Obj)),
+    ("stl", Some(SourceFormat::Stl)),
+    ("ply", Some(SourceFormat::Ply)),
+];
+const UP_AXES: Choices<Option<UpAxis>, 2> = [("y", Some(UpAxis::Y)), ("z", Some(UpAxis::Z))];
 const GLASS_MODES: Choices<GlassMode, 3> =
     [("auto", GlassMode::Auto), ("thin", GlassMode::Thin), ("solid", GlassMode::Solid)];
 const MTL_COLORS: Choices<MtlColors, 3> =
@@ -52,8 +57,7 @@ pub static SCENE: [OptionDef; 9] = [
         name: "up",
         value_name: "UP",
         choices: &names(&UP_AXES),
-        default: Some("y"),
-        help: "Up axis of the file",
+        help: "Up axis of the file [default: z for STL and PLY, y for others]",
         effect: Effect::Value(|options, text| choose(&mut options.load.up, text, &UP_AXES)),
         ..BASE
     },

@@ -134,6 +134,9 @@ pub fn all() -> Vec<Seed> {
         let png = model("images/rgba.png");
         all.push(Seed::scene(name, vec![("a.obj", obj.into()), ("a.mtl", text.into()), ("a.png", png)], 1));
     }
+    for (name, file, bytes) in seed_files::polygon_files() {
+        all.push(Seed::scene(name, vec![(file, bytes)], 0));
+    }
     for (name, bytes) in seed_files::skies() {
         all.push(Seed::new(name, Reader::Sky, vec![("a.hdr", bytes)], 0));
     }

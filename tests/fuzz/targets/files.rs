@@ -20,6 +20,18 @@ pub fn obj(bytes: &[u8], folder: &Path) -> bool {
     load_and_render(&path)
 }
 
+pub fn ply(bytes: &[u8], folder: &Path) -> bool {
+    let path = folder.join("a.ply");
+    fs::write(&path, bytes).unwrap();
+    load_and_render(&path)
+}
+
+pub fn stl(bytes: &[u8], folder: &Path) -> bool {
+    let path = folder.join("a.stl");
+    fs::write(&path, bytes).unwrap();
+    load_and_render(&path)
+}
+
 pub fn mtl(bytes: &[u8], folder: &Path) -> bool {
     const OBJ: &str =
         "mtllib a.mtl\nv 0 0 0\nv 1 0 0\nv 0 1 0\nvt 0 0\nusemtl a\nf 1/1 2/1 3/1\nusemtl b\nf 3/1 2/1 1/1\n";

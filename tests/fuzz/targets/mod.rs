@@ -27,7 +27,7 @@ use blinn::scene::{AnimationChoice, Lighting, PoseSettings, Scene, View, pose};
 pub type Target = fn(&[u8], &Path) -> bool;
 
 /// All targets by name.
-pub const TARGETS: [(&str, Target); 13] = [
+pub const TARGETS: [(&str, Target); 15] = [
     ("camera", files::camera),
     ("cameras", files::cameras),
     ("draco", streams::draco),
@@ -39,7 +39,9 @@ pub const TARGETS: [(&str, Target); 13] = [
     ("mtl", files::mtl),
     ("obj", obj::target),
     ("obj_text", files::obj),
+    ("ply", files::ply),
     ("sky", files::sky),
+    ("stl", files::stl),
     ("triangles", triangles::target),
 ];
 

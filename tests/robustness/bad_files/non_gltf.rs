@@ -9,6 +9,7 @@ const VERTICES: &str = "v 0 0 0\nv 1 0 0\nv 0 1 0\nvt 0 0\nvn 0 0 1\n";
 
 pub fn cases() -> Vec<Case> {
     let mut all = objs();
+    all.extend(polygon_files());
     all.extend(mtls());
     all.extend(pictures());
     all.extend(cameras());
@@ -56,6 +57,45 @@ fn objs() -> Vec<Case> {
     let all = with_vertices.into_iter().map(|(name, text)| (name, format!("{VERTICES}{text}").into_bytes()));
     let all = all.chain(alone.into_iter().map(|(name, bytes)| (name, bytes.to_vec())));
     all.map(|(name, bytes)| Case::new(format!("OBJ: {name}"), "a.obj", bytes)).collect()
+}
+
+/// PLY and STL.
+fn polygon_files() -> Vec<Case> {
+    const HEAD: &str = "ply\nformat ascii 1.0\nelement vertex 3\nproperty float x\nproperty float y\nproperty float z\n\
+        element face 1\nproperty list uchar int vertex_indices\nend_header\n";
+    const ROWS: &str = "0 0 0\n1 0 0\n0 1 0\n";
+    let header = |from: &str, to: &str| format!("{}{ROWS}3 0 1 2\n", HEAD.replace(from, to)).into_bytes();
+    let faces = |text: &str| format!("{HEAD}{ROWS}{text}").into_bytes();
+    let binary = |bytes: usize, count: u8| {
+        let mut file = vec![0; bytes];
+        file.iter_mut().skip(80).take(1).for_each(|byte| *byte = count);
+        file
+    };
+    let ply: [(&str, Vec<u8>); 9] = [
+        ("another encoding", header("ascii", "utf-8")),
+        ("a type that is not known", header("float z", "half z")),
+        ("no positions", header("float z", "float w")),
+        ("no end of the header", header("end_header\n", "")),
+        ("an index past the end", faces("3 0 1 3\n")),
+        ("an index that is a word", faces("3 0 1 two\n")),
+        ("a face of two", faces("2 0 1\n")),
+        ("no faces", header("face 1", "face 0")),
+        ("huge counts", header("vertex 3", "vertex 99999999999999999")),
+    ];
+    let stl: [(&str, Vec<u8>); 6] = [
+        (
+            "a vertex of two numbers",
+            b"solid\nfacet\nouter loop\nvertex 0 0\nvertex 0 0 1\nendloop\n".to_vec(),
+        ),
+        ("a vertex of words", b"solid\nfacet\nouter loop\nvertex a b c\nendloop\n".to_vec()),
+        ("no facets", b"solid a\nendsolid a\n".to_vec()),
+        ("bytes of no STL", b"hello".to_vec()),
+        ("fewer triangles than stated", binary(84 + 60, 9)),
+        ("a header alone", binary(84, 1)),
+    ];
+    let ply = ply.into_iter().map(|(name, bytes)| Case::new(format!("PLY: {name}"), "a.ply", bytes));
+    ply.chain(stl.into_iter().map(|(name, bytes)| Case::new(format!("STL: {name}"), "a.stl", bytes)))
+        .collect()
 }
 
 fn mtls() -> Vec<Case> {

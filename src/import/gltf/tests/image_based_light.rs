@@ -70,7 +70,7 @@ fn rgbd_faces_are_radiance_and_intensity_and_rotation_apply() {
 fn up_z_turns_the_environment() {
     let face = |i: usize| png(if i == 2 { [255; 4] } else { [0, 0, 0, 255] });
     let fixture = with_faces(&(0..6).map(face).collect::<Vec<_>>(), "image/png");
-    let options = LoadOptions { up: UpAxis::Z, ..LoadOptions::default() };
+    let options = LoadOptions { up: Some(UpAxis::Z), ..LoadOptions::default() };
     let environment = fixture.load_with(&options).0.environment.unwrap();
     assert!((environment.radiance(Vec3::NEG_Z, 0.0).x - 1.0).abs() < 0.01);
 }

@@ -35,7 +35,7 @@ fn shared_meshes_are_instanced_with_their_nodes_transforms() {
 fn up_z_rotates_the_whole_scene() {
     let mut fixture = Fixture::triangle();
     fixture.node(json!({"mesh": 0, "translation": [1, 2, 3]}));
-    let (scene, _) = fixture.load_with(&LoadOptions { up: UpAxis::Z, ..LoadOptions::default() });
+    let (scene, _) = fixture.load_with(&LoadOptions { up: Some(UpAxis::Z), ..LoadOptions::default() });
     assert_eq!(instance_points(&scene), [DVec3::X, DVec3::new(2.0, 3.0, -2.0)]);
     assert!(scene.nodes.iter().skip(1).all(|n| n.parent == Some(0)));
 }

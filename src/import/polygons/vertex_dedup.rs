@@ -3,14 +3,15 @@
 
 use std::collections::HashMap;
 
-use super::chunk::NO_INDEX;
+/// Index of an attribute that a corner does not have.
+pub(crate) const NO_INDEX: u32 = u32::MAX;
 
 /// Longest list of one vertex's keys that is searched linearly.
 const MAX_LIST_LENGTH: usize = 16;
 
 /// Numbers keys (v, a, b) in order of first use. Most vertices have few distinct keys, so each vertex
 /// has a linked list of them; keys of a vertex with a longer list go to a hash map.
-pub(super) struct VertexDeduplicator {
+pub(crate) struct VertexDeduplicator {
     /// The most recent key of each vertex.
     last: Vec<u32>,
     keys: Vec<VertexKey>,
@@ -18,7 +19,7 @@ pub(super) struct VertexDeduplicator {
 }
 
 /// A vertex and two of its attributes.
-pub(super) struct VertexKey {
+pub(crate) struct VertexKey {
     pub v: u32,
     pub a: u32,
     pub b: u32,

@@ -199,7 +199,7 @@ impl Grid {
 
 #[cfg(test)]
 mod tests {
-    use crate::obj::polygon::Triangulator;
+    use crate::polygons::triangulator::Triangulator;
     use glam::Vec3;
 
     fn numbers<const N: usize, T: std::str::FromStr>(text: &str) -> Vec<[T; N]> {

@@ -2,17 +2,17 @@
 
 use glam::{DVec2, DVec3, Vec3};
 
-use crate::obj::ear_clipping::EarClipper;
+use super::ear_clipping::EarClipper;
 
 /// Polygons up to this many corners are always clipped, whatever the budget.
 const FREE_CORNERS: usize = 10_000;
 
 /// Work allowed for all larger polygons of a file, as the sum of their squared corner counts. The test for
 /// self-intersection and ear clipping are quadratic in the worst case: one to three seconds for 100,000 corners.
-pub(super) const WORK_BUDGET: u64 = 100 * 100_000 * 100_000;
+pub(crate) const WORK_BUDGET: u64 = 100 * 100_000 * 100_000;
 
 /// Subtracts the work of a polygon from `budget`. Returns false, and leaves the budget, if it is too small.
-pub(super) fn spend_work(budget: &mut u64, corners: usize) -> bool {
+pub(crate) fn spend_work(budget: &mut u64, corners: usize) -> bool {
     let n = corners as u64;
     let work = if corners > FREE_CORNERS { n.saturating_mul(n) } else { 0 };
     let rest = budget.checked_sub(work);
@@ -26,7 +26,7 @@ const MAX_SELF_INTERSECTING: usize = 64;
 
 /// Triangulates polygons one after the other and reuses its buffers.
 #[derive(Default)]
-pub(super) struct Triangulator {
+pub(crate) struct Triangulator {
     /// Remaining part of [`WORK_BUDGET`].
     budget: u64,
     /// Number of concave polygons that exceeded the budget.

@@ -1,0 +1,206 @@
+//! Recognises files that are no scene that blinn reads, by their first bytes and then by their name, and says what they are
+//! and how to get a scene.
+
+use std::path::Path;
+
+/// What helps with a file of another format.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum Remedy {
+    /// Blender imports it.
+    Blender,
+    /// The program that made it, or a converter, exports glTF.
+    Export,
+    /// A CAD program makes triangles of its surfaces.
+    Tessellate,
+    /// It holds scenes.
+    Extract,
+    /// It is a picture.
+    Picture,
+    /// Other advice.
+    Other(&'static str),
+}
+
+impl Remedy {
+    fn text(self) -> &'static str {
+        match self {
+            Remedy::Blender => {
+                "import it in Blender and export it as .glb (File > Export > glTF 2.0), or export .glb where it was made"
+            }
+            Remedy::Export => "export it as .glb from the program that made it",
+            Remedy::Tessellate => {
+                "export it as .glb or .stl from a CAD program, for example FreeCAD (File > Export > glTF)"
+            }
+            Remedy::Extract => "extract it and name the .gltf, .glb, .obj, .stl or .ply file in it",
+            Remedy::Picture => {
+                "name a .gltf, .glb, .obj, .stl or .ply file; pictures are for `hdri`, and for the command diff"
+            }
+            Remedy::Other(advice) => advice,
+        }
+    }
+}
+
+/// A format: its name with an article, the bytes that its files begin with, its extensions, and what helps.
+struct Format {
+    name: &'static str,
+    magics: &'static [&'static [u8]],
+    extensions: &'static [&'static str],
+    remedy: Remedy,
+}
+
+const fn format(
+    name: &'static str,
+    magics: &'static [&'static [u8]],
+    extensions: &'static [&'static str],
+    remedy: Remedy,
+) -> Format {
+    Format { name, magics, extensions, remedy }
+}
+
+/// Formats whose first bytes or extension tell them. ZIP archives come last, as several formats are archives.
+#[rustfmt::skip]
+const FORMATS: &[Format] = &[
+    format("a .blend file", &[b"BLENDER"], &["blend"], Remedy::Other(
+        "blinn converts it if it is named by its path and Blender is installed; else export it as .glb (File > Export > \
+         glTF 2.0)")),
+    format("an FBX file", &[b"Kaydara FBX Binary", b"; FBX"], &["fbx"], Remedy::Blender),
+    format("a USD file", &[b"#usda", b"PXR-USDC"], &["usd", "usda", "usdc", "usdz"], Remedy::Blender),
+    format("a COLLADA file", &[], &["dae"], Remedy::Blender),
+    format("an Alembic file", &[b"Ogawa"], &["abc"], Remedy::Blender),
+    format("a 3MF file", &[], &["3mf"], Remedy::Other("export it as .stl or .glb from the slicer or CAD program")),
+    format("an X3D or VRML file", &[b"#VRML", b"#X3D"], &["wrl", "x3d", "x3dv"], Remedy::Blender),
+    format("a 3D Studio file", &[], &["3ds", "max"], Remedy::Export),
+    format("a Maya file", &[b"//Maya"], &["ma", "mb"], Remedy::Export),
+    format("a Cinema 4D file", &[], &["c4d"], Remedy::Export),
+    format("a SketchUp file", &[], &["skp"], Remedy::Export),
+    format("a Rhino file", &[b"3D Geometry File Format"], &["3dm"], Remedy::Export),
+    format("an IFC file", &[], &["ifc"], Remedy::Tessellate),
+    format("a STEP file", &[b"ISO-10303-21"], &["step", "stp"], Remedy::Tessellate),
+    format("an IGES file", &[], &["iges", "igs"], Remedy::Tessellate),
+    format("an AutoCAD file", &[b"AC10"], &["dwg", "dxf"], Remedy::Tessellate),
+    format("an OFF file", &[b"OFF\n", b"OFF\r", b"COFF", b"NOFF"], &["off"],
+        Remedy::Other("convert it to .ply, for example in MeshLab (File > Export Mesh As)")),
+    format("a VTK file", &[b"# vtk DataFile"], &["vtk", "vtp", "vtu"],
+        Remedy::Other("export the surface as .glb or .ply, for example in ParaView (File > Export Scene)")),
+    format("a point cloud", &[b"# .PCD", b"LASF", b"ASTM-E57"], &["pcd", "las", "laz", "e57"],
+        Remedy::Other("points are not drawn; make a mesh of them and save it as .ply")),
+    format("a set of Gaussian splats", &[], &["splat", "spz", "ksplat"],
+        Remedy::Other("splats are not drawn; convert them to a mesh")),
+    format("a material library", &[], &["mtl"], Remedy::Other("name the .obj file that uses it")),
+    format("a PNG picture", &[b"\x89PNG\r\n\x1a\n"], &["png"], Remedy::Picture),
+    format("a JPEG picture", &[b"\xff\xd8\xff"], &["jpg", "jpeg"], Remedy::Picture),
+    format("a GIF picture", &[b"GIF87a", b"GIF89a"], &["gif"], Remedy::Picture),
+    format("a TIFF picture", &[b"II*\0", b"MM\0*"], &["tif", "tiff"], Remedy::Picture),
+    format("an OpenEXR picture", &[b"\x76\x2f\x31\x01"], &["exr"], Remedy::Picture),
+    format("a Radiance picture", &[b"#?RADIANCE", b"#?RGBE"], &["hdr"], Remedy::Picture),
+    format("a KTX2 texture", &[b"\xabKTX 20\xbb"], &["ktx2"], Remedy::Picture),
+    format("a Photoshop picture", &[b"8BPS"], &["psd"], Remedy::Picture),
+    format("a WebP picture", &[], &["webp"], Remedy::Picture),
+    format("a BMP or TGA picture", &[], &["bmp", "tga"], Remedy::Picture),
+    format("a PDF document", &[b"%PDF-"], &["pdf"], Remedy::Export),
+    format("a web page", &[b"<!DOCTYPE html", b"<!doctype html", b"<html"], &["html", "htm"],
+        Remedy::Other("download the model itself")),
+    format("compressed with gzip", &[b"\x1f\x8b"], &["gz"], Remedy::Other("decompress it first")),
+    format("compressed with Zstandard", &[b"\x28\xb5\x2f\xfd"], &["zst"], Remedy::Other("decompress it first")),
+    format("compressed with bzip2", &[b"BZh"], &["bz2"], Remedy::Other("decompress it first")),
+    format("compressed with xz", &[b"\xfd7zXZ\0"], &["xz"], Remedy::Other("decompress it first")),
+    format("a 7-Zip archive", &[b"7z\xbc\xaf\x27\x1c"], &["7z"], Remedy::Extract),
+    format("a RAR archive", &[b"Rar!\x1a\x07"], &["rar"], Remedy::Extract),
+    format("a ZIP archive", &[b"PK\x03\x04"], &["zip"], Remedy::Extract),
+];
+
+/// Extensions of formats that are ZIP archives.
+const ZIP_FORMATS: [&str; 2] = ["3mf", "usdz"];
+
+/// Returns the reason why a file is no scene and what to do, as a sentence. `None` if it may be one: names of other formats
+/// count only for files that do not begin as glTF or PLY files do.
+pub(crate) fn hint(path: &Path, head: &[u8]) -> Option<String> {
+    if head.trim_ascii().is_empty() {
+        return Some("the file is empty".into());
+    }
+    let extension = path.extension().map(|e| e.to_string_lossy().to_ascii_lowercase()).unwrap_or_default();
+    let extension = extension.as_str();
+    let by_name = || FORMATS.iter().find(|format| format.extensions.contains(&extension));
+    let by_magic = FORMATS.iter().find(|format| format.magics.iter().any(|magic| head.starts_with(magic)));
+    let is_zip = by_magic.is_some_and(|format| format.name == "a ZIP archive");
+    let found = if is_zip && ZIP_FORMATS.contains(&extension) {
+        by_name()
+    } else if by_magic.is_some() {
+        // IFC files are STEP files.
+        by_magic.map(|format| by_name().filter(|named| named.name == "an IFC file").unwrap_or(format))
+    } else if let Some(format) = by_content(head) {
+        Some(format)
+    } else if may_be_scene(head) {
+        None
+    } else {
+        by_name()
+    };
+    found.map(|format| format!("the file is {}; {}", format.name, format.remedy.text()))
+}
+
+/// Recognises formats by more than their first bytes.
+fn by_content(head: &[u8]) -> Option<&'static Format> {
+    let contains = |word: &[u8]| head.windows(word.len()).any(|window| window == word);
+    let is_xml = head.trim_ascii_start().starts_with(b"<");
+    let extension = match head {
+        [b'R', b'I', b'F', b'F', _, _, _, _, b'W', b'E', b'B', b'P', ..] => "webp",
+        _ if is_xml && contains(b"<COLLADA") => "dae",
+        _ if is_xml && contains(b"<X3D") => "x3d",
+        _ => return None,
+    };
+    FORMATS.iter().find(|format| format.extensions.contains(&extension))
+}
+
+/// Returns true if a file begins as scenes with a mark do.
+fn may_be_scene(head: &[u8]) -> bool {
+    let text = head.strip_prefix(b"\xef\xbb\xbf").unwrap_or(head).trim_ascii_start();
+    head.starts_with(b"glTF") || text.starts_with(b"{") || crate::ply::is_ply(head)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[track_caller]
+    fn says(name: &str, head: &[u8], words: &[&str]) {
+        let hint = hint(Path::new(name), head).unwrap_or_else(|| panic!("{name}: no hint"));
+        assert!(words.iter().all(|word| hint.contains(word)) && !hint.contains('\n'), "{name}: {hint}");
+    }
+
+    #[test]
+    fn other_formats_are_named_by_their_content() {
+        says("a.glb", b"", &["the file is empty"]);
+        says("a.glb", b" \n\n", &["the file is empty"]);
+        says("a", b"Kaydara FBX Binary  \0", &["an FBX file", ".glb"]);
+        says("a.glb", b"\x89PNG\r\n\x1a\n", &["a PNG picture"]);
+        says("a.glb", b"PK\x03\x04", &["a ZIP archive", "extract it"]);
+        says("a.usdz", b"PK\x03\x04", &["a USD file"]);
+        says("a.3mf", b"PK\x03\x04", &["a 3MF file"]);
+        says("a.glb", b"<?xml version=\"1.0\"?>\n<COLLADA version=\"1.4\">", &["a COLLADA file"]);
+        says("house.ifc", b"ISO-10303-21;", &["an IFC file"]);
+        says("a.obj", b"ISO-10303-21;", &["a STEP file", "CAD"]);
+        says("a.glb", b"<!DOCTYPE html><html>", &["a web page"]);
+        says("a.glb", b"RIFF\0\0\0\0WEBPVP8 ", &["a WebP picture"]);
+    }
+
+    #[test]
+    fn other_formats_are_named_by_their_extension() {
+        says("a.FBX", b"\0\0", &["an FBX file"]);
+        says("a.igs", b"START RECORD", &["an IGES file"]);
+        says("chair.mtl", b"newmtl wood", &["a material library", ".obj"]);
+        assert_eq!(hint(Path::new("a.fbx"), b"glTF\x02"), None);
+        assert_eq!(hint(Path::new("a.png"), b" {\"asset\""), None);
+        assert_eq!(hint(Path::new("a.obj"), b"v 0 0 0"), None);
+        assert_eq!(hint(Path::new("a"), b"v 0 0 0"), None);
+    }
+
+    #[test]
+    fn every_format_has_an_extension_of_its_own() {
+        let mut extensions: Vec<&str> =
+            FORMATS.iter().flat_map(|format| format.extensions).copied().collect();
+        let count = extensions.len();
+        extensions.sort_unstable();
+        extensions.dedup();
+        assert_eq!(extensions.len(), count);
+        assert!(extensions.iter().all(|extension| !crate::SCENE_EXTENSIONS.contains(extension)));
+    }
+}

@@ -1,0 +1,182 @@
+//! PLY, the Stanford polygon format: text and binary files of either byte order.
+
+mod elements;
+mod header;
+#[cfg(test)]
+mod tests;
+mod values;
+
+use glam::{DVec3, Vec4};
+
+use crate::error::{LoadError, Warning, Warnings};
+use crate::files::{escape::printable, scene_folder::SceneFolder};
+use crate::memory::MemoryBudget;
+use crate::obj;
+use crate::options::LoadOptions;
+use crate::polygons::far_centre::far_centre;
+use crate::polygons::polygon_mesh::Part;
+use crate::polygons::polygon_scene::{PolygonFile, build_scene};
+use blinn_core::cancellation::Cancelled;
+use blinn_scene::{Scene, SourceFormat};
+use elements::{Content, RowError, expected_rows, skip_rows};
+use header::Header;
+use values::Values;
+
+/// Properties of 3D Gaussian splats.
+const SPLATS: [&str; 2] = ["f_dc_0", "rot_0"];
+
+/// Returns true if a file begins as PLY files do.
+pub(super) fn is_ply(head: &[u8]) -> bool {
+    matches!(head, [b'p', b'l', b'y', b'\n' | b'\r', ..])
+}
+
+/// Loads a PLY file with its textures.
+pub(super) fn load(
+    bytes: &[u8],
+    folder: &SceneFolder,
+    options: &LoadOptions,
+) -> Result<(Scene, Vec<Warning>), LoadError> {
+    if !is_ply(bytes) {
+        return Err(LoadError::parse("PLY", "the file does not begin with the line 'ply'"));
+    }
+    let header = header::parse(bytes)?;
+    check_positions(&header)?;
+    check_size(&header, bytes, options)?;
+    let mut warnings = Warnings::default();
+    let mut content = read(&header, bytes, DVec3::ZERO, options, &mut warnings)?;
+    let origin = far_centre(content.mesh.corner_positions());
+    if let Some(origin) = origin {
+        // Free the first result before the second is read.
+        drop(content);
+        warnings = Warnings::default();
+        content = read(&header, bytes, origin, options, &mut warnings)?;
+    }
+    let Content { mut mesh, mut face_colors, mut colors, textures, degenerate } = content;
+    if degenerate > 0 {
+        warnings.add("", format!("ignored {degenerate} faces with fewer than three vertices"));
+    }
+    if mesh.faces == 0 {
+        return Err(no_faces_error(&header, mesh.positions.len()));
+    }
+    for list in [&mut face_colors, &mut colors] {
+        obj::displayed_to_linear(list, &mut warnings);
+        ignore_zero_alpha(list, &mut warnings);
+    }
+    (mesh.face_colors, mesh.colors) = (face_colors, colors);
+    let files = texture_files(&header);
+    let last = files.len().saturating_sub(1) as u32;
+    if !textures.is_empty() && last > 0 {
+        mesh.face_parts = textures.iter().map(|&texture| texture.min(last)).collect();
+        mesh.parts = (0..=last).map(|material| Part { object: 0, material }).collect();
+    }
+    let budget = MemoryBudget::of_import(options);
+    let materials = obj::textured_materials(&files, folder, &options.limits, &budget, &mut warnings)?;
+    let generator = generator(&header);
+    let file = PolygonFile { mesh, origin, format: SourceFormat::Ply, generator, materials };
+    let scene = build_scene(file, options, &mut warnings)?;
+    Ok((scene, warnings.into_vec()))
+}
+
+/// Checks that vertices have positions.
+fn check_positions(header: &Header) -> Result<(), LoadError> {
+    let mut vertices = header.elements.iter().filter(|element| element.name == "vertex");
+    match vertices.all(|element| ["x", "y", "z"].iter().all(|axis| element.has(&[axis]))) {
+        true => Ok(()),
+        false => Err(LoadError::invalid("PLY", "the vertices have no x, y and z")),
+    }
+}
+
+/// Checks the numbers in the header before memory is allocated.
+fn check_size(header: &Header, bytes: &[u8], options: &LoadOptions) -> Result<(), LoadError> {
+    let rows = |name: &str| {
+        let elements = header.elements.iter().filter(|element| element.name == name);
+        let rows =
+            elements.map(|element| expected_rows(element, header.encoding, bytes.len() - header.bytes));
+        rows.fold(0, u64::saturating_add)
+    };
+    let (vertices, faces) = (rows("vertex"), rows("face"));
+    LoadError::check_limit("vertices", vertices, options.limits.vertices)?;
+    LoadError::check_limit("triangles", faces, options.limits.triangles)?;
+    let budget = MemoryBudget::of_import(options);
+    budget.charge(bytes.len() as u64)?;
+    budget.charge_meshes(vertices, faces)
+}
+
+/// Reads the values. A file that ends early has its first vertices and faces.
+fn read(
+    header: &Header,
+    bytes: &[u8],
+    origin: DVec3,
+    options: &LoadOptions,
+    warnings: &mut Warnings,
+) -> Result<Content, LoadError> {
+    let cancel = &options.cancel;
+    let mut content = Content::default();
+    let mut values = Values::new(header.encoding, &bytes[header.bytes..]);
+    for element in &header.elements {
+        let expected = expected_rows(element, header.encoding, values.remaining()) as usize;
+        let done = match element.name.as_str() {
+            "vertex" => {
+                content.mesh.positions.reserve_exact(expected);
+                content.read_vertices(element, &mut values, origin, cancel)
+            }
+            "face" => {
+                content.mesh.corners.reserve(expected);
+                content.read_faces(element, &mut values, cancel)
+            }
+            "tristrips" => content.read_strips(element, &mut values, cancel),
+            _ => skip_rows(element, &mut values, cancel),
+        };
+        match done {
+            Ok(()) => {}
+            Err(RowError::Cancelled) => return Err(LoadError::Cancelled(Cancelled)),
+            Err(RowError::Invalid { row, reason }) => {
+                return Err(LoadError::invalid(format!("{} {row}", printable(&element.name)), reason));
+            }
+            Err(RowError::End(rows)) => {
+                let name = printable(&element.name);
+                warnings.add("", format!("the file ends after {rows} of {} rows of '{name}'", element.rows));
+                break;
+            }
+        }
+    }
+    Ok(content)
+}
+
+/// Makes colours opaque if all have an alpha of 0, which some scanners write.
+fn ignore_zero_alpha(colors: &mut [Vec4], warnings: &mut Warnings) {
+    if !colors.is_empty() && colors.iter().all(|color| color.w == 0.0) {
+        colors.iter_mut().for_each(|color| color.w = 1.0);
+        warnings.add("", "ignored the alpha of colours, which is 0 everywhere");
+    }
+}
+
+fn no_faces_error(header: &Header, points: usize) -> LoadError {
+    let element = |name: &str| header.elements.iter().find(|element| element.name == name);
+    let states_faces =
+        ["face", "tristrips"].iter().filter_map(|name| element(name)).any(|faces| faces.rows > 0);
+    let message = match element("vertex") {
+        Some(vertices) if SPLATS.iter().all(|name| vertices.has(&[name])) => {
+            "the file has 3D Gaussian splats and no faces, and splats are not drawn; convert them to a mesh"
+                .into()
+        }
+        Some(_) if points > 0 && !states_faces => format!(
+            "the file has {points} points and no faces, and points are not drawn; make a mesh of them, for example in \
+             MeshLab (Filters > Remeshing > Screened Poisson)"
+        ),
+        _ => "the file has no faces to render".into(),
+    };
+    LoadError::invalid("PLY", message)
+}
+
+/// Returns the images that comments of MeshLab name.
+fn texture_files(header: &Header) -> Vec<String> {
+    let names = header.comments.iter().filter_map(|comment| comment.strip_prefix("TextureFile "));
+    names.map(|name| name.trim().to_string()).collect()
+}
+
+/// Returns the first comment that names a program.
+fn generator(header: &Header) -> String {
+    let mut comments = header.comments.iter().filter(|comment| !comment.starts_with("TextureFile "));
+    comments.next().map(|comment| printable(comment)).unwrap_or_default()
+}

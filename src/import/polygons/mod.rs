@@ -1,0 +1,9 @@
+//! Polygons, as OBJ, PLY and STL files have them, to triangle meshes.
+
+mod ear_clipping;
+pub(crate) mod far_centre;
+mod interned;
+pub(crate) mod polygon_mesh;
+pub(crate) mod polygon_scene;
+pub(crate) mod triangulator;
+pub(crate) mod vertex_dedup;

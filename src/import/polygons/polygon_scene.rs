@@ -1,0 +1,64 @@
+//! Scenes of polygon meshes.
+
+use glam::{DAffine3, DVec3};
+
+use super::polygon_mesh::PolygonMesh;
+use crate::error::{LoadError, Warnings};
+use crate::finite_uvs::replace_nonfinite;
+use crate::obj::TexturedMaterials;
+use crate::options::{LoadOptions, UpAxis};
+use blinn_scene::{AlphaMode, Instance, LocalTransform, Node, Scene, Source, SourceFormat};
+
+/// A file of one polygon mesh.
+pub(crate) struct PolygonFile {
+    pub mesh: PolygonMesh,
+    /// Origin that positions are relative to.
+    pub origin: Option<DVec3>,
+    pub format: SourceFormat,
+    /// The program that wrote the file.
+    pub generator: String,
+    pub materials: TexturedMaterials,
+}
+
+/// Builds the scene. STL and PLY files have z up unless the options say otherwise.
+pub(crate) fn build_scene(
+    file: PolygonFile,
+    options: &LoadOptions,
+    warnings: &mut Warnings,
+) -> Result<Scene, LoadError> {
+    let PolygonFile { mut mesh, origin, format, generator, materials } = file;
+    let TexturedMaterials { materials, images, textures } = materials;
+    let root = options.root_transform(UpAxis::Z);
+    let local =
+        LocalTransform::Matrix(DAffine3 { matrix3: root, translation: root * origin.unwrap_or_default() });
+    let mut scene = Scene {
+        source: Source { format, generator, ..Default::default() },
+        objects: std::mem::take(&mut mesh.objects),
+        nodes: vec![Node { name: String::new(), local, visible: true, ..Default::default() }],
+        materials,
+        images,
+        textures,
+        ..Scene::default()
+    };
+    if scene.objects.is_empty() {
+        scene.objects.push("default".into());
+    }
+    let mut nonfinite_uvs = 0;
+    for (i, (part, mut mesh)) in
+        mesh.into_meshes(&options.limits, &options.cancel, warnings)?.into_iter().enumerate()
+    {
+        mesh.name = scene.objects[part.object as usize].clone();
+        mesh.material = part.material;
+        nonfinite_uvs += mesh.uvs.iter_mut().map(|uvs| replace_nonfinite(uvs)).sum::<usize>();
+        if mesh.colors.iter().any(|color| color.w < 1.0) {
+            scene.materials[part.material as usize].alpha_mode = AlphaMode::Blend;
+        }
+        scene.meshes.push(mesh);
+        let object = part.object + 1;
+        scene.instances.push(Instance { node: 0, mesh: i as u32, object, ..Instance::default() });
+    }
+    if nonfinite_uvs > 0 {
+        warnings.add("", format!("{nonfinite_uvs} texture coordinates are not finite; used 0"));
+    }
+    Ok(scene)
+}

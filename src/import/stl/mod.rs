@@ -1,0 +1,73 @@
+//! STL: triangles as text, or as binary records with colours.
+
+mod ascii;
+mod binary;
+#[cfg(test)]
+mod tests;
+mod welder;
+
+use glam::DVec3;
+
+use crate::error::{LoadError, Warning, Warnings};
+use crate::files::scene_folder::SceneFolder;
+use crate::memory::MemoryBudget;
+use crate::obj;
+use crate::options::LoadOptions;
+use crate::polygons::far_centre::far_centre;
+use crate::polygons::polygon_mesh::PolygonMesh;
+use crate::polygons::polygon_scene::{PolygonFile, build_scene};
+use blinn_scene::{Scene, SourceFormat};
+
+/// Least number of bytes of a facet as text: `facet normal`, `outer loop`, three vertices, and the two ends.
+const MIN_FACET_TEXT: u64 = 60;
+
+/// A parsed file.
+struct StlFile {
+    mesh: PolygonMesh,
+    /// The text in the header of a binary file.
+    generator: String,
+}
+
+/// Returns true if a file of `bytes` bytes begins as STL files do. Only a binary file whose size fits its number of facets is
+/// recognised.
+pub(super) fn is_stl(head: &[u8], bytes: u64) -> bool {
+    binary::has_exact_size(head, bytes) || ascii::is_text(head)
+}
+
+/// Loads an STL file.
+pub(super) fn load(
+    bytes: &[u8],
+    folder: &SceneFolder,
+    options: &LoadOptions,
+) -> Result<(Scene, Vec<Warning>), LoadError> {
+    let length = bytes.len() as u64;
+    let is_text = !binary::has_exact_size(bytes, length) && ascii::is_text(&bytes[..bytes.len().min(4096)]);
+    let facets = if is_text { length / MIN_FACET_TEXT } else { binary::facet_count(bytes) };
+    LoadError::check_limit("triangles", facets, options.limits.triangles)?;
+    let budget = MemoryBudget::of_import(options);
+    budget.charge(length)?;
+    budget.charge_meshes(facets, facets)?;
+    let mut warnings = Warnings::default();
+    let parse = |origin: DVec3, warnings: &mut Warnings| {
+        if is_text {
+            ascii::parse(bytes, origin, &options.cancel, warnings)
+        } else {
+            binary::parse(bytes, origin, &options.cancel, warnings)
+        }
+    };
+    let mut file = parse(DVec3::ZERO, &mut warnings)?;
+    let origin = far_centre(file.mesh.corner_positions());
+    if let Some(origin) = origin {
+        drop(file);
+        warnings = Warnings::default();
+        file = parse(origin, &mut warnings)?;
+    }
+    let StlFile { mesh, generator } = file;
+    if mesh.faces == 0 {
+        return Err(LoadError::invalid("STL", "the file has no faces to render"));
+    }
+    let materials = obj::textured_materials(&[], folder, &options.limits, &budget, &mut warnings)?;
+    let file = PolygonFile { mesh, origin, format: SourceFormat::Stl, generator, materials };
+    let scene = build_scene(file, options, &mut warnings)?;
+    Ok((scene, warnings.into_vec()))
+}
