@@ -36,5 +36,8 @@ pub(crate) fn layers(material: &Material) -> Value {
         let value = json!({"factor": transmission.factor.factor, "color": color});
         layers.insert("diffuse_transmission".into(), value);
     }
+    if material.dispersion > 0.0 {
+        layers.insert("dispersion".into(), json!(material.dispersion));
+    }
     Value::Object(layers)
 }

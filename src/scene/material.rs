@@ -156,6 +156,8 @@ pub struct Material {
     pub iridescence: Iridescence,
     /// Light that is transmitted diffusely.
     pub diffuse_transmission: DiffuseTransmission,
+    /// Dispersion of the body: 20 over its Abbe number; 0 for none (KHR_materials_dispersion).
+    pub dispersion: f32,
     /// The body that the surface bounds; `None` for a thin wall.
     pub volume: Option<Volume>,
     /// False makes back faces invisible to eye rays.
@@ -189,6 +191,7 @@ impl Default for Material {
             sheen: Sheen::default(),
             iridescence: Iridescence::default(),
             diffuse_transmission: DiffuseTransmission::default(),
+            dispersion: 0.0,
             volume: None,
             double_sided: false,
         }
@@ -324,6 +327,11 @@ impl Material {
             Reflectance::SpecularGlossiness { .. } | Reflectance::Unlit => 0.0,
         };
         if ior > 0.0 { ior } else { Dielectric::default().ior }
+    }
+
+    /// Returns half the difference of the indices of refraction in blue and red light: (n − 1) × dispersion / 40.
+    pub fn half_spread_of_ior(&self) -> f32 {
+        ((self.ior() - 1.0).max(0.0) * self.dispersion / 40.0).min(1e6)
     }
 
     /// Returns true if rays can pass partially through this material.

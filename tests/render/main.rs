@@ -33,6 +33,7 @@ mod bvh;
 mod denoise;
 mod determinism;
 mod diffuse_transmission;
+mod dispersion;
 mod empty_tile_culling;
 mod environment;
 mod environment_sources;

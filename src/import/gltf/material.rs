@@ -5,7 +5,7 @@ use ::gltf::json::validation::Checked;
 use glam::Vec3;
 
 use super::texture_slots::TextureSlots;
-use super::{anisotropy, clearcoat, diffuse_transmission, iridescence, sheen};
+use super::{anisotropy, clearcoat, diffuse_transmission, dispersion, iridescence, sheen};
 use blinn_scene::{
     AlphaMode, Dielectric, Material, Reflectance, Reflection, ScalarInput, TextureChannel, Volume,
 };
@@ -62,6 +62,7 @@ pub(super) fn read(json: &gltf::Material, resolve: &mut dyn FnMut(usize) -> Opti
         sheen: sheen::read(others, &mut slots),
         iridescence: iridescence::read(others, &mut slots),
         diffuse_transmission: diffuse_transmission::read(others, &mut slots),
+        dispersion: dispersion::read(others),
         volume: extensions.and_then(|e| e.volume.as_ref()).and_then(volume),
         double_sided: json.double_sided,
     };

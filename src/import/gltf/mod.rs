@@ -17,6 +17,7 @@ mod clearcoat;
 mod color;
 mod container;
 mod diffuse_transmission;
+mod dispersion;
 mod document;
 mod draco;
 mod extensions;

@@ -1,6 +1,6 @@
 //! KHR_animation_pointer: the property that a JSON pointer animates.
 
-use super::{anisotropy, area_light, clearcoat, diffuse_transmission, iridescence, sheen};
+use super::{anisotropy, area_light, clearcoat, diffuse_transmission, dispersion, iridescence, sheen};
 use blinn_scene::{CameraProperty, LightProperty, MaterialProperty, TextureSlot};
 
 /// An animated property, by the indices of the file.
@@ -70,6 +70,7 @@ fn material(field: &[&str]) -> Option<MaterialProperty> {
         ["extensions", anisotropy::NAME, "anisotropyRotation"] => F::AnisotropyRotation,
         ["extensions", sheen::NAME, "sheenColorFactor"] => F::SheenColor,
         ["extensions", sheen::NAME, "sheenRoughnessFactor"] => F::SheenRoughness,
+        ["extensions", dispersion::NAME, "dispersion"] => F::Dispersion,
         ["extensions", diffuse_transmission::NAME, "diffuseTransmissionFactor"] => F::DiffuseTransmission,
         ["extensions", diffuse_transmission::NAME, "diffuseTransmissionColorFactor"] => {
             F::DiffuseTransmissionColor

@@ -30,7 +30,7 @@ pub(super) const KNOWN: &[(&str, Support)] = &[
     ("KHR_lights_punctual", Supported),
     ("KHR_materials_anisotropy", Supported),
     ("KHR_materials_clearcoat", Supported),
-    ("KHR_materials_dispersion", Ignored("refraction has no dispersion")),
+    ("KHR_materials_dispersion", Supported),
     ("KHR_materials_emissive_strength", Supported),
     ("KHR_materials_ior", Supported),
     ("KHR_materials_iridescence", Supported),

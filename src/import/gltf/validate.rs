@@ -13,7 +13,8 @@ use serde_path_to_error::Segment;
 use super::area_light::JsonAreaLight;
 use super::json_tree::{Object, as_objects, objects, primitives};
 use super::{
-    anisotropy, area_light, clearcoat, diffuse_transmission, iridescence, material_schema, ranges, sheen,
+    anisotropy, area_light, clearcoat, diffuse_transmission, dispersion, iridescence, material_schema,
+    ranges, sheen,
 };
 use crate::error::Warnings;
 use crate::files::escape::printable;
@@ -48,6 +49,7 @@ pub(super) fn validate(root: &mut Value, warnings: &mut Warnings) {
         anisotropy::repair(object, &location, warnings);
         sheen::repair(object, &location, warnings);
         iridescence::repair(object, &location, warnings);
+        dispersion::repair(object, &location, warnings);
         diffuse_transmission::repair(object, &location, warnings);
         ranges::repair_material(object, &location, warnings);
     }

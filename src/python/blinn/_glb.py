@@ -232,7 +232,7 @@ def _write_material(
         "double_sided", "ior", "transmission", "clearcoat", "clearcoat_roughness", "clearcoat_normal_texture",
         "sheen_color", "sheen_roughness", "anisotropy", "anisotropy_rotation",
         "iridescence", "iridescence_ior", "iridescence_thickness",
-        "diffuse_transmission", "diffuse_transmission_color",
+        "thickness", "dispersion", "diffuse_transmission", "diffuse_transmission_color",
     }  # fmt: skip
     unknown = set(material) - known
     if unknown:
@@ -278,6 +278,8 @@ def _write_material(
         ("sheen_roughness", "KHR_materials_sheen", "sheenRoughnessFactor"),
         ("anisotropy", "KHR_materials_anisotropy", "anisotropyStrength"),
         ("anisotropy_rotation", "KHR_materials_anisotropy", "anisotropyRotation"),
+        ("thickness", "KHR_materials_volume", "thicknessFactor"),
+        ("dispersion", "KHR_materials_dispersion", "dispersion"),
         ("diffuse_transmission", "KHR_materials_diffuse_transmission", "diffuseTransmissionFactor"),
         ("iridescence", "KHR_materials_iridescence", "iridescenceFactor"),
         ("iridescence_ior", "KHR_materials_iridescence", "iridescenceIor"),

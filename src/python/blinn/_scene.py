@@ -120,6 +120,7 @@ class Scene:
         - ``anisotropy`` (0 to 1), ``anisotropy_rotation`` (radians); the mesh needs texture coordinates
         - ``iridescence`` (0 to 1), ``iridescence_ior``, ``iridescence_thickness`` (nanometres): a thin film
         - ``diffuse_transmission`` (0 to 1), ``diffuse_transmission_color`` (3 numbers): paper, leaves
+        - ``thickness`` (metres): closed meshes are solid glass or wax; ``dispersion`` of glass (20 over the Abbe number)
         - ``double_sided`` (default True), ``ior``, ``transmission`` (0 to 1), ``name``
         """
         converted = [mesh if isinstance(mesh, Mesh) else Mesh(**mesh) for mesh in meshes]

@@ -103,7 +103,7 @@ pub(crate) fn spawn_diffuse_rays(
         let (origin, source) = batch.offset_origin(i, direction);
         let mut media = state.media;
         if batch.is_back && frame.is_body(point.id) {
-            media = frame.cross(&media, point.id, frame.is_front(point.id, -n_g)).behind;
+            media = frame.cross(&media, point.id, frame.is_front(point.id, -n_g), state.wavelength).behind;
         }
         let state = PathState {
             origin,

@@ -6,7 +6,7 @@ use glam::{DAffine3, DVec3, Vec3};
 
 use crate::integrator::emitters::Emitters;
 use crate::integrator::material::coefficients::{Coefficients, MaterialOverrides};
-use crate::integrator::media::{Crossing, Medium, MediumStack};
+use crate::integrator::media::{Crossing, Medium, MediumStack, Wavelength};
 use crate::integrator::sample::Sample;
 use crate::integrator::surface::triangle_plane::TrianglePlane;
 use blinn_accel::{Accel, Coherence, RayBatch};
@@ -257,7 +257,12 @@ impl<'a> Frame<'a> {
         let instance = &self.posed.scene.instances[id.instance as usize];
         let material = self.material(id);
         let absorption = material.volume.map_or(Rgb::ZERO, |volume| volume.absorption());
-        Medium { body: instance.object, ior: material.ior(), absorption }
+        Medium {
+            body: instance.object,
+            ior: material.ior(),
+            half_spread: material.half_spread_of_ior(),
+            absorption,
+        }
     }
 
     /// True if `n_g`, a geometric normal of triangle `id`, is that of its front face.
@@ -269,14 +274,20 @@ impl<'a> Frame<'a> {
 
     /// Crosses the surface of the body that a triangle belongs to, from the outside if a path is `entering`. Surfaces of
     /// Blender's files refract as if there were no other bodies: Blender renders them so.
-    pub(crate) fn cross(&self, media: &MediumStack, id: HitId, entering: bool) -> Crossing {
+    pub(crate) fn cross(
+        &self,
+        media: &MediumStack,
+        id: HitId,
+        entering: bool,
+        wavelength: Wavelength,
+    ) -> Crossing {
         let medium = self.medium(id);
-        let crossing = media.cross(medium, entering);
+        let crossing = media.cross(medium, entering, wavelength);
         if !self.posed.scene.source.is_blender() {
             return crossing;
         }
-        let ior = f64::from(medium.ior);
-        Crossing { eta: if entering { ior } else { 1.0 / ior }, ..crossing }
+        let alone = MediumStack::EMPTY.cross(medium, entering, wavelength);
+        Crossing { behind: crossing.behind, ..alone }
     }
 
     /// The ray differential of an eye ray over a footprint on the film; `None` for a point.

@@ -5,7 +5,7 @@ use glam::{DVec3, Vec3};
 
 use crate::integrator::environment_occlusion::{OcclusionEstimate, arriving_light};
 use crate::integrator::frame::Frame;
-use crate::integrator::media::MediumStack;
+use crate::integrator::media::{MediumStack, Wavelength};
 use crate::integrator::sample::Sample;
 use blinn_accel::RayBatch;
 use blinn_core::geometry::{HitId, RayDifferential, Rgb};
@@ -25,6 +25,8 @@ pub(crate) struct PathState {
     pub spread: f32,
     /// The bodies that the ray is inside of.
     pub media: MediumStack,
+    /// The colours that the path carries, which dispersion has split.
+    pub wavelength: Wavelength,
     /// Share of the light at the origin that arrives in the picture, in the brightest channel.
     pub importance: f32,
     /// Number of reflections that may still follow at surfaces other than glass.
@@ -325,6 +327,7 @@ impl Frame<'_> {
             width,
             spread,
             media: MediumStack::EMPTY,
+            wavelength: Wavelength::White,
             importance: 1.0,
             reflections_left: self.bounces,
             glass_events_left: self.bounces.saturating_mul(3),

@@ -22,7 +22,7 @@ use crate::integrator::lobe_samples::mirrored_to_side;
 use crate::integrator::material::coefficients::Coefficients;
 use crate::integrator::material::ggx::SMOOTH_GLASS_ALPHA;
 use crate::integrator::material::ggx_lobe::Lobe;
-use crate::integrator::media::{Crossing, MediumStack};
+use crate::integrator::media::{Crossing, MediumStack, Wavelength};
 use crate::integrator::paths::{AreaLightHits, Escape, PathState, PathStates, SecondaryRay, Wave};
 use crate::integrator::reflection_rays::{ReflectionRays, SEEN_ALPHA, SpawnedRays};
 use crate::integrator::sample::{SampleDimension, SampleStream};
@@ -123,6 +123,7 @@ struct DielectricRay {
     /// True for a ray that passes through the surface.
     is_refracted: bool,
     media: MediumStack,
+    wavelength: Wavelength,
     /// Growth of the ray cone per metre.
     spread: f32,
 }
@@ -160,11 +161,11 @@ impl<'a, 's> PathVertex<'a, 's> {
     }
 
     /// The surface of the body that the path crosses.
-    fn medium_crossing(&self) -> Crossing {
+    fn medium_crossing(&self, wavelength: Wavelength) -> Crossing {
         let id = self.batch.points[self.i].id;
         // Only the ground has no front, and it is no body.
         let entering = self.batch.is_front(self.i).unwrap_or(true);
-        self.frame.cross(&self.state.media, id, entering)
+        self.frame.cross(&self.state.media, id, entering, wavelength)
     }
 
     /// The boundary that the path meets, of relative index `eta`.
@@ -182,11 +183,20 @@ impl<'a, 's> PathVertex<'a, 's> {
 
     /// Spawns a reflected and a refracted ray. Returns the environment's light in place of rays that are not traced.
     fn spawn_at_dielectric(&self, wave: &mut Wave) -> Rgb {
-        let crossing = self.medium_crossing();
-        let eta = crossing.eta;
+        let white = self.medium_crossing(self.state.wavelength);
+        let splits = white.disperses && self.state.wavelength == Wavelength::White;
         let m = self.sample_microfacet_normal();
         let cos = self.v.dot(m).clamp(0.0, 1.0);
-        let reflectance = self.boundary(eta).reflectance(cos);
+        let crossings = Wavelength::CHANNELS.map(|wavelength| match splits {
+            true => (wavelength, self.medium_crossing(wavelength)),
+            false => (self.state.wavelength, white),
+        });
+        // One crossing of all colours, or one of each.
+        let crossings = &crossings[..if splits { 3 } else { 1 }];
+        let reflectances = crossings.iter().map(|(wavelength, crossing)| {
+            self.boundary(crossing.eta).reflectance(cos) * if splits { wavelength.mask() } else { Rgb::ONE }
+        });
+        let reflectance: Rgb = reflectances.reduce(|sum, of_channel| sum + of_channel).unwrap_or_default();
         let share = reflectance.max_element();
         // The change of the normal across the ray cone, and of the microfacets' normals.
         let sample_share = LOOKUP_SHARE as f32 / self.stream.sampler.count.max(1) as f32;
@@ -198,16 +208,22 @@ impl<'a, 's> PathVertex<'a, 's> {
             share,
             is_refracted: false,
             media: self.state.media,
+            wavelength: self.state.wavelength,
             spread: self.state.spread + 2.0 * normal_change,
         };
         let mut environment_light = self.spawn_dielectric_ray(&reflected, u_reflected, wave);
-        if reflectance.min_element() < 1.0 {
+        for &(wavelength, Crossing { behind, eta, .. }) in crossings {
+            let transmittance = (Rgb::ONE - reflectance) * if splits { wavelength.mask() } else { Rgb::ONE };
+            if !(transmittance.max_element() > 0.0) {
+                continue;
+            }
             let refracted = DielectricRay {
                 direction: refract(self.v, m, cos, eta),
-                weight: self.k.surface_tint() * ((Rgb::ONE - reflectance) * self.k.transmission_weight),
-                share: 1.0 - share,
+                weight: self.k.surface_tint() * (transmittance * self.k.transmission_weight),
+                share: (1.0 - share) / crossings.len() as f32,
                 is_refracted: true,
-                media: crossing.behind,
+                media: behind,
+                wavelength,
                 spread: self.state.spread + (eta as f32 - 1.0).abs() * normal_change,
             };
             environment_light += self.spawn_dielectric_ray(&refracted, u_refracted, wave);
@@ -233,7 +249,7 @@ impl<'a, 's> PathVertex<'a, 's> {
 
     /// Spawns a ray, or returns the environment's light in its direction instead.
     fn spawn_dielectric_ray(&self, ray: &DielectricRay, u: f32, wave: &mut Wave) -> Rgb {
-        let &DielectricRay { weight, share, is_refracted, media, spread, .. } = ray;
+        let &DielectricRay { weight, share, is_refracted, media, wavelength, spread, .. } = ray;
         let arrives = self.throughput * weight;
         let importance = self.state.importance * arrives.max_element();
         if !(importance > 0.0) {
@@ -277,6 +293,7 @@ impl<'a, 's> PathVertex<'a, 's> {
             width: self.state.width_at(self.p),
             spread,
             media,
+            wavelength,
             importance,
             glass_events_left: self.state.glass_events_left - 1,
             reflections_left,

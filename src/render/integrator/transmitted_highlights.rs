@@ -10,6 +10,7 @@ use crate::integrator::frame::Frame;
 use crate::integrator::highlight_limits::max_share;
 use crate::integrator::layers::dielectric_boundary::{BoundaryFilm, DielectricBoundary};
 use crate::integrator::material::highlight_lobe::transmitted_lobe;
+use crate::integrator::media::Wavelength;
 use crate::integrator::sample::SampleStream;
 use crate::integrator::shading_batch::ShadingBatch;
 use crate::integrator::shadow_rays::{ShadowBuffers, ShadowRay, trace_centre_visibility};
@@ -26,7 +27,8 @@ struct RoughGlass {
     v: DVec3,
     /// α² of the microfacets.
     alpha2: f64,
-    boundary: DielectricBoundary,
+    /// The boundary for the colours of the path: once, or for each channel.
+    boundaries: Vec<(Rgb, DielectricBoundary)>,
     /// Factor of transmitted light, apart from Fresnel's.
     weight: Rgb,
     /// Maximum radiance of a light over its irradiance.
@@ -94,9 +96,15 @@ impl RoughGlass {
             return None;
         }
         let entering = batch.is_front(i)?;
-        let crossing = frame.cross(&state.media, point.id, entering);
+        let crossing = |wavelength| frame.cross(&state.media, point.id, entering, wavelength);
+        let of_path = crossing(state.wavelength);
         let (block, lane) = batch.soa.lane(i);
         let film = block.layered.get(lane).and_then(|point| point.film);
+        let boundary = |eta: f64| DielectricBoundary {
+            eta,
+            f90: k.layers.dielectric_f90,
+            film: film.map(|film| BoundaryFilm { film: film.over(&k.layers), share: film.share, entering }),
+        };
         // Lights have no size, and so no image behind smooth glass: narrower lobes fade out.
         let scale = (alpha / MIN_HIGHLIGHT_ALPHA).min(1.0);
         let alpha = alpha.clamp(MIN_HIGHLIGHT_ALPHA, 1.0);
@@ -106,14 +114,9 @@ impl RoughGlass {
             n_g: dvec3(&block.n_g, lane),
             v: block.v(lane),
             alpha2: f64::from(alpha * alpha),
-            boundary: DielectricBoundary {
-                eta: crossing.eta,
-                f90: k.layers.dielectric_f90,
-                film: film.map(|film| BoundaryFilm {
-                    film: film.over(&k.layers),
-                    share: film.share,
-                    entering,
-                }),
+            boundaries: match of_path.disperses && state.wavelength == Wavelength::White {
+                true => Wavelength::CHANNELS.map(|of| (of.mask(), boundary(crossing(of).eta))).to_vec(),
+                false => vec![(Rgb::ONE, boundary(of_path.eta))],
             },
             weight: k.surface_tint() * (k.transmission_weight * scale),
             max_share: f32::INFINITY,
@@ -138,9 +141,11 @@ impl RoughGlass {
         if !(cos > 0.0 && self.n_g.dot(l) < 0.0 && irradiance.max_element() > 0.0) {
             return Rgb::ZERO;
         }
-        let [lobe, v_h] = transmitted_lobe(self.n, l, self.v, self.alpha2, self.boundary.eta);
-        let transmittance = Rgb::ONE - self.boundary.reflectance(v_h);
-        let share = (transmittance * lobe as f32).min(Rgb::splat(self.max_share * cos as f32));
-        self.weight * irradiance * share
+        let shares = self.boundaries.iter().map(|(colors, boundary)| {
+            let [lobe, v_h] = transmitted_lobe(self.n, l, self.v, self.alpha2, boundary.eta);
+            let transmittance = Rgb::ONE - boundary.reflectance(v_h);
+            (transmittance * lobe as f32).min(Rgb::splat(self.max_share * cos as f32)) * *colors
+        });
+        self.weight * irradiance * shares.reduce(|sum, share| sum + share).unwrap_or_default()
     }
 }

@@ -68,6 +68,8 @@ pub enum MaterialProperty {
     DiffuseTransmission,
     /// Colour of the light that is transmitted diffusely (3 components).
     DiffuseTransmissionColor,
+    /// Dispersion of a body.
+    Dispersion,
     /// Colour of the light after the attenuation distance in a volume (3 components).
     AttenuationColor,
     /// Attenuation distance of a volume, in metres.
@@ -232,6 +234,7 @@ impl Material {
             }
             MaterialProperty::SheenColor => self.sheen.color.factor = vec3().min(Vec3::ONE),
             MaterialProperty::SheenRoughness => self.sheen.roughness.factor = fraction(),
+            MaterialProperty::Dispersion => self.dispersion = at(0).max(0.0),
             MaterialProperty::DiffuseTransmission => self.diffuse_transmission.factor.factor = fraction(),
             MaterialProperty::DiffuseTransmissionColor => {
                 self.diffuse_transmission.color.factor = vec3().min(Vec3::ONE);

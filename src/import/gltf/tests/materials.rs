@@ -213,11 +213,23 @@ fn diffuse_transmission_is_read() {
     );
     assert_eq!(transmission.color.factor, Vec3::new(0.1, 0.2, 0.3));
     assert_eq!(transmission.color.texture.unwrap().uv_set, 1);
-    assert!(m.is_layered() && m.diffuses_inside() && scene.meshes[0].is_body);
+    assert!(m.is_layered() && m.diffuses_inside());
     let (scene, _) = textured(json!({"extensions": {name: {"diffuseTransmissionFactor": 1}}})).load();
     let m = &scene.materials[0];
     assert_eq!(m.diffuse_transmission.color.factor, Vec3::ONE);
-    assert!(!m.diffuses_inside() && !scene.meshes[0].is_body);
+    assert!(m.is_layered() && !m.diffuses_inside());
+}
+
+#[test]
+fn dispersion_is_read() {
+    let dispersion = |value: Value| {
+        let extension = json!({"KHR_materials_dispersion": {"dispersion": value}});
+        let (scene, warnings) = textured(json!({"extensions": extension})).load();
+        (scene.materials[0].dispersion, warnings.len())
+    };
+    assert_eq!(dispersion(json!(0.5)), (0.5, 0));
+    assert_eq!(dispersion(json!(-1)), (0.0, 1));
+    assert_eq!(dispersion(json!([1])), (0.0, 1));
 }
 
 #[test]
@@ -240,6 +252,7 @@ fn factors_of_layers_can_be_animated() {
             "KHR_materials_diffuse_transmission/diffuseTransmissionColorTexture/extensions/KHR_texture_transform/offset",
             MaterialProperty::Offset(TextureSlot::DiffuseTransmissionColor),
         ),
+        ("KHR_materials_dispersion/dispersion", MaterialProperty::Dispersion),
         ("KHR_materials_iridescence/iridescenceFactor", MaterialProperty::Iridescence),
         ("KHR_materials_iridescence/iridescenceIor", MaterialProperty::IridescenceIor),
         ("KHR_materials_iridescence/iridescenceThicknessMinimum", MaterialProperty::IridescenceMinThickness),

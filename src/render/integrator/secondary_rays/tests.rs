@@ -119,10 +119,10 @@ fn bodies_of_blenders_files_refract_alone() {
         let (camera, _) = View::default().resolve(&posed, 16, 16).unwrap();
         let lit = Lighting { sets: Some(Vec::new()), ..Lighting::default() }.resolve(&posed, &camera);
         let frame = Frame::new(&posed, &accel, camera, &lit);
-        let around = Medium { body: 9, ior: 2.0, absorption: Rgb::ZERO };
-        let inside = MediumStack::EMPTY.cross(around, true).behind;
+        let around = Medium { body: 9, ior: 2.0, half_spread: 0.0, absorption: Rgb::ZERO };
+        let inside = MediumStack::EMPTY.cross(around, true, Wavelength::White).behind;
         let id = HitId { instance: 0, triangle: 0 };
-        [true, false].map(|entering| frame.cross(&inside, id, entering).eta)
+        [true, false].map(|entering| frame.cross(&inside, id, entering, Wavelength::White).eta)
     };
     assert_eq!(crossing(""), [0.75, 2.0 / 1.5]);
     assert_eq!(crossing("Khronos glTF Blender I/O v5.0.21"), [1.5, 1.0 / 1.5]);
