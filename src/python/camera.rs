@@ -94,7 +94,8 @@ impl PyCamera {
     ///
     /// `yfov` and `height` exclude each other; `height`, in metres, makes the camera orthographic.
     #[staticmethod]
-    #[pyo3(signature = (eye, target, *, up = [0.0, 1.0, 0.0], yfov = None, height = None, near = 0.0, far = f64::INFINITY))]
+    #[pyo3(signature = (eye, target, *, up = [0.0, 1.0, 0.0], yfov = None, height = None, near = 0.0, far = f64::INFINITY),
+        text_signature = "(eye, target, *, up=(0.0, 1.0, 0.0), yfov=None, height=None, near=0.0, far=1e999)")]
     fn look_at(
         eye: [f64; 3],
         target: [f64; 3],
@@ -120,7 +121,8 @@ impl PyCamera {
     /// `convention` says which way the camera looks: "opengl" (glTF, Blender, NeRF) along −Z with +Y up; "opencv"
     /// (COLMAP, BOP) along +Z with +Y down.
     #[staticmethod]
-    #[pyo3(signature = (camera_to_world, *, convention = "opengl", yfov = None, height = None, near = 0.0, far = f64::INFINITY))]
+    #[pyo3(signature = (camera_to_world, *, convention = "opengl", yfov = None, height = None, near = 0.0, far = f64::INFINITY),
+        text_signature = "(camera_to_world, *, convention='opengl', yfov=None, height=None, near=0.0, far=1e999)")]
     fn from_matrix(
         camera_to_world: Matrix<'_>,
         convention: &str,
@@ -139,7 +141,8 @@ impl PyCamera {
     /// Pixel centres are at half-integers: the centre of the top left pixel is (0.5, 0.5). The principal point may be
     /// off-centre. `camera_to_world` defaults to the identity.
     #[staticmethod]
-    #[pyo3(signature = (K, size, camera_to_world = None, *, convention = "opencv", near = 0.0, far = f64::INFINITY))]
+    #[pyo3(signature = (K, size, camera_to_world = None, *, convention = "opencv", near = 0.0, far = f64::INFINITY),
+        text_signature = "(K, size, camera_to_world=None, *, convention='opencv', near=0.0, far=1e999)")]
     #[allow(non_snake_case)]
     fn from_intrinsics(
         K: Matrix<'_>,

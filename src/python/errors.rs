@@ -5,12 +5,12 @@ use pyo3::exceptions::{PyException, PyUserWarning, PyValueError};
 use pyo3::prelude::*;
 
 use super::log::with_keywords;
-use blinn_import::LoadError;
+use blinn_import::LoadError as ImportError;
 
 create_exception!(blinn, Error, PyException, "Base class of all errors of blinn.");
-create_exception!(blinn, PyLoadError, Error, "A scene cannot be loaded.");
-create_exception!(blinn, LimitError, PyLoadError, "A scene exceeds a limit, such as max_memory.");
-create_exception!(blinn, UnsupportedError, PyLoadError, "A scene needs a feature that is not supported.");
+create_exception!(blinn, LoadError, Error, "A scene cannot be loaded.");
+create_exception!(blinn, LimitError, LoadError, "A scene exceeds a limit, such as max_memory.");
+create_exception!(blinn, UnsupportedError, LoadError, "A scene needs a feature that is not supported.");
 create_exception!(blinn, RenderError, Error, "A scene cannot be rendered.");
 create_exception!(blinn, SceneWarning, PyUserWarning, "A defect of a scene that was repaired or ignored.");
 
@@ -18,7 +18,7 @@ create_exception!(blinn, SceneWarning, PyUserWarning, "A defect of a scene that 
 pub fn register(module: &Bound<'_, PyModule>) -> PyResult<()> {
     let py = module.py();
     module.add("Error", py.get_type::<Error>())?;
-    module.add("LoadError", py.get_type::<PyLoadError>())?;
+    module.add("LoadError", py.get_type::<LoadError>())?;
     module.add("LimitError", py.get_type::<LimitError>())?;
     module.add("UnsupportedError", py.get_type::<UnsupportedError>())?;
     module.add("RenderError", py.get_type::<RenderError>())?;
@@ -27,20 +27,20 @@ pub fn register(module: &Bound<'_, PyModule>) -> PyResult<()> {
 }
 
 /// The exception for an error of the importer. A missing file is Python's own FileNotFoundError.
-pub fn load_error(name: &str, error: LoadError) -> PyErr {
+pub fn load_error(name: &str, error: ImportError) -> PyErr {
     let message = with_keywords(&error.to_string());
     let text = match &error {
-        LoadError::Io { cause, .. } if cause.raw_os_error().is_some() => {
+        ImportError::Io { cause, .. } if cause.raw_os_error().is_some() => {
             return std::io::Error::new(cause.kind(), message).into();
         }
-        LoadError::Io { .. } => message,
+        ImportError::Io { .. } => message,
         _ => format!("{name}: {message}"),
     };
     match error {
-        LoadError::Limit { .. } => LimitError::new_err(text),
-        LoadError::Cancelled(_) | LoadError::Unsupported(_) => UnsupportedError::new_err(text),
-        LoadError::Io { .. } | LoadError::Parse { .. } | LoadError::Invalid { .. } => {
-            PyLoadError::new_err(text)
+        ImportError::Limit { .. } => LimitError::new_err(text),
+        ImportError::Cancelled(_) | ImportError::Unsupported(_) => UnsupportedError::new_err(text),
+        ImportError::Io { .. } | ImportError::Parse { .. } | ImportError::Invalid { .. } => {
+            LoadError::new_err(text)
         }
     }
 }

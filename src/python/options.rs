@@ -8,6 +8,7 @@ use pyo3::types::{PyBool, PyDict, PyString};
 
 use super::errors::value_error;
 use blinn_accel::AccelSettings;
+use blinn_core::closest_name::did_you_mean;
 use blinn_render::integrator::Aov;
 use blinn_session::{
     Heading, NamedOptions, OptionDef, SessionError, SessionPlan, option_defs, simd_level, values,
@@ -19,6 +20,9 @@ const LOAD_ONLY: [&str; 2] = ["hide", "only-objects"];
 const MAX_MEMORY: &str = "max-memory";
 /// Options that are parameters of their own.
 const PARAMETERS: [&str; 2] = ["aov", "camera"];
+
+/// Parameters of `Scene.render` that are no options.
+const RENDER_PARAMETERS: [&str; 5] = ["camera", "size", "samples", "layers", "progress"];
 
 /// The call that options belong to.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -104,7 +108,10 @@ fn unknown(key: &str, set: OptionSet) -> PyErr {
     if other.keywords().contains(&key.replace('-', "_")) {
         return PyTypeError::new_err(format!("'{key}' is an option of {call}()"));
     }
-    PyTypeError::new_err(format!("unknown option '{key}'; options: {}", set.keywords().join(", ")))
+    let keywords = set.keywords();
+    let parameters: &[&str] = if set == OptionSet::Render { &RENDER_PARAMETERS } else { &["name"] };
+    let hint = did_you_mean(key, keywords.iter().map(String::as_str).chain(parameters.iter().copied()));
+    PyTypeError::new_err(format!("unknown option '{key}'; options: {}{hint}", keywords.join(", ")))
 }
 
 /// Sets an option. True stands for an option without value; None and False for no option; a sequence of sequences or

@@ -10,6 +10,7 @@ use pyo3::types::PyBytes;
 
 use super::errors::value_error;
 use super::pool;
+use blinn_core::closest_name::did_you_mean;
 use blinn_output::{BitDepth, ImageFormat, Overwrite, Picture, SaveError, save};
 use blinn_render::integrator::{Aov, MatteKind};
 use blinn_render::{AovLayer, MATTE_RANKS};
@@ -65,6 +66,24 @@ impl PyPicture {
         Ok(bytes.into_pyarray(py).reshape([height, width, 4])?.into_any())
     }
 
+    /// `rgba`, for `numpy.asarray(picture)`.
+    #[pyo3(signature = (dtype = None, copy = None))]
+    fn __array__<'py>(
+        &self,
+        py: Python<'py>,
+        dtype: Option<&Bound<'py, PyAny>>,
+        copy: Option<bool>,
+    ) -> PyResult<Bound<'py, PyAny>> {
+        if copy == Some(false) {
+            return Err(value_error("a picture has no array of its own; use copy=None"));
+        }
+        let array = self.rgba(py)?;
+        match dtype {
+            Some(dtype) => array.call_method1("astype", (dtype,)),
+            None => Ok(array),
+        }
+    }
+
     /// The linear picture as the command writes it to an EXR: Rec. 709 primaries, premultiplied alpha, shape
     /// (height, width, 4), float32. Exposure and view transform are not applied.
     #[getter]
@@ -91,7 +110,11 @@ impl PyPicture {
             let hint = if known.contains(&name) {
                 format!("'{name}' was not rendered; pass layers=[\"{name}\"] to render()")
             } else {
-                format!("there is no layer '{name}'; layers: {}", known.join(", "))
+                let rendered = match self.layers()[..] {
+                    [] => "the picture has none".to_string(),
+                    ref layers => format!("the picture has {}", layers.join(", ")),
+                };
+                format!("there is no layer '{name}'; {rendered}{}", did_you_mean(name, known))
             };
             return Err(PyKeyError::new_err(hint));
         };

@@ -1,15 +1,19 @@
-//! Sizes of pictures as Python has them: tuples, lists or arrays of two integers.
+//! Sizes of pictures as Python has them: tuples, lists or arrays of two integers, or one integer.
 
 use pyo3::prelude::*;
 
 use super::errors::value_error;
 
-/// Reads a width and a height.
+/// Reads a width and a height, or one number for both.
 ///
 /// # Errors
-/// The value is no sequence of two integers from 0 to 2³² − 1.
+/// The value is neither an integer from 0 to 2³² − 1 nor a sequence of two.
 pub fn picture_size(size: &Bound<'_, PyAny>) -> PyResult<(u32, u32)> {
-    let invalid = || value_error(format!("size must be two integers, (width, height), not {size}"));
+    let invalid =
+        || value_error(format!("size must be two integers, (width, height), or one for both, not {size}"));
+    if let Ok(side) = size.extract::<u32>() {
+        return Ok((side, side));
+    }
     let sides = size.try_iter().map_err(|_| invalid())?;
     let sides: PyResult<Vec<u32>> = sides.map(|side| side?.extract()).collect();
     match sides.map_err(|_| invalid())?[..] {

@@ -1,5 +1,6 @@
 //! The camera that a view starts from: a camera of the file, or the default view that frames the scene.
 
+use blinn_core::closest_name::did_you_mean;
 use glam::{DVec2, DVec3};
 
 use super::framing::MARGIN;
@@ -95,7 +96,8 @@ impl View {
         let names: Vec<_> =
             scene.cameras.iter().enumerate().map(|(i, c)| format!("{i} '{}'", node_name(c.node))).collect();
         let list = if names.is_empty() { "none".to_string() } else { names.join(", ") };
-        Err(ViewError::NoCamera(name.clone(), list))
+        let hint = did_you_mean(name, scene.cameras.iter().map(|camera| node_name(camera.node)));
+        Err(ViewError::NoCamera(name.clone(), list + &hint))
     }
 }
 

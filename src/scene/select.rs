@@ -2,6 +2,8 @@
 
 use std::collections::BTreeSet;
 
+use blinn_core::closest_name::did_you_mean;
+
 use glob::{MatchOptions, Pattern};
 
 use super::{ChannelTarget, Scene};
@@ -64,7 +66,7 @@ impl Glob {
 pub struct NoMatch {
     /// The pattern.
     pub pattern: String,
-    /// The names in the file, or the first of them.
+    /// The names in the file, or the first of them, and the one that was probably meant.
     pub names: String,
 }
 
@@ -165,8 +167,11 @@ impl Scene {
         if names.len() > MAX_NAMES {
             list.push(format!("and {} more", names.len() - MAX_NAMES));
         }
+        let all_names: Vec<&String> = names.into_iter().collect();
         let names = if list.is_empty() { "no names".into() } else { list.join(", ") };
-        NoMatch { pattern: glob.0.as_str().into(), names }
+        let pattern: String = glob.0.as_str().into();
+        let hint = did_you_mean(&pattern, all_names);
+        NoMatch { names: names + &hint, pattern }
     }
 }
 

@@ -106,6 +106,7 @@ fn unknown_names_are_exit_1_and_list_known_names() {
     let scene = model("cornell/cornell.glb");
     let scene = scene.as_str();
     fails(dir.path(), &["render", scene, "--camera", "Nobody"], 1, "its cameras are: 0 'Camera'");
+    fails(dir.path(), &["render", scene, "--camera", "Camear"], 1, "did you mean 'Camera'?");
     fails(
         dir.path(),
         &["render", scene, "--hide", "Nobody*"],

@@ -40,6 +40,6 @@ def test_flat_colours_and_backgrounds_are_equal() -> None:
     # RenderFlags.FLAT, and bg_color=[.5, .5, .5, 1], are 128 in pyrender.
     assert centre(0.21404114, integrator="color") == 128
     scene = blinn.Scene.from_arrays(**SQUARE)
-    away = blinn.Camera.look_at((0, 0, 2), (0, 0, 4), yfov=45)
-    picture = scene.render(away, size=(8, 8), background="srgb(.5)")
-    assert np.all(picture.rgba == [128, 128, 128, 255])
+    wide = blinn.Camera.look_at((0, 0, 90), (0, 0, 0), yfov=45)
+    picture = scene.render(wide, size=(32, 32), background="srgb(.5)")
+    assert np.all(picture.rgba[0] == [128, 128, 128, 255])

@@ -1,5 +1,6 @@
 """Cameras, layers, sequences, progress and interruption."""
 
+import inspect
 import json
 import os
 import signal
@@ -25,8 +26,42 @@ def test_arrays_are_contiguous_and_shaped(lecture: blinn.Scene) -> None:
         assert array.flags.c_contiguous
     with pytest.raises(KeyError, match="layers="):
         picture["albedo"]
-    with pytest.raises(KeyError, match="there is no layer"):
-        picture["colour"]
+    with pytest.raises(KeyError, match="there is no layer 'normals'; the picture has depth, .*did you mean 'normal'?"):
+        picture["normals"]
+    assert (np.asarray(picture) == picture.rgba).all() and np.asarray(picture, dtype=float).dtype == float
+
+
+def test_sizes_may_be_one_number(quad: blinn.Scene) -> None:
+    for size in [24, [24, 24], np.array([24, 24]), np.int64(24)]:
+        assert quad.render(size=size).rgba.shape == (24, 24, 4)
+
+
+def test_misspelt_keywords_are_suggested(quad: blinn.Scene) -> None:
+    with pytest.raises(TypeError, match="did you mean 'layers'"):
+        quad.render(layer="depth")
+    with pytest.raises(TypeError, match="did you mean 'background'"):
+        quad.render(backgruond="white")
+    with pytest.raises(ValueError, match="did you mean 'orange'"):
+        quad.render(background="ornage")
+
+
+def test_exceptions_have_the_names_that_they_are_imported_by() -> None:
+    for name in ["Error", "LoadError", "LimitError", "UnsupportedError", "RenderError", "SceneWarning"]:
+        exception = getattr(blinn, name)
+        assert (exception.__module__, exception.__name__) == ("blinn", name)
+
+
+def test_progress_is_a_bar(quad: blinn.Scene, capsys: pytest.CaptureFixture[str]) -> None:
+    quad.render(size=16, progress=True)
+    quad.render(size=16, progress=False)
+    shown = capsys.readouterr().err
+    assert "100" in shown and "\r" in shown
+
+
+def test_defaults_are_shown_as_values() -> None:
+    for make in [blinn.Camera.look_at, blinn.Camera.from_matrix, blinn.Camera.from_intrinsics]:
+        defaults = [parameter.default for parameter in inspect.signature(make).parameters.values()]
+        assert Ellipsis not in defaults and np.inf in defaults
 
 
 def test_mattes_cover_what_the_mask_covers(quad: blinn.Scene) -> None:

@@ -265,7 +265,7 @@ def test_messages_are_about_arrays() -> None:
         assert not any("JSON" in text for text in scene.warnings)
         assert scene.render(size=[8, 8], layers="mask")["mask"].any()
         assert scene.render(size=np.array([8, 8])).rgba.shape == (8, 8, 4)
-    for size in ([8], (8, 8, 8), 8, (8.5, 8), "8x8"):
+    for size in ([8], (8, 8, 8), 8.5, -8, (8.5, 8), "8x8"):
         with pytest.raises(ValueError, match="size"):
             scene.render(size=size)
     for faces in ([[0, 1, 1.7]], [[0, 1, np.nan]], [[True, False, True]]):

@@ -1,6 +1,7 @@
 """The extension module."""
 
 import os
+from math import inf
 from typing import Any, Callable, Iterator, Literal, Sequence
 
 import numpy as np
@@ -32,11 +33,11 @@ class Camera:
         eye: Sequence[float],
         target: Sequence[float],
         *,
-        up: Sequence[float] = ...,
+        up: Sequence[float] = (0.0, 1.0, 0.0),
         yfov: float | None = None,
         height: float | None = None,
         near: float = 0.0,
-        far: float = ...,
+        far: float = inf,
     ) -> Camera: ...
     @staticmethod
     def from_matrix(
@@ -46,7 +47,7 @@ class Camera:
         yfov: float | None = None,
         height: float | None = None,
         near: float = 0.0,
-        far: float = ...,
+        far: float = inf,
     ) -> Camera: ...
     @staticmethod
     def from_intrinsics(
@@ -56,7 +57,7 @@ class Camera:
         *,
         convention: Literal["opengl", "opencv"] = "opencv",
         near: float = 0.0,
-        far: float = ...,
+        far: float = inf,
     ) -> Camera: ...
     @property
     def position(self) -> npt.NDArray[np.float64]: ...
@@ -77,6 +78,7 @@ class Picture:
     def exposure(self) -> float: ...
     @property
     def rgba(self) -> npt.NDArray[np.uint8]: ...
+    def __array__(self, dtype: npt.DTypeLike | None = None, copy: bool | None = None) -> npt.NDArray[Any]: ...
     @property
     def linear(self) -> npt.NDArray[np.float32]: ...
     @property
@@ -115,7 +117,7 @@ class Scene:
     def render(
         self,
         camera: Camera | str | int | None = None,
-        size: Sequence[int] | None = None,
+        size: int | Sequence[int] | None = None,
         samples: int = 4,
         layers: list[str] = ...,
         progress: Callable[[float], object] | None = None,
@@ -124,7 +126,7 @@ class Scene:
     def render_many(
         self,
         cameras: list[Camera],
-        size: Sequence[int] | None = None,
+        size: int | Sequence[int] | None = None,
         samples: int = 4,
         layers: list[str] = ...,
         progress: Callable[[float], object] | None = None,

@@ -11,10 +11,12 @@ import numpy.typing as npt
 from . import _blinn
 from ._blinn import Camera, Picture, Pictures
 from ._glb import Mesh, write_glb
+from ._progress import progress_callback
 from ._trimesh import write_trimesh
 
 Source = Union[str, "os.PathLike[str]", bytes, bytearray, memoryview]
-Size = Sequence[int]
+Size = Union[int, Sequence[int]]
+Progress = Union[bool, Callable[[float], object]]
 
 
 class Hits(NamedTuple):
@@ -205,13 +207,13 @@ class Scene:
         size: Size | None = None,
         samples: int = 4,
         layers: str | Sequence[str] = (),
-        progress: Callable[[float], object] | None = None,
+        progress: Progress | None = None,
         **options: Any,
     ) -> Picture:
         """Render a picture.
 
         - ``camera``: a `Camera`, or name or index of one of the file's; by default the file's first, else a view of all.
-        - ``size``: (width, height); by default the camera's.
+        - ``size``: (width, height), or one number for both; by default the camera's.
         - ``samples``: per pixel.
         - ``layers``: a name or several of "depth" (metres along the view direction, inf where nothing is), "normal",
           "vertex-normal", "geometric-normal", "position", "albedo", "uv", "mask", "object-id", "material-id", "steps",
@@ -219,14 +221,15 @@ class Scene:
           ``Picture.matte``, and the light of the picture in layers that add up to it: "diffuse-direct",
           "diffuse-indirect", "specular-direct", "specular-indirect", "emission", "environment". Flow leads from frame to
           frame, so only the command has it.
-        - ``progress``: called with the finished fraction, 0 to 1, in this thread.
+        - ``progress``: called with the finished fraction, 0 to 1, in this thread; True shows a bar, of tqdm if it is
+          installed.
         - ``options``: those of the command with underscores, such as ``lights="headlight"``, ``hdri="studio.hdr"``,
           ``exposure=0``, ``background="transparent"``, ``ao=16``; `render_options` lists them. True stands for a flag
           without value, a tuple of numbers for a vector, a list for a flag that is repeated.
 
         Raises ValueError for values that the command would not take, TypeError for unknown options and `RenderError`.
         """
-        return self._scene.render(camera, size, samples, _names(layers), progress, **options)
+        return self._scene.render(camera, size, samples, _names(layers), progress_callback(progress), **options)
 
     def render_many(
         self,
@@ -234,7 +237,7 @@ class Scene:
         size: Size | None = None,
         samples: int = 4,
         layers: str | Sequence[str] = (),
-        progress: Callable[[float], object] | None = None,
+        progress: Progress | None = None,
         **options: Any,
     ) -> Pictures:
         """Render a picture from each camera on all cores, and yield them in order as they finish.
@@ -247,7 +250,8 @@ class Scene:
         >>> [int(picture["mask"].sum() > 0) for picture in triangle.render_many(cameras, (32, 32), layers="mask")]
         [1, 1, 1]
         """
-        return self._scene.render_many(list(cameras), size, samples, _names(layers), progress, **options)
+        callback = progress_callback(progress)
+        return self._scene.render_many(list(cameras), size, samples, _names(layers), callback, **options)
 
     def intersect(
         self, origins: npt.ArrayLike, directions: npt.ArrayLike, *, cull_back_faces: bool = False
