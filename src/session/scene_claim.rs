@@ -27,7 +27,7 @@ impl SessionPlan {
         Claim { threads: ((work / THREAD) as usize).clamp(1, most), memory: bytes }
     }
 
-    /// What all scenes of a batch together may take: the threads of the current pool, and the memory beside that of the
+    /// Returns what all scenes of a batch together may take: the threads of the current pool, and the memory beside that of the
     /// program itself.
     pub fn capacity(&self) -> Capacity {
         let memory =

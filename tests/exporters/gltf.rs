@@ -49,7 +49,7 @@ fn pyvista_tints_color_maps() {
     assert_eq!(material(&load(&file)).base_color.factor, Vec3::new(0.678, 0.847, 0.902));
 }
 
-/// What is not a metal has no highlight: its specular colour is black.
+/// Meshes that are no metal have no highlight: their specular colour is black.
 #[test]
 fn playcanvas_turns_off_highlights_by_the_specular_color() {
     let mut file = by("PlayCanvas GltfExporter");

@@ -145,7 +145,7 @@ fn wax_attenuates_light_along_its_way() {
     assert_close(mean(&scene, Vec::new(), |frame| frame.ambient = ambient, 1), expected, 1e-4);
 }
 
-/// What is white on both sides is as bright as its surroundings, also below microfacets.
+/// A surface that is white on both sides is as bright as its surroundings, also below microfacets.
 #[test]
 fn white_paper_vanishes_in_a_white_world() {
     for (factor, roughness) in [(0.3, 0.2), (1.0, 0.6)] {

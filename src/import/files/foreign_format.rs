@@ -3,7 +3,7 @@
 
 use std::path::Path;
 
-/// What helps with a file of another format.
+/// The help for a file of another format.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 enum Remedy {
     /// Blender imports it.

@@ -9,7 +9,7 @@ pub(crate) struct Medium {
     pub body: u32,
     /// Index of refraction, in green light.
     pub ior: f32,
-    /// How much less it is in red light, and more in blue light (KHR_materials_dispersion).
+    /// Its decrease in red light and its increase in blue light (KHR_materials_dispersion).
     pub half_spread: f32,
     /// Absorption coefficient per metre, by colour: after t metres, exp(−σ t) of the light is left.
     pub absorption: Rgb,

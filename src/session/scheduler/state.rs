@@ -8,10 +8,10 @@ use super::memory_pool::{Deferred, MemoryPool, Permit};
 
 /// Work that is done side by side with other jobs.
 pub trait Job: Send + Sync {
-    /// What the work results in.
+    /// The result of the work.
     type Output: Send;
 
-    /// What the job takes while it runs.
+    /// Returns what the job takes while it runs.
     fn claim(&self) -> Claim;
 
     /// Does the work.
@@ -32,7 +32,7 @@ pub trait Job: Send + Sync {
     fn cancel(&self);
 }
 
-/// What a job takes while it runs.
+/// Threads and memory that a job takes while it runs.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Claim {
     /// Threads that have enough to do with it, at least 1.
@@ -41,7 +41,7 @@ pub struct Claim {
     pub memory: u64,
 }
 
-/// What all running jobs together may take. A job that is alone takes what it needs.
+/// Threads and memory that all running jobs together may take. A job that is alone takes what it needs.
 #[derive(Clone, Copy, Debug)]
 pub struct Capacity {
     /// Threads of the pool.
@@ -72,7 +72,7 @@ impl<J: Job> Slot<J> {
     }
 }
 
-/// How far a job is.
+/// State of a job.
 pub(super) enum Step<T> {
     Waiting {
         /// True if it ran already, and runs again when it is the first.

@@ -72,7 +72,7 @@ impl<'a> LayerInputs<'a> {
         }
     }
 
-    /// What the base transmits diffusely.
+    /// The part that the base transmits diffusely.
     fn diffuse_transmission(&self, block: &PointBlock, lane: usize) -> TransmittedShare {
         let blinn_scene::DiffuseTransmission { factor, color } = &self.material.diffuse_transmission;
         if !(factor.factor > 0.0) {

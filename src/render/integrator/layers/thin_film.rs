@@ -34,7 +34,7 @@ const SENSITIVITIES: [[f32; 3]; 4] = [
     [4.4201e-13, 1.7953e6, 9.3046e9],
     [5.2481e-13, 2.2084e6, 6.6121e9],
 ];
-/// What the amplitudes are divided by, so that white has Y = 1.
+/// Divisor of the amplitudes, so that white has Y = 1.
 const WHITE: f32 = 1.0685e-7;
 
 /// A film at a point.

@@ -307,7 +307,7 @@ fn highlights_have_the_colour_of_the_film() {
     assert!((found / expected - Rgb::ONE).abs().max_element() < 0.02, "{found} {expected}");
 }
 
-/// What the film reflects of all directions is its share; the base has the rest of the brightest channel.
+/// The share of the film is what it reflects of all directions; the base has the rest of the brightest channel.
 #[test]
 fn films_and_their_bases_conserve_light() {
     for (alpha, angle) in [(0.1, 0.3), (0.35, 0.9), (0.7, 0.5), (0.2, 1.3)] {
