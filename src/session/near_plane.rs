@@ -3,7 +3,9 @@
 use glam::DVec3;
 
 use crate::empty_images::smaller;
-use blinn_core::cancellation::{CancelToken, Cancelled};
+use crate::error::SessionError;
+use crate::posed_frame::{PosedFrame, SceneSetup};
+use blinn_core::cancellation::Cancelled;
 use blinn_core::geometry::Aabb;
 use blinn_render::integrator::{Aov, Frame};
 use blinn_render::{RenderSettings, render_aovs};
@@ -12,8 +14,35 @@ use blinn_scene::{Camera, ClipPlanes};
 /// Share of the pixels above which cuts are reported.
 const REPORTED: f64 = 0.01;
 
+/// Returns true if the near plane of `camera` cuts a part of what would be visible in an image at the start of the clip. Not
+/// if it cuts all: an image that shows nothing has a reason of its own.
+///
+/// # Errors
+/// The acceleration structure cannot be built, or the search was cancelled.
+pub fn cuts_picture(
+    setup: &SceneSetup,
+    first: &mut PosedFrame,
+    camera: Camera,
+    settings: &RenderSettings,
+) -> Result<bool, SessionError> {
+    if !may_cut(&first.posed.bounds(), &camera) {
+        return Ok(false);
+    }
+    setup.build(first)?;
+    let frame = Frame { ground: None, ..setup.frame(first, camera)? };
+    let whole = ClipPlanes { near: 0.0, ..camera.clip };
+    let whole = Frame { camera: Camera { clip: whole, ..camera }, ..frame.clone() };
+    let depths = |frame: &Frame| -> Result<Vec<f32>, Cancelled> {
+        let layers = render_aovs(frame, &[Aov::Depth], &smaller(settings), &setup.cancel)?;
+        Ok(layers.into_iter().flat_map(|layer| layer.values).collect())
+    };
+    let all = depths(&whole)?;
+    let cut = all.iter().filter(|&&depth| depth < camera.clip.near as f32).count();
+    Ok(cut as f64 > REPORTED * all.len() as f64 && depths(&frame)?.iter().any(|depth| depth.is_finite()))
+}
+
 /// Returns true if a part of the `bounds` may lie between the camera and its near plane.
-pub fn may_cut(bounds: &Aabb, camera: &Camera) -> bool {
+fn may_cut(bounds: &Aabb, camera: &Camera) -> bool {
     let depth = |corner: DVec3| -(corner - camera.view_point).dot(camera.basis.w);
     let corner = |i: usize| {
         let pick = |k: usize| if i >> k & 1 == 0 { bounds.min[k] } else { bounds.max[k] };
@@ -21,22 +50,4 @@ pub fn may_cut(bounds: &Aabb, camera: &Camera) -> bool {
     };
     let depths = || (0..8).map(|i| depth(corner(i)));
     camera.clip.near > 0.0 && depths().any(|d| d < camera.clip.near) && depths().any(|d| d > 0.0)
-}
-
-/// Returns true if the near plane of the frame's camera cuts what would be visible in the image.
-///
-/// # Errors
-/// The search was cancelled.
-pub fn cuts_picture(
-    frame: &Frame,
-    settings: &RenderSettings,
-    cancel: &CancelToken,
-) -> Result<bool, Cancelled> {
-    let near = frame.camera.clip.near as f32;
-    let clip = ClipPlanes { near: 0.0, ..frame.camera.clip };
-    let whole = Frame { camera: Camera { clip, ..frame.camera }, ground: None, ..frame.clone() };
-    let layers = render_aovs(&whole, &[Aov::Depth], &smaller(settings), cancel)?;
-    let depths = || layers.iter().flat_map(|layer| &layer.values);
-    let cut = depths().filter(|&&depth| depth < near).count();
-    Ok(cut as f64 > REPORTED * depths().count() as f64)
 }

@@ -18,7 +18,7 @@ use crate::framing::Framing;
 use crate::light_hints::{ImageLight, shows_surroundings};
 use crate::log::SessionLog;
 use crate::memory_estimate::bvh_triangles;
-use crate::near_plane;
+use crate::near_plane::cuts_picture;
 use crate::notice::Notice;
 use crate::options::Options;
 use crate::picture_layers::{light_layers, normalize_layers};
@@ -201,12 +201,8 @@ impl<'a> SceneRenderer<'a> {
             && plan.dataset.is_none()
             && options.view.clip.is_none()
             && options.view.uses_file_camera(scene);
-        if uses_near_plane && near_plane::may_cut(&first.posed.bounds(), &camera) {
-            setup.build(first)?;
-            let frame = setup.frame(first, camera)?;
-            if near_plane::cuts_picture(&frame, &settings, &setup.cancel)? {
-                log.hint(Notice::NearPlane { near: camera.clip.near });
-            }
+        if uses_near_plane && cuts_picture(&setup, first, camera, &settings)? {
+            log.hint(Notice::NearPlane { near: camera.clip.near });
         }
         let view = options.view_transform.unwrap_or_else(|| ViewTransform::default_for(&scene.source));
         Ok(SceneRenderer {
