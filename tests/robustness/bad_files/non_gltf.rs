@@ -110,7 +110,7 @@ fn mtls() -> Vec<Case> {
         ("both d and Tr", "newmtl a\nd .5\nTr .25\n"),
         ("a map that is missing", "newmtl a\nmap_Kd missing.png\n"),
         ("a map without a name", "newmtl a\nmap_Kd\n"),
-        ("options that are not known", "newmtl a\nmap_Kd -mm .1 2 missing.png\n"),
+        ("options that are not known", "newmtl a\nmap_Kd -boost 2 missing.png\n"),
         ("displacement", "newmtl a\ndisp missing.png\n"),
         ("statements not known", "newmtl a\nglow 3\n"),
     ];
