@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import importlib
 import sys
 from typing import Callable
 
@@ -18,10 +19,11 @@ def progress_callback(progress: bool | Callable[[float], object] | None) -> Call
 def _bar() -> Callable[[float], object]:
     """Return a callback that shows a bar on standard error: tqdm's if it is installed."""
     try:
-        from tqdm.auto import tqdm
+        # Found by name, as tqdm has no types.
+        tqdm = importlib.import_module("tqdm.auto")
     except ImportError:
         return _text_bar()
-    bar = tqdm(total=100, unit="%", bar_format="{l_bar}{bar}| {elapsed}<{remaining}")
+    bar = tqdm.tqdm(total=100, unit="%", bar_format="{l_bar}{bar}| {elapsed}<{remaining}")
 
     def update(fraction: float) -> None:
         bar.update(100 * fraction - bar.n)

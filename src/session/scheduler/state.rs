@@ -23,7 +23,7 @@ pub trait Job: Send + Sync {
     /// All jobs before this one are finished and were handed over.
     fn begin_turn(&self) {}
 
-    /// The job runs for `time` now: see [`Finished::time`].
+    /// The job runs for `time` now: see [`Finished::time`](super::Finished::time).
     fn at_time(&self, time: Duration) {
         let _ = time;
     }
