@@ -17,6 +17,7 @@ mod flat;
 mod gltf;
 pub mod image;
 mod memory;
+mod memory_watch;
 mod missing_uvs;
 mod normal_maps;
 mod obj;
@@ -45,7 +46,7 @@ pub use files::tar_archive::{file_version, has_tar_extension, is_in_archive, sce
 pub use image::environment::load_environment;
 pub use image::stored_frames::{StoredFrame, StoredFrames};
 pub use image::stored_picture::{PictureChannel, PictureEncoding, StoredPicture};
-pub use memory::MemoryWatch;
+pub use memory_watch::MemoryWatch;
 pub use options::{GlassMode, LoadOptions, MtlColors, SceneChoice, UpAxis};
 pub use smooth::NormalMode;
 

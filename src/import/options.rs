@@ -4,7 +4,7 @@ use std::fmt;
 
 use super::NormalMode;
 use super::files::limits::Limits;
-use super::memory::MemoryWatch;
+use super::memory_watch::MemoryWatch;
 use blinn_core::cancellation::CancelToken;
 use blinn_scene::SourceFormat;
 use glam::{DMat3, DVec3};

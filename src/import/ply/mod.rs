@@ -41,7 +41,8 @@ pub(super) fn load(
     }
     let header = header::parse(bytes)?;
     check_positions(&header)?;
-    check_size(&header, bytes, options)?;
+    let budget = MemoryBudget::of_import(options);
+    check_size(&header, bytes, options, &budget)?;
     let mut warnings = Warnings::default();
     let mut content = read(&header, bytes, DVec3::ZERO, options, &mut warnings)?;
     let origin = far_centre(content.mesh.corner_positions());
@@ -69,7 +70,6 @@ pub(super) fn load(
         mesh.face_parts = textures.iter().map(|&texture| texture.min(last)).collect();
         mesh.parts = (0..=last).map(|material| Part { object: 0, material }).collect();
     }
-    let budget = MemoryBudget::of_import(options);
     let materials = obj::textured_materials(&files, folder, &options.limits, &budget, &mut warnings)?;
     let generator = generator(&header);
     let file = PolygonFile { mesh, origin, format: SourceFormat::Ply, generator, materials };
@@ -87,7 +87,12 @@ fn check_positions(header: &Header) -> Result<(), LoadError> {
 }
 
 /// Checks the numbers in the header before memory is allocated.
-fn check_size(header: &Header, bytes: &[u8], options: &LoadOptions) -> Result<(), LoadError> {
+fn check_size(
+    header: &Header,
+    bytes: &[u8],
+    options: &LoadOptions,
+    budget: &MemoryBudget,
+) -> Result<(), LoadError> {
     let rows = |name: &str| {
         let elements = header.elements.iter().filter(|element| element.name == name);
         let rows =
@@ -97,7 +102,6 @@ fn check_size(header: &Header, bytes: &[u8], options: &LoadOptions) -> Result<()
     let (vertices, faces) = (rows("vertex"), rows("face"));
     LoadError::check_limit("vertices", vertices, options.limits.vertices)?;
     LoadError::check_limit("triangles", faces, options.limits.triangles)?;
-    let budget = MemoryBudget::of_import(options);
     budget.charge(bytes.len() as u64)?;
     budget.charge_meshes(vertices, faces)
 }
