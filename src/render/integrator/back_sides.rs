@@ -7,6 +7,7 @@ use glam::DVec3;
 
 use crate::integrator::frame::Frame;
 use crate::integrator::material::coefficients::Coefficients;
+use crate::integrator::media::beer_lambert;
 use crate::integrator::shading_batch::{BatchBuffers, ShadingBatch};
 use crate::integrator::surface::shading_triangle::{MaterialTraits, ShadingTriangle};
 use crate::integrator::surface::soa::{dvec3, set3, vec3};
@@ -75,8 +76,7 @@ impl Frame<'_> {
     fn thickness_transmittance(&self, id: HitId, n_g: DVec3) -> Rgb {
         match self.material(id).volume {
             Some(volume) if self.is_body(id) && self.is_front(id, n_g) => {
-                let depth = volume.absorption() * volume.thickness;
-                Rgb::from_array(depth.to_array().map(|depth| libm::expf(-depth)))
+                beer_lambert(volume.absorption() * volume.thickness)
             }
             _ => Rgb::ONE,
         }

@@ -15,6 +15,11 @@ pub(crate) struct Medium {
     pub absorption: Rgb,
 }
 
+/// The share of light that is left behind an optical depth (Beer-Lambert law), by colour.
+pub(crate) fn beer_lambert(depth: Rgb) -> Rgb {
+    Rgb::from_array(depth.to_array().map(|x| if x > 0.0 { libm::expf(-x) } else { 1.0 }))
+}
+
 /// The colours of light that a ray carries.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub(crate) enum Wavelength {

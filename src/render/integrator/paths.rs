@@ -5,7 +5,7 @@ use glam::{DVec3, Vec3};
 
 use crate::integrator::environment_occlusion::{OcclusionEstimate, arriving_light};
 use crate::integrator::frame::Frame;
-use crate::integrator::media::{MediumStack, Wavelength};
+use crate::integrator::media::{MediumStack, Wavelength, beer_lambert};
 use crate::integrator::sample::Sample;
 use blinn_accel::RayBatch;
 use blinn_core::geometry::{HitId, RayDifferential, Rgb};
@@ -51,9 +51,7 @@ impl PathState {
         if sigma == Rgb::ZERO {
             return Rgb::ONE;
         }
-        let depth = sigma * self.origin.distance(p);
-        let left = |x: f32| if x > 0.0 { libm::expf(-x) } else { 1.0 };
-        Rgb::new(left(depth.x), left(depth.y), left(depth.z))
+        beer_lambert(sigma * self.origin.distance(p))
     }
 
     /// The differential of a ray with unit direction `d` that is as wide as the ray cone.
