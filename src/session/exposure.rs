@@ -178,9 +178,11 @@ fn meter_clip(
     light: MeteredLight,
 ) -> Result<Option<Metering>, SessionError> {
     let mut brightest = meter_frame(setup, start, camera, light)?;
+    let mut accel = None;
     for &time in times {
-        let frame = setup.pose_at(time, start, None)?;
+        let frame = setup.pose_at(time, start, accel.take())?;
         let metered = meter_frame(setup, &frame, camera, light)?;
+        accel = frame.accel;
         brightest = match (brightest, metered) {
             (Some(a), Some(b)) => Some(if b.ev < a.ev { b } else { a }),
             (a, b) => a.or(b),

@@ -10,10 +10,15 @@ use blinn_render::integrator::Aov;
 
 /// A colour, or `transparent`, also named `none`.
 pub fn background(text: &str) -> Result<Background, String> {
-    if matches!(text, "transparent" | "none") {
-        return Ok(Background::Transparent);
+    background_or(text, &["transparent"])
+}
+
+/// As [`background`]. `words` are those that the option takes besides colours, for errors.
+fn background_or(text: &str, words: &[&'static str]) -> Result<Background, String> {
+    match text {
+        "transparent" | "none" => Ok(Background::Transparent),
+        _ => color_or(text, words).map(Background::Color),
     }
-    color_or(text, &["transparent"]).map(Background::Color)
 }
 
 /// A colour, `transparent` or `hdri`.
@@ -21,10 +26,7 @@ pub fn image_background(text: &str) -> Result<ImageBackground, String> {
     if text == "hdri" {
         return Ok(ImageBackground::Environment);
     }
-    if let Ok(background) = background(text) {
-        return Ok(ImageBackground::Fixed(background));
-    }
-    color_or(text, &["transparent", "hdri"]).map(Background::Color).map(ImageBackground::Fixed)
+    background_or(text, &["transparent", "hdri"]).map(ImageBackground::Fixed)
 }
 
 /// `WxH` or `W,H` in pixels.
