@@ -1,4 +1,4 @@
-//! What the scenes of a batch take before they are read.
+//! Threads and memory that the scenes of a batch claim before they are read.
 
 use std::path::Path;
 

@@ -304,7 +304,7 @@ fn a_full_disk_ends_a_batch() {
         fs::copy(model("tests/triangle.glb"), dir.path().join(name)).unwrap();
     }
     std::os::unix::fs::symlink("/dev/full", dir.path().join("b.png")).unwrap();
-    let output = blinn(dir.path(), "render a.glb b.glb c.glb d.glb --size 8x8 -q");
+    let output = blinn(dir.path(), "render a.glb b.glb c.glb d.glb --size 8x8 -q --threads 1");
     let messages = String::from_utf8(output.stderr).unwrap();
     assert_eq!(output.status.code(), Some(1), "{messages}");
     assert!(
@@ -312,6 +312,39 @@ fn a_full_disk_ends_a_batch() {
         "{messages}"
     );
     assert!(dir.path().join("a.png").exists() && !dir.path().join("c.png").exists());
+}
+
+/// Where scenes are rendered side by side, later ones may be finished before the disk is full. Each is reported, or has no
+/// picture.
+#[cfg(target_os = "linux")]
+#[test]
+fn a_full_disk_leaves_no_scene_unreported() {
+    const SCENES: usize = 40;
+    for threads in [2, 7] {
+        let dir = tempfile::tempdir().unwrap();
+        let names: Vec<String> = (0..SCENES).map(|i| format!("{i:02}")).collect();
+        for name in &names {
+            fs::copy(model("tests/triangle.glb"), dir.path().join(name).with_extension("glb")).unwrap();
+        }
+        std::os::unix::fs::symlink("/dev/full", dir.path().join("09.png")).unwrap();
+        let list: String = names.iter().map(|name| format!(" {name}.glb")).collect();
+        let line = format!("render{list} --size 8x8 --threads {threads} --ledger ledger.jsonl");
+        let output = blinn(dir.path(), &line);
+        let messages = String::from_utf8(output.stderr).unwrap();
+        assert_eq!(output.status.code(), Some(1), "{messages}");
+        assert_eq!(messages.matches("cannot be written").count(), 2, "reported and listed: {messages}");
+        let ledger = fs::read_to_string(dir.path().join("ledger.jsonl")).unwrap();
+        for name in names.iter().filter(|name| *name != "09") {
+            let is_there = dir.path().join(name).with_extension("png").exists();
+            assert_eq!(messages.contains(&format!("wrote {name}.png")), is_there, "{name}: {messages}");
+            assert_eq!(ledger.contains(&format!("{name}.glb")), is_there, "{name}: {ledger}");
+        }
+        let done = ledger.lines().filter(|line| line.contains(".glb")).count();
+        assert!(
+            messages.contains(&format!("1 of {SCENES} scenes failed, {} not started", SCENES - done)),
+            "{messages}"
+        );
+    }
 }
 
 /// A picture may have the default name of a texture beside its scene.

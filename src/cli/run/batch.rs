@@ -1,6 +1,7 @@
 //! The scenes of a run: each is rendered, reported and noted in the ledger.
 
 use std::path::{Path, PathBuf};
+use std::sync::atomic::AtomicBool;
 use std::time::Duration;
 
 use anyhow::{Error, Result};
@@ -60,6 +61,7 @@ impl<'a> Batch<'a> {
             archive: archive.map(Path::to_path_buf),
             timeout,
             cancel: CancelToken::new(),
+            is_late: AtomicBool::new(false),
             scene,
         });
     }

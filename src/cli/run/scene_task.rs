@@ -3,10 +3,12 @@
 use std::collections::BTreeMap;
 use std::path::PathBuf;
 use std::sync::Arc;
+use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::{Duration, Instant};
 
 use anyhow::{Context, Error, Result, anyhow};
 
+use super::batch::is_disk_full;
 use super::ledger::{ImageCounts, SceneKey};
 use super::panics;
 use super::progress::SceneLog;
@@ -17,7 +19,7 @@ use blinn_core::cancellation::{CancelToken, Cancelled};
 use blinn_import::LoadError;
 use blinn_output::ShardWriter;
 use blinn_scene::ClipBoundsCache;
-use blinn_session::{Claim, Deferred, FileDigests, Job, Permit, SessionError, load_limits};
+use blinn_session::{Claim, FileDigests, Job, Permit, SessionError, load_limits};
 
 /// A scene that is to be rendered.
 pub struct SceneTask<'a> {
@@ -33,6 +35,8 @@ pub struct SceneTask<'a> {
     /// Time that it may take.
     pub timeout: Option<Duration>,
     pub cancel: CancelToken,
+    /// True if the batch ended before the scene did.
+    pub is_late: AtomicBool,
 }
 
 /// A scene that was rendered or has failed.
@@ -47,7 +51,18 @@ pub struct RenderedScene {
     pub files: Vec<PathBuf>,
 }
 
+impl RenderedScene {
+    /// True if the scene was given up because the batch ended on a full disk.
+    pub fn is_given_up(&self) -> bool {
+        self.outcome.as_ref().is_err_and(|error| is_cancellation(error) || is_disk_full(error))
+    }
+}
+
 impl SceneTask<'_> {
+    fn is_late(&self) -> bool {
+        self.is_late.load(Ordering::Relaxed)
+    }
+
     fn render(&self, permit: &Arc<Permit>) -> RenderedScene {
         let mut rendered = RenderedScene {
             outcome: Ok(()),
@@ -85,7 +100,9 @@ impl SceneTask<'_> {
         rendered.images = job.images;
         rendered.files = std::mem::take(&mut job.scene_files);
         rendered.outcome = match self.timeout {
-            Some(timeout) if outcome.as_ref().is_err_and(is_cancellation) => Err(timeout_error(timeout)),
+            Some(timeout) if !self.is_late() && outcome.as_ref().is_err_and(is_cancellation) => {
+                Err(timeout_error(timeout))
+            }
             _ => outcome,
         };
         rendered
@@ -100,28 +117,32 @@ impl Job for SceneTask<'_> {
         self.plan.session.scene_claim(&self.scene.path, frames)
     }
 
-    fn run(&self, permit: &Arc<Permit>) -> Result<RenderedScene, Deferred> {
+    fn run(&self, permit: &Arc<Permit>) -> RenderedScene {
         let since = Instant::now();
         let rendered = self.render(permit);
         self.log.trace("scene", since.elapsed(), "");
-        if permit.is_deferred() {
+        if self.is_late() && rendered.is_given_up() {
             self.log.clear();
-            return Err(Deferred);
         }
-        Ok(rendered)
+        rendered
+    }
+
+    fn begin_again(&self) {
+        self.log.clear();
     }
 
     fn begin_turn(&self) {
         self.log.begin_turn();
     }
 
-    fn at_time(&self, time: Duration) {
+    fn has_run_for(&self, time: Duration) {
         if self.timeout.is_some_and(|timeout| time >= timeout) {
             self.cancel.cancel();
         }
     }
 
     fn cancel(&self) {
+        self.is_late.store(true, Ordering::Relaxed);
         self.cancel.cancel();
     }
 }

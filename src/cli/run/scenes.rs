@@ -14,7 +14,7 @@ use crate::plan::{NumberedScene, RenderPlan};
 use crate::summary::Summary;
 use crate::usage::UsageError;
 use blinn_session::memory::peak_bytes;
-use blinn_session::{Capacity, format_bytes, run_scheduled};
+use blinn_session::{format_bytes, run_scheduled};
 
 /// Renders each scene of the plan's share, and returns the files that the last one was made from. The failure of a scene
 /// does not affect the others.
@@ -43,10 +43,10 @@ pub fn render_scenes(
         process.timeout.map(|seconds| Duration::try_from_secs_f64(seconds).unwrap_or(Duration::MAX));
     let mut batch = Batch { plan, reporter, report, ledger, timeout, summary, scene_files: Vec::new() };
     // File names are printed in order.
-    let capacity = Capacity {
-        threads: if plan.dry_run { 1 } else { plan.session.capacity().threads },
-        ..plan.session.capacity()
-    };
+    let mut capacity = plan.session.capacity();
+    if plan.dry_run {
+        capacity.threads = 1;
+    }
     let range = plan.scene_range();
     let list = plan.numbered_scenes().skip(range.start).take(range.len());
     run_scheduled(capacity, |scenes| match &plan.outputs.shards {
@@ -82,8 +82,17 @@ fn render_files<'a: 'scope, 'scope>(
         }
         let Some(finished) = scenes.next_finished() else { break };
         if batch.finish_scene(finished).is_err_and(|error| is_disk_full(&error)) {
-            // Nothing more can be written, and one error for it is enough.
-            batch.summary.not_started = scenes.cancel().len() + list.count();
+            // Nothing more can be written, and one error for it is enough. Later scenes may be finished by now.
+            let mut given_up = scenes.stop();
+            while let Some(late) = scenes.next_finished() {
+                if late.output.is_given_up() {
+                    given_up += 1;
+                } else {
+                    // A failure was reported.
+                    let _ = batch.finish_scene(late);
+                }
+            }
+            batch.summary.not_started = given_up + list.count();
             return Ok(());
         }
     }

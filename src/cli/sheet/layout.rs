@@ -7,7 +7,7 @@ use blinn_core::geometry::{Aabb, Basis};
 use blinn_scene::{Camera, StandardView};
 
 /// The positions of the views: column and row.
-const CELLS: [(StandardView, [u32; 2]); 4] = [
+pub const CELLS: [(StandardView, [u32; 2]); 4] = [
     (StandardView::Top, [0, 0]),
     (StandardView::Isometric, [1, 0]),
     (StandardView::Front, [0, 1]),

@@ -28,14 +28,12 @@ use blinn_output::{Canvas, ImageFormat, check_writable, write_atomically};
 use blinn_render::display::Background;
 use blinn_scene::{PoseSettings, SourceFormat, linear_to_srgb8, pose};
 use blinn_session::{
-    Claim, Deferred, EmptyImages, Finished, ImageKind, Job, Permit, PlannedFrame, PosedFrame, SceneRenderer,
+    Claim, EmptyImages, Finished, ImageKind, Job, Permit, PlannedFrame, PosedFrame, SceneRenderer,
     SessionLog, check_memory, run_scheduled,
 };
 use labels::{Labels, Unit};
-use layout::{MIN_SIDE, SheetLayout};
+use layout::{CELLS, MIN_SIDE, SheetLayout};
 
-/// Views of a sheet.
-const VIEWS: usize = 4;
 /// The background without --background, linear: light enough for dark labels.
 const BACKGROUND: Rgb = Rgb::new(0.8, 0.82, 0.85);
 
@@ -136,16 +134,15 @@ impl Job for Sheet<'_> {
     type Output = Result<Value>;
 
     fn claim(&self) -> Claim {
-        self.plan.session.scene_claim(&self.scene.path, Some(VIEWS))
+        self.plan.session.scene_claim(&self.scene.path, Some(CELLS.len()))
     }
 
-    fn run(&self, permit: &Arc<Permit>) -> Result<Result<Value>, Deferred> {
-        let written = panics::catch(|| self.write(permit));
-        if permit.is_deferred() {
-            self.log.clear();
-            return Err(Deferred);
-        }
-        Ok(written)
+    fn run(&self, permit: &Arc<Permit>) -> Result<Value> {
+        panics::catch(|| self.write(permit))
+    }
+
+    fn begin_again(&self) {
+        self.log.clear();
     }
 
     fn begin_turn(&self) {

@@ -8,7 +8,7 @@ use std::time::Duration;
 
 use rayon::Scope;
 
-use super::state::{Capacity, Job, State, Step};
+use super::state::{Capacity, Job, Slot, State, Step};
 
 /// Time between two looks at the clocks of jobs.
 const TICK: Duration = Duration::from_millis(10);
@@ -117,14 +117,11 @@ impl<'scope, J: Job + 'scope> Scheduler<'_, 'scope, J> {
                 break;
             }
             state.charge();
-            for slot in &state.slots {
-                if matches!(slot.step, Step::Running { .. }) {
-                    slot.job.at_time(slot.time);
-                }
-            }
-            let can_start = state.has_waiting();
+            let running = state.slots.iter().filter(|slot| slot.is_running());
+            running.for_each(|slot| slot.job.has_run_for(slot.time));
+            let has_waiting = state.slots.iter().any(Slot::is_waiting);
             drop(state);
-            if can_start {
+            if has_waiting {
                 self.call_threads();
             }
             let waited = self.shared.changed.wait_timeout(self.shared.lock(), TICK);
@@ -140,15 +137,31 @@ impl<'scope, J: Job + 'scope> Scheduler<'_, 'scope, J> {
         }
     }
 
+    /// Begins no further job and cancels those that run. Jobs that have begun are still handed over, whatever their result.
+    /// Returns the number of the others.
+    pub fn stop(&mut self) -> usize {
+        let mut state = self.shared.lock();
+        state.slots.iter().filter(|slot| slot.is_running()).for_each(|slot| slot.job.cancel());
+        let all = state.slots.len();
+        loop {
+            // A job that gave up does not run again.
+            state.slots.retain(|slot| !slot.is_waiting());
+            if !state.slots.iter().any(Slot::is_running) {
+                return all - state.slots.len();
+            }
+            state = self.shared.changed.wait(state).unwrap_or_else(PoisonError::into_inner);
+        }
+    }
+
     /// Ends all jobs, and returns them in their order.
     pub fn cancel(&mut self) -> Vec<Arc<J>> {
         let mut state = self.shared.lock();
         let jobs = state.slots.iter().map(|slot| slot.job.clone()).collect();
-        state.slots.retain(|slot| matches!(slot.step, Step::Running { .. }));
+        state.slots.retain(Slot::is_running);
         state.slots.iter().for_each(|slot| slot.job.cancel());
         loop {
             // A job that gave up does not run again.
-            state.slots.retain(|slot| matches!(slot.step, Step::Running { .. }));
+            state.slots.retain(Slot::is_running);
             if state.slots.is_empty() {
                 return jobs;
             }
@@ -175,9 +188,13 @@ impl<J: Job> Shared<J> {
         loop {
             let Some(started) = self.lock().start() else { break };
             let outcome = catch_unwind(AssertUnwindSafe(|| started.job.run(&started.permit)));
+            let is_deferred = started.permit.is_deferred();
+            if is_deferred {
+                started.job.begin_again();
+            }
             // Frees the memory of the job before others look for it.
             drop(started.permit);
-            self.lock().finish(started.number, outcome);
+            self.lock().finish(started.number, outcome, is_deferred);
             self.changed.notify_all();
         }
         HAS_JOB.set(false);

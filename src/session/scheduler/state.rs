@@ -4,31 +4,31 @@ use std::collections::VecDeque;
 use std::sync::{Arc, Weak};
 use std::time::{Duration, Instant};
 
-use super::memory_pool::{Deferred, MemoryPool, Permit};
+use super::memory_pool::{MemoryPool, Permit};
 
 /// Work that is done side by side with other jobs.
 pub trait Job: Send + Sync {
     /// The result of the work.
     type Output: Send;
 
-    /// Returns what the job takes while it runs.
+    /// Returns what the job takes while it runs. It is asked once.
     fn claim(&self) -> Claim;
 
-    /// Does the work.
-    ///
-    /// # Errors
-    /// `permit` was not extended, and the job has to run again.
-    fn run(&self, permit: &Arc<Permit>) -> Result<Self::Output, Deferred>;
+    /// Does the work. Where `permit` was not extended, the result is dropped, and the job runs again.
+    fn run(&self, permit: &Arc<Permit>) -> Self::Output;
 
-    /// All jobs before this one are finished and were handed over.
+    /// Undoes what a run has left behind whose result was dropped.
+    fn begin_again(&self) {}
+
+    /// Begins the turn of the job: all jobs before it are finished and were handed over.
     fn begin_turn(&self) {}
 
-    /// The job runs for `time` now: see [`Finished::time`](super::Finished::time).
-    fn at_time(&self, time: Duration) {
+    /// Takes note of the time that the job has run so far: see [`Finished::time`](super::Finished::time).
+    fn has_run_for(&self, time: Duration) {
         let _ = time;
     }
 
-    /// The result is not needed any more.
+    /// Ends the work early: its result is not needed any more.
     fn cancel(&self);
 }
 
@@ -55,14 +55,23 @@ pub(super) struct Slot<J: Job> {
     /// Counts all jobs.
     pub number: u64,
     pub job: Arc<J>,
+    pub claim: Claim,
     pub step: Step<J::Output>,
-    /// Time that the job has run, and its threads while others run, too.
+    /// Time that the job has run: while others run beside it, its share by threads.
     pub time: Duration,
     /// True after [`Job::begin_turn`].
     pub has_turn: bool,
 }
 
 impl<J: Job> Slot<J> {
+    pub fn is_waiting(&self) -> bool {
+        matches!(self.step, Step::Waiting { .. })
+    }
+
+    pub fn is_running(&self) -> bool {
+        matches!(self.step, Step::Running { .. })
+    }
+
     /// True if the job will not be given up, as far as is known. If no earlier job runs, that does not change.
     pub fn is_kept(&self) -> bool {
         match &self.step {
@@ -79,7 +88,6 @@ pub(super) enum Step<T> {
         is_deferred: bool,
     },
     Running {
-        threads: usize,
         permit: Weak<Permit>,
     },
     /// The job has ended, or it panicked.
@@ -115,9 +123,11 @@ impl<J: Job> State<J> {
     }
 
     pub fn push(&mut self, job: J) {
+        let Claim { threads, memory } = job.claim();
         let slot = Slot {
             number: self.next_number,
             job: Arc::new(job),
+            claim: Claim { threads: threads.clamp(1, self.threads), memory },
             step: Step::Waiting { is_deferred: false },
             time: Duration::ZERO,
             has_turn: false,
@@ -129,44 +139,32 @@ impl<J: Job> State<J> {
     /// Takes the first waiting job if there are threads and memory for it. No job overtakes another.
     pub fn start(&mut self) -> Option<Started<J>> {
         self.charge();
-        let is_waiting = |slot: &Slot<J>| matches!(slot.step, Step::Waiting { .. });
         let running = self.running_threads();
-        let memory = self.memory.clone();
-        let is_first = self.slots.iter().position(is_waiting)? == 0;
-        let slot = self.slots.iter_mut().find(|slot| is_waiting(slot))?;
-        let Claim { threads, memory: bytes } = slot.job.claim();
-        let threads = threads.clamp(1, self.threads);
-        let must_wait = matches!(slot.step, Step::Waiting { is_deferred: true }) && !is_first;
-        if must_wait || (running > 0 && running + threads > self.threads) {
+        let position = self.slots.iter().position(Slot::is_waiting)?;
+        let slot = &mut self.slots[position];
+        let must_wait = matches!(slot.step, Step::Waiting { is_deferred: true }) && position > 0;
+        if must_wait || (running > 0 && running + slot.claim.threads > self.threads) {
             return None;
         }
-        let permit = memory.start(slot.number, bytes)?;
-        slot.step = Step::Running { threads, permit: Arc::downgrade(&permit) };
+        let permit = self.memory.start(slot.number, slot.claim.memory)?;
+        slot.step = Step::Running { permit: Arc::downgrade(&permit) };
         Some(Started { number: slot.number, job: slot.job.clone(), permit })
     }
 
-    /// True if a job could start.
-    pub fn has_waiting(&self) -> bool {
-        self.slots.iter().any(|slot| matches!(slot.step, Step::Waiting { .. }))
+    /// Returns the number of threads that running jobs claim.
+    fn running_threads(&self) -> usize {
+        self.slots.iter().filter(|slot| slot.is_running()).map(|slot| slot.claim.threads).sum()
     }
 
-    pub fn running_threads(&self) -> usize {
-        let threads =
-            |slot: &Slot<J>| if let Step::Running { threads, .. } = slot.step { threads } else { 0 };
-        self.slots.iter().map(threads).sum()
-    }
-
-    /// The job with a number has ended.
-    pub fn finish(&mut self, number: u64, outcome: std::thread::Result<Result<J::Output, Deferred>>) {
+    /// Notes the end of the job with a number. If it was deferred, it waits again.
+    pub fn finish(&mut self, number: u64, outcome: std::thread::Result<J::Output>, is_deferred: bool) {
         self.charge();
         let Some(slot) = self.slots.iter_mut().find(|slot| slot.number == number) else { return };
-        slot.step = match outcome {
-            Ok(Ok(output)) => Step::Done(Ok(output)),
-            Ok(Err(Deferred)) => Step::Waiting { is_deferred: true },
-            Err(panic) => Step::Done(Err(panic)),
-        };
-        if matches!(slot.step, Step::Waiting { .. }) {
+        if is_deferred && outcome.is_ok() {
+            slot.step = Step::Waiting { is_deferred };
             slot.time = Duration::ZERO;
+        } else {
+            slot.step = Step::Done(outcome);
         }
     }
 
@@ -176,11 +174,9 @@ impl<J: Job> State<J> {
         let now = Instant::now();
         let passed = now.saturating_duration_since(self.charged);
         self.charged = now;
-        let all = self.running_threads();
-        for slot in &mut self.slots {
-            if let Step::Running { threads, .. } = slot.step {
-                slot.time += passed.mul_f64(threads as f64 / all.max(1) as f64);
-            }
+        let all = self.running_threads().max(1) as f64;
+        for slot in self.slots.iter_mut().filter(|slot| slot.is_running()) {
+            slot.time += passed.mul_f64(slot.claim.threads as f64 / all);
         }
     }
 }

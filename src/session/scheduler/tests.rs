@@ -11,6 +11,27 @@ struct Task<'a> {
     run: &'a (dyn Fn(usize, &Arc<Permit>) + Sync),
     turns: &'a Mutex<Vec<usize>>,
     is_cancelled: &'a (dyn Fn() + Sync),
+    /// How often the job has begun again.
+    repeats: AtomicUsize,
+}
+
+impl<'a> Task<'a> {
+    fn new(
+        number: usize,
+        run: &'a (dyn Fn(usize, &Arc<Permit>) + Sync),
+        turns: &'a Mutex<Vec<usize>>,
+    ) -> Task<'a> {
+        Task { number, claim: SMALL, run, turns, is_cancelled: &|| (), repeats: AtomicUsize::new(0) }
+    }
+}
+
+/// What has come of some jobs, in their order.
+#[derive(Default)]
+struct Results {
+    outputs: Vec<usize>,
+    times: Vec<Duration>,
+    repeats: Vec<usize>,
+    turns: Vec<usize>,
 }
 
 impl Job for Task<'_> {
@@ -20,9 +41,13 @@ impl Job for Task<'_> {
         self.claim
     }
 
-    fn run(&self, permit: &Arc<Permit>) -> Result<usize, Deferred> {
+    fn run(&self, permit: &Arc<Permit>) -> usize {
         (self.run)(self.number, permit);
-        if permit.is_deferred() { Err(Deferred) } else { Ok(self.number) }
+        self.number
+    }
+
+    fn begin_again(&self) {
+        self.repeats.fetch_add(1, Ordering::SeqCst);
     }
 
     fn begin_turn(&self) {
@@ -36,27 +61,24 @@ impl Job for Task<'_> {
 
 const SMALL: Claim = Claim { threads: 1, memory: 10 };
 
-/// Runs jobs with a claim on a pool of `threads`, and returns their results, times and turns.
-fn results(
-    threads: usize,
-    claims: &[Claim],
-    run: &(dyn Fn(usize, &Arc<Permit>) + Sync),
-) -> (Vec<usize>, Vec<Duration>, Vec<usize>) {
+/// Runs jobs with claims on a pool of `threads`.
+fn results(threads: usize, claims: &[Claim], run: &(dyn Fn(usize, &Arc<Permit>) + Sync)) -> Results {
     let turns = Mutex::new(Vec::new());
     let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
     let capacity = Capacity { threads, memory: 100 };
-    let (mut outputs, mut times) = (Vec::new(), Vec::new());
+    let mut results = Results::default();
     run_in(&pool, capacity, |scheduler: &mut Scheduler<'_, '_, Task>| {
         for (number, &claim) in claims.iter().enumerate() {
-            scheduler.push(Task { number, claim, run, turns: &turns, is_cancelled: &|| () });
+            scheduler.push(Task { claim, ..Task::new(number, run, &turns) });
         }
-        while let Some(finished) = scheduler.next_finished() {
-            assert_eq!(turns.lock().unwrap().last(), Some(&finished.output), "its turn has begun");
-            outputs.push(finished.output);
-            times.push(finished.time);
+        while let Some(Finished { job, output, time }) = scheduler.next_finished() {
+            assert_eq!(turns.lock().unwrap().last(), Some(&output), "its turn has begun");
+            results.outputs.push(output);
+            results.times.push(time);
+            results.repeats.push(job.repeats.load(Ordering::SeqCst));
         }
     });
-    (outputs, times, turns.into_inner().unwrap())
+    Results { turns: turns.into_inner().unwrap(), ..results }
 }
 
 #[test]
@@ -65,7 +87,7 @@ fn results_come_in_order_whichever_job_ends_first() {
         let sleep = |number: usize, _: &Arc<Permit>| {
             std::thread::sleep(Duration::from_millis(if number.is_multiple_of(3) { 20 } else { 1 }));
         };
-        let (outputs, times, turns) = results(threads, &[SMALL; 20], &sleep);
+        let Results { outputs, times, turns, .. } = results(threads, &[SMALL; 20], &sleep);
         assert_eq!(outputs, (0..20).collect::<Vec<_>>());
         assert_eq!(turns, outputs);
         assert_eq!(times.len(), 20);
@@ -118,8 +140,8 @@ fn a_job_that_finds_no_memory_runs_again_when_it_is_the_first() {
             assert!(permit.grow(95));
         }
     };
-    let (outputs, _, turns) = results(2, &[SMALL; 2], &run);
-    assert_eq!((outputs, turns), (vec![0, 1], vec![0, 1]));
+    let Results { outputs, turns, repeats, .. } = results(2, &[SMALL; 2], &run);
+    assert_eq!((outputs, turns, repeats), (vec![0, 1], vec![0, 1], vec![0, 1]));
     assert_eq!(runs.into_inner(), 100);
 }
 
@@ -127,7 +149,7 @@ fn a_job_that_finds_no_memory_runs_again_when_it_is_the_first() {
 fn jobs_are_charged_the_time_that_they_would_take_alone() {
     let run = |_: usize, _: &Arc<Permit>| std::thread::sleep(Duration::from_millis(100));
     let since = Instant::now();
-    let (_, times, _) = results(4, &[SMALL; 4], &run);
+    let times = results(4, &[SMALL; 4], &run).times;
     let (all, passed) = (times.iter().sum::<Duration>(), since.elapsed());
     assert!(all <= passed && all >= passed / 2, "{all:?} of {passed:?}");
     assert!(times.iter().all(|time| *time < Duration::from_millis(80)), "{times:?}");
@@ -148,7 +170,7 @@ fn cancelled_jobs_end_and_are_returned_in_order() {
     let pool = rayon::ThreadPoolBuilder::new().num_threads(2).build().unwrap();
     run_in(&pool, Capacity { threads: 2, memory: 100 }, |scheduler: &mut Scheduler<'_, '_, Task>| {
         for number in 0..5 {
-            scheduler.push(Task { number, claim: SMALL, run: &run, turns: &turns, is_cancelled: &cancel });
+            scheduler.push(Task { is_cancelled: &cancel, ..Task::new(number, &run, &turns) });
         }
         while is_cancelled.load(Ordering::SeqCst) == 0 {
             let cancelled = scheduler.cancel();
@@ -160,6 +182,35 @@ fn cancelled_jobs_end_and_are_returned_in_order() {
         }
         assert!(scheduler.is_empty());
     });
+}
+
+#[test]
+fn jobs_that_have_begun_are_handed_over_after_a_stop() {
+    let (has_begun, is_cancelled) = (Barrier::new(2), AtomicUsize::new(0));
+    let turns = Mutex::new(Vec::new());
+    let run = |number: usize, _: &Arc<Permit>| {
+        if number == 2 {
+            has_begun.wait();
+            while is_cancelled.load(Ordering::SeqCst) == 0 {
+                std::thread::yield_now();
+            }
+        }
+    };
+    let cancel = || {
+        is_cancelled.fetch_add(1, Ordering::SeqCst);
+    };
+    let pool = rayon::ThreadPoolBuilder::new().num_threads(1).build().unwrap();
+    run_in(&pool, Capacity { threads: 1, memory: 100 }, |scheduler: &mut Scheduler<'_, '_, Task>| {
+        for number in 0..5 {
+            scheduler.push(Task { is_cancelled: &cancel, ..Task::new(number, &run, &turns) });
+        }
+        assert_eq!(scheduler.next_finished().map(|finished| finished.output), Some(0));
+        has_begun.wait();
+        assert_eq!(scheduler.stop(), 2);
+        let rest = std::iter::from_fn(|| scheduler.next_finished()).map(|finished| finished.output);
+        assert_eq!(rest.collect::<Vec<_>>(), [1, 2]);
+    });
+    assert_eq!(is_cancelled.into_inner(), 1);
 }
 
 #[test]

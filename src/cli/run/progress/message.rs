@@ -1,4 +1,4 @@
-//! What is reported about a scene.
+//! Messages about a scene.
 
 use std::path::PathBuf;
 use std::time::Duration;
