@@ -141,6 +141,10 @@ impl Job for SceneTask<'_> {
         }
     }
 
+    fn ends_batch(&self, rendered: &RenderedScene) -> bool {
+        rendered.outcome.as_ref().is_err_and(is_disk_full)
+    }
+
     fn cancel(&self) {
         self.is_late.store(true, Ordering::Relaxed);
         self.cancel.cancel();

@@ -163,6 +163,7 @@ impl<'scope, J: Job + 'scope> Scheduler<'_, 'scope, J> {
             // A job that gave up does not run again.
             state.slots.retain(Slot::is_running);
             if state.slots.is_empty() {
+                state.last = None;
                 return jobs;
             }
             state = self.shared.changed.wait(state).unwrap_or_else(PoisonError::into_inner);

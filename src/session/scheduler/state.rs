@@ -28,6 +28,12 @@ pub trait Job: Send + Sync {
         let _ = time;
     }
 
+    /// Returns true if no later job should begin after one with this result.
+    fn ends_batch(&self, output: &Self::Output) -> bool {
+        let _ = output;
+        false
+    }
+
     /// Ends the work early: its result is not needed any more.
     fn cancel(&self);
 }
@@ -100,6 +106,8 @@ pub(super) struct State<J: Job> {
     pub memory: Arc<MemoryPool>,
     threads: usize,
     next_number: u64,
+    /// Number of the job after which none begins.
+    pub last: Option<u64>,
     /// The time up to which jobs have been charged.
     charged: Instant,
 }
@@ -118,6 +126,7 @@ impl<J: Job> State<J> {
             memory: Arc::new(MemoryPool::new(capacity.memory)),
             threads: capacity.threads.max(1),
             next_number: 0,
+            last: None,
             charged: Instant::now(),
         }
     }
@@ -142,6 +151,9 @@ impl<J: Job> State<J> {
         let running = self.running_threads();
         let position = self.slots.iter().position(Slot::is_waiting)?;
         let slot = &mut self.slots[position];
+        if self.last.is_some_and(|last| slot.number > last) {
+            return None;
+        }
         let must_wait = matches!(slot.step, Step::Waiting { is_deferred: true }) && position > 0;
         if must_wait || (running > 0 && running + slot.claim.threads > self.threads) {
             return None;
@@ -163,9 +175,12 @@ impl<J: Job> State<J> {
         if is_deferred && outcome.is_ok() {
             slot.step = Step::Waiting { is_deferred };
             slot.time = Duration::ZERO;
-        } else {
-            slot.step = Step::Done(outcome);
+            return;
         }
+        if outcome.as_ref().is_ok_and(|output| slot.job.ends_batch(output)) {
+            self.last = Some(self.last.map_or(number, |last| last.min(number)));
+        }
+        slot.step = Step::Done(outcome);
     }
 
     /// Divides the time since the last call among the running jobs, in proportion to their threads: as much as they would

@@ -13,6 +13,8 @@ struct Task<'a> {
     is_cancelled: &'a (dyn Fn() + Sync),
     /// How often the job has begun again.
     repeats: AtomicUsize,
+    /// True if no job begins after it.
+    is_last: bool,
 }
 
 impl<'a> Task<'a> {
@@ -21,7 +23,8 @@ impl<'a> Task<'a> {
         run: &'a (dyn Fn(usize, &Arc<Permit>) + Sync),
         turns: &'a Mutex<Vec<usize>>,
     ) -> Task<'a> {
-        Task { number, claim: SMALL, run, turns, is_cancelled: &|| (), repeats: AtomicUsize::new(0) }
+        let repeats = AtomicUsize::new(0);
+        Task { number, claim: SMALL, run, turns, is_cancelled: &|| (), repeats, is_last: false }
     }
 }
 
@@ -52,6 +55,10 @@ impl Job for Task<'_> {
 
     fn begin_turn(&self) {
         self.turns.lock().unwrap().push(self.number);
+    }
+
+    fn ends_batch(&self, _: &usize) -> bool {
+        self.is_last
     }
 
     fn cancel(&self) {
@@ -211,6 +218,29 @@ fn jobs_that_have_begun_are_handed_over_after_a_stop() {
         assert_eq!(rest.collect::<Vec<_>>(), [1, 2]);
     });
     assert_eq!(is_cancelled.into_inner(), 1);
+}
+
+#[test]
+fn no_job_begins_after_one_that_ends_the_batch() {
+    let runs = AtomicUsize::new(0);
+    let turns = Mutex::new(Vec::new());
+    let run = |_: usize, _: &Arc<Permit>| {
+        runs.fetch_add(1, Ordering::SeqCst);
+    };
+    let pool = rayon::ThreadPoolBuilder::new().num_threads(1).build().unwrap();
+    run_in(&pool, Capacity { threads: 1, memory: 100 }, |scheduler: &mut Scheduler<'_, '_, Task>| {
+        for number in 0..9 {
+            scheduler.push(Task { is_last: number == 2, ..Task::new(number, &run, &turns) });
+        }
+        for number in 0..3 {
+            assert_eq!(scheduler.next_finished().map(|finished| finished.output), Some(number));
+        }
+        assert_eq!(scheduler.cancel().len(), 6);
+        // Others may follow after a new start.
+        scheduler.push(Task::new(9, &run, &turns));
+        assert_eq!(scheduler.next_finished().map(|finished| finished.output), Some(9));
+    });
+    assert_eq!(runs.into_inner(), 4);
 }
 
 #[test]
