@@ -191,9 +191,10 @@ def read_ply(path):
     return vertices.astype(float)
 
 
-def box_of(mask):
+def toolkit_box(mask):
+    """Left, top, and the distances to the last column and row, as BOP's toolkit computes them."""
     rows, columns = np.nonzero(mask)
-    return [columns.min(), rows.min(), columns.max() - columns.min() + 1, rows.max() - rows.min() + 1]
+    return [columns.min(), rows.min(), columns.max() - columns.min(), rows.max() - rows.min()]
 
 
 def check_bop(root, views):
@@ -225,15 +226,15 @@ def check_bop(root, views):
             covered += visible
             assert detail["px_count_visib"] == visible.sum() and detail["px_count_valid"] == mask.sum() <= detail["px_count_all"]
             assert detail["visib_fract"] == visible.sum() / detail["px_count_all"]
-            assert detail["bbox_visib"] == (box_of(visible) if visible.any() else [-1] * 4)
+            assert detail["bbox_visib"] == (toolkit_box(visible) if visible.any() else [-1] * 4)
             rotation = np.reshape(pose["cam_R_m2c"], (3, 3))
             assert np.allclose(rotation @ rotation.T, np.eye(3), atol=1e-9) and np.linalg.det(rotation) > 0
             # The box is that of the projected model, up to thin parts that cover no pixel's centre.
             pixels, _ = projected(models[pose["obj_id"]], k, rotation, np.array(pose["cam_t_m2c"]))
             low, high = pixels.min(0), pixels.max(0)
             x, y, w, h = detail["bbox_obj"]
-            assert (low <= [x + 0.5, y + 0.5]).all() and (high >= [x + w - 0.5, y + h - 0.5]).all()
-            gap = max((np.array([x, y]) - low).max(), (high - [x + w, y + h]).max())
+            assert (low <= [x + 0.5, y + 0.5]).all() and (high >= [x + w + 0.5, y + h + 0.5]).all()
+            gap = max((np.array([x, y]) - low).max(), (high - [x + w + 1, y + h + 1]).max())
             assert gap < 5 or detail["px_count_all"] < 100, (low, high, detail)
         assert (covered == hit).all()
     check_projection("bop", views, cameras)

@@ -199,7 +199,7 @@ fn properties(posed: &PosedScene, report: &BuildReport, warnings: &[String], mod
         "lights": light_sources::lights(posed),
         "emissive_materials": light_sources::emissive_materials(posed),
         "environments": scene.environment.iter().map(|environment| json!({
-            "mean_radiance": environment.mean().to_array(),
+            "mean_radiance": environment.in_world().mean().to_array(),
         })).collect::<Vec<_>>(),
         "probable_area_lights": light_sources::lost_lights(posed),
         "cameras": scene.cameras.iter().map(|c| {

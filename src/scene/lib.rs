@@ -19,6 +19,7 @@ mod emission;
 mod environment;
 mod file_camera;
 mod file_digest;
+mod file_environment;
 mod file_settings;
 mod framing;
 mod ground;
@@ -63,6 +64,7 @@ pub use environment::{CubeMap, Environment, Panorama, SkyIrradiance, SourceDirec
 pub use file_camera::{FileCamera, FileProjection, SensorFit};
 pub use file_digest::FileDigest;
 pub use file_digest::HashingReader;
+pub use file_environment::{EnvironmentProperty, FileEnvironment};
 pub use file_settings::{FileFrames, FileSettings, PictureRegion};
 pub use framing::{DEFAULT_VIEW_DIR, DEFAULT_YFOV};
 pub use ground::{Ground, GroundKind};
@@ -131,7 +133,7 @@ pub struct Scene {
     /// Empty nodes that were probably area lights, which Blender's exporter does not write.
     pub lost_lights: Vec<u32>,
     /// The environment that lights the scene.
-    pub environment: Option<Environment>,
+    pub environment: Option<FileEnvironment>,
     /// Cameras at nodes, in depth-first order.
     pub cameras: Vec<FileCamera>,
     /// Render settings of the file.

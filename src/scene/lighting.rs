@@ -71,6 +71,8 @@ pub struct Lighting {
     /// `None` uses the file's with the file's lights, unless there is an I_a; else the studio of the three-point rig is
     /// reflected, else the constant I_a.
     pub environment: Option<Environment>,
+    /// True if the file's environment is in use; `None`: with the file's lights, unless there is an I_a or another environment.
+    pub file_environment: Option<bool>,
     /// Turns the environment about +Y, in radians: +Z turns towards +X.
     pub environment_rotation: f64,
     /// Multiplies the radiance of the environment.
@@ -90,6 +92,7 @@ impl Default for Lighting {
             ambient: None,
             boost_ambient: false,
             environment: None,
+            file_environment: None,
             environment_rotation: 0.0,
             environment_strength: 1.0,
             radius: None,
@@ -157,7 +160,7 @@ impl Lighting {
         let file_lights = posed.lights(self.units, self.scale);
         let file_area_lights = posed.area_lights(self.units, self.scale);
         let uses_file = !(file_lights.is_empty() && file_area_lights.is_empty());
-        let has_file_environment = posed.scene.environment.is_some();
+        let has_file_environment = posed.environment.is_some();
         let sets = self.sets.clone().unwrap_or_else(|| {
             self.default_sets(uses_file || has_file_environment || posed.is_lit_by_glowing_surfaces())
         });
@@ -209,11 +212,9 @@ impl Lighting {
             rig.ambient = rig.ambient.max(rig.boosted_ambient(posed));
         }
         rig.ambient = self.ambient.unwrap_or(rig.ambient);
-        let uses_file_environment = has_file_environment
-            && self.environment.is_none()
-            && self.ambient.is_none()
-            && sets.contains(&LightSet::File);
-        let source = if uses_file_environment { &posed.scene.environment } else { &self.environment };
+        let is_unset = self.environment.is_none() && self.ambient.is_none() && sets.contains(&LightSet::File);
+        let uses_file_environment = has_file_environment && self.file_environment.unwrap_or(is_unset);
+        let source = if uses_file_environment { &posed.environment } else { &self.environment };
         let environment = source.clone().map(|environment| self.adjust(environment));
         rig.sky = environment.as_ref().map(Environment::ambient_irradiance);
         rig.environment = if environment.is_some() {

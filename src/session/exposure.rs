@@ -149,6 +149,7 @@ fn metering_times(setup: &SceneSetup, start: &PosedFrame) -> Result<Vec<f64>, Se
     let is_light = |target: &ChannelTarget| match *target {
         ChannelTarget::Light(..)
         | ChannelTarget::AreaLight(..)
+        | ChannelTarget::Environment(..)
         | ChannelTarget::Material(_, MaterialProperty::Emission | MaterialProperty::EmissionStrength) => true,
         ChannelTarget::Visibility(node) => {
             scene.lights.iter().any(|light| is_at_or_below(scene, light.node, node))

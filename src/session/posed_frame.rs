@@ -14,7 +14,7 @@ use crate::plan::SessionPlan;
 use blinn_accel::{Accel, AccelSettings, BuildReport};
 use blinn_core::cancellation::CancelToken;
 use blinn_render::integrator::{Emitters, Frame};
-use blinn_scene::{AxisRotation, Camera, Environment, Lighting, PosedScene, ResolvedLighting};
+use blinn_scene::{AxisRotation, Camera, Lighting, PosedScene, ResolvedLighting};
 
 /// A scene at one time.
 pub struct PosedFrame<'s> {
@@ -42,8 +42,8 @@ pub struct SceneSetup<'a> {
     pub framing: Framing,
     /// Light sources and ambient colour are those at the start of the clip.
     pub lighting: Lighting,
-    /// The environment that images show as their background.
-    pub background: Option<Environment>,
+    /// The blur of the environment that images show as their background, if they do.
+    pub background_blur: Option<f32>,
     /// Scale of the colours of unlit materials.
     pub unlit_scale: f32,
 }
@@ -148,7 +148,9 @@ impl SceneSetup<'_> {
             shadows: self.plan.options.shadows,
             unlit_scale: self.unlit_scale,
             ambient_occlusion: self.framing.occlusion,
-            background: self.background.clone(),
+            background: self
+                .background_blur
+                .and_then(|blur| lit.rig.environment.as_ref().map(|environment| environment.blurred(blur))),
             emitters,
             ..plain
         })

@@ -5,14 +5,12 @@ use blinn_scene::{Lighting, ResolvedLighting, Scene, SourceFormat, View};
 use crate::plan::SessionPlan;
 
 /// Fixes light sources and ambient colour to the resolved ones for all frames.
-pub fn fixed_lighting(lighting: Lighting, lit: &ResolvedLighting, scene: &Scene) -> Lighting {
-    let environment = if lit.uses_file_environment { &scene.environment } else { &lighting.environment };
-    let environment = environment.clone();
+pub fn fixed_lighting(lighting: Lighting, lit: &ResolvedLighting) -> Lighting {
     Lighting {
         sets: Some(lit.sets.clone()),
         glowing_surfaces: Some(lit.rig.glowing_surfaces),
         ambient: Some(lit.rig.ambient),
-        environment,
+        file_environment: Some(lit.uses_file_environment),
         ..lighting
     }
 }

@@ -141,9 +141,12 @@ impl<'a> SceneRenderer<'a> {
         if uses_own_view_and_lights(&plan, scene) && !lit.rig.glowing_surfaces {
             log.hint(Notice::NoCameraAndLights);
         }
-        let lighting = fixed_lighting(options.lighting.clone(), &lit, scene);
+        let lighting = fixed_lighting(options.lighting.clone(), &lit);
         let clip_duration = clip_duration(scene, &animation)?;
-        let background = background(options, &lit)?;
+        let background_blur = options.environment_blur();
+        if background_blur.is_some() && lit.rig.sky.is_none() {
+            return Err(no_background());
+        }
         if lit.rig.sky.is_none() && options.lighting.adjusts_environment() {
             log.warn(Notice::NoEnvironment { options: "`hdri-rotate` and `hdri-strength` have" })?;
         }
@@ -159,7 +162,7 @@ impl<'a> SceneRenderer<'a> {
             clip_duration,
             framing,
             lighting,
-            background,
+            background_blur,
             unlit_scale: 1.0,
         };
         let exposure = resolve_exposure(&setup, first, &lit)?;
@@ -169,7 +172,7 @@ impl<'a> SceneRenderer<'a> {
         if let Some(scale) = exposure.light_scale {
             let scaled = Lighting { scale, ..options.lighting.clone() };
             let lit = scaled.resolve(&first.posed, &camera);
-            setup.lighting = fixed_lighting(scaled, &lit, scene);
+            setup.lighting = fixed_lighting(scaled, &lit);
         }
         let asks_for_file_lights =
             options.lighting.sets.as_ref().is_some_and(|sets| sets.contains(&LightSet::File));
@@ -459,15 +462,11 @@ fn turn_light<'f>(mut frame: Frame<'f>, rotation: &LightRotation) -> Frame<'f> {
     frame
 }
 
-/// The environment that images show, if they do.
-fn background(options: &Options, lit: &ResolvedLighting) -> Result<Option<Environment>, SessionError> {
-    let Some(blur) = options.environment_blur() else { return Ok(None) };
-    match lit.rig.environment.as_ref().filter(|_| lit.rig.sky.is_some()) {
-        Some(environment) => Ok(Some(environment.blurred(blur))),
-        None => Err(SessionError::Option(
-            "`background hdri`: no environment lights the scene; add `hdri FILE`, `hdri studio` or `hdri sky`".into(),
-        )),
-    }
+fn no_background() -> SessionError {
+    SessionError::Option(
+        "`background hdri`: no environment lights the scene; add `hdri FILE`, `hdri studio` or `hdri sky`"
+            .into(),
+    )
 }
 
 /// Notes the animations that do not play because they have the same targets as others.

@@ -78,6 +78,10 @@ fn archives_hold_whole_scenes_with_layers_and_descriptions() {
                 assert_eq!(all[member], transforms[member], "{member}");
             }
             assert_eq!(all["scene"], format!("objects/{stem}.x.obj"));
+            assert_eq!(
+                all["empty"], false,
+                "also in images that are not empty, for readers that infer columns"
+            );
             assert_eq!(all["depth_path"], name.replace("json", "depth.png"));
         }
     }

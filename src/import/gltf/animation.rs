@@ -28,6 +28,8 @@ pub(super) struct SceneIds<'a> {
     pub area_lights: &'a HashMap<usize, Vec<u32>>,
     /// One camera for each node with it.
     pub cameras: &'a HashMap<usize, Vec<u32>>,
+    /// The image-based light of the scene.
+    pub environment: Option<u64>,
 }
 
 /// Reads all animations. A channel without valid keyframes is ignored with a warning.
@@ -221,6 +223,10 @@ impl FileTarget {
                 PointerTarget::Camera(i, field) => {
                     all(ids.cameras, i).into_iter().map(|c| ChannelTarget::Camera(c, field)).collect()
                 }
+                PointerTarget::Environment(i, field) => {
+                    let is_lit = ids.environment == Some(i as u64);
+                    is_lit.then_some(ChannelTarget::Environment(field)).into_iter().collect()
+                }
             },
         }
     }
@@ -254,6 +260,7 @@ impl FileTarget {
                 PointerTarget::Visibility(_) | PointerTarget::Camera(..) => Some(1),
                 PointerTarget::Material(_, field) => Some(field.width()),
                 PointerTarget::Light(_, field) | PointerTarget::AreaLight(_, field) => Some(field.width()),
+                PointerTarget::Environment(_, field) => Some(field.width()),
             },
         }
     }

@@ -66,10 +66,12 @@ pub(super) fn scene(
     scene.materials = materials.materials;
     scene.images = materials.textures.images;
     scene.textures = materials.textures.textures;
-    scene.environment = match extras.world(doc, options.up.unwrap_or_default(), warnings)? {
-        Some(world) => Some(world),
-        None => image_based_light::read(doc, selected, options.up.unwrap_or_default(), warnings)?,
-    };
+    scene.environment = extras.world(doc, options.up.unwrap_or_default(), warnings)?;
+    let mut image_based = None;
+    if scene.environment.is_none() {
+        scene.environment = image_based_light::read(doc, selected, options.up.unwrap_or_default(), warnings)?;
+        image_based = selected.and_then(|scene| image_based_light::light_of(root, scene));
+    }
     let scene_nodes = add_nodes(&mut scene, doc, &nodes, options.root_transform(UpAxis::Y));
     let objects = ObjectBuilder::new(doc, mesh_ids, &scene_nodes);
     let attached = objects.attach_all(&mut scene, &nodes, warnings)?;
@@ -79,6 +81,7 @@ pub(super) fn scene(
         lights: &attached.lights,
         area_lights: &attached.area_lights,
         cameras: &attached.cameras,
+        environment: image_based,
     };
     scene.animations = animation::read(doc, &ids, warnings)?;
     if is_blender {

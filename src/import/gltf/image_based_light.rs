@@ -1,7 +1,7 @@
 //! EXT_lights_image_based: the environment that lights a scene, as a cube map and harmonics of its irradiance.
 
 use ::gltf::json::Root;
-use glam::{DMat3, DVec3};
+use glam::{DQuat, DVec3};
 use rayon::prelude::*;
 use serde_json::Value;
 
@@ -9,8 +9,7 @@ use super::document::Document;
 use super::texture::read_image;
 use crate::error::{LoadError, Warnings};
 use crate::options::UpAxis;
-use blinn_core::geometry::Rgb;
-use blinn_scene::{CubeMap, Environment, Image, SkyIrradiance, unit_quaternion};
+use blinn_scene::{CubeMap, Environment, FileEnvironment, Image, SkyIrradiance, unit_quaternion};
 
 pub(super) const NAME: &str = "EXT_lights_image_based";
 
@@ -28,7 +27,7 @@ pub(super) fn read(
     scene: Option<usize>,
     up: UpAxis,
     warnings: &mut Warnings,
-) -> Result<Option<Environment>, LoadError> {
+) -> Result<Option<FileEnvironment>, LoadError> {
     let Some(index) = scene.and_then(|scene| light_of(doc.root(), scene)) else { return Ok(None) };
     let place = format!("extensions.{NAME}.lights[{index}]");
     let lights = doc.root().extensions.as_ref().and_then(|e| e.others.get(NAME)?.get("lights"));
@@ -57,14 +56,16 @@ pub(super) fn read(
     if quaternion.is_none() {
         warnings.add(&place, "the rotation is no quaternion; used none");
     }
-    let rotation =
-        quaternion.map_or(DMat3::IDENTITY, |q| DMat3::from_quat(unit_quaternion(q.map(|v| v as f32))));
-    let environment = Environment::from_cube_map(&cube, irradiance);
-    Ok(Some(environment.scaled(Rgb::splat(intensity.unwrap_or(1.0))).rotated(up.rotation() * rotation)))
+    Ok(Some(FileEnvironment {
+        map: Environment::from_cube_map(&cube, irradiance),
+        intensity: intensity.unwrap_or(1.0),
+        rotation: quaternion.map_or(DQuat::IDENTITY, |q| unit_quaternion(q.map(|v| v as f32))),
+        axes: up.rotation(),
+    }))
 }
 
-/// Index of the light that a scene uses.
-fn light_of(root: &Root, scene: usize) -> Option<u64> {
+/// Returns the index of the light that a scene uses.
+pub(super) fn light_of(root: &Root, scene: usize) -> Option<u64> {
     root.scenes.get(scene)?.extensions.as_ref()?.others.get(NAME)?.get("light")?.as_u64()
 }
 

@@ -1,7 +1,10 @@
 //! KHR_animation_pointer: the property that a JSON pointer animates.
 
-use super::{anisotropy, area_light, clearcoat, diffuse_transmission, dispersion, iridescence, sheen};
-use blinn_scene::{CameraProperty, LightProperty, MaterialProperty, TextureSlot};
+use super::{
+    anisotropy, area_light, clearcoat, diffuse_transmission, dispersion, image_based_light, iridescence,
+    sheen,
+};
+use blinn_scene::{CameraProperty, EnvironmentProperty, LightProperty, MaterialProperty, TextureSlot};
 
 /// An animated property, by the indices of the file.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -18,6 +21,8 @@ pub(super) enum PointerTarget {
     Light(usize, LightProperty),
     AreaLight(usize, LightProperty),
     Camera(usize, CameraProperty),
+    /// A light of EXT_lights_image_based.
+    Environment(usize, EnvironmentProperty),
 }
 
 /// Parses a pointer; `None` for properties that are not supported. Pointers to a node's transform and weights
@@ -35,6 +40,9 @@ pub(super) fn parse(pointer: &str) -> Option<PointerTarget> {
         }
         ["extensions", area_light::NAME, "lights", i, field] => {
             PointerTarget::AreaLight(index(i)?, area_light(field)?)
+        }
+        ["extensions", image_based_light::NAME, "lights", i, field] => {
+            PointerTarget::Environment(index(i)?, environment(field)?)
         }
         ["cameras", i, kind @ ("perspective" | "orthographic"), field] => {
             PointerTarget::Camera(index(i)?, camera(kind, field)?)
@@ -80,6 +88,7 @@ fn material(field: &[&str]) -> Option<MaterialProperty> {
         ["extensions", iridescence::NAME, "iridescenceThicknessMinimum"] => F::IridescenceMinThickness,
         ["extensions", iridescence::NAME, "iridescenceThicknessMaximum"] => F::IridescenceMaxThickness,
         ["extensions", clearcoat::NAME, "clearcoatNormalTexture", "scale"] => F::ClearcoatNormalScale,
+        ["extensions", "KHR_materials_volume", "thicknessFactor"] => F::Thickness,
         ["extensions", "KHR_materials_volume", "attenuationColor"] => F::AttenuationColor,
         ["extensions", "KHR_materials_volume", "attenuationDistance"] => F::AttenuationDistance,
         ["extensions", SPECULAR_GLOSSINESS, "diffuseFactor"] => F::Diffuse,
@@ -121,6 +130,7 @@ fn slot(path: &[&str]) -> Option<TextureSlot> {
         }
         ["extensions", iridescence::NAME, "iridescenceTexture"] => TextureSlot::Iridescence,
         ["extensions", iridescence::NAME, "iridescenceThicknessTexture"] => TextureSlot::IridescenceThickness,
+        ["extensions", "KHR_materials_volume", "thicknessTexture"] => TextureSlot::Thickness,
         ["extensions", clearcoat::NAME, "clearcoatNormalTexture"] => TextureSlot::ClearcoatNormal,
         ["extensions", SPECULAR_GLOSSINESS, "diffuseTexture"] => TextureSlot::Diffuse,
         ["extensions", SPECULAR_GLOSSINESS, "specularGlossinessTexture"] => TextureSlot::SpecularGlossiness,
@@ -144,6 +154,14 @@ fn area_light(field: &str) -> Option<LightProperty> {
     Some(match field {
         "color" => LightProperty::Color,
         "intensity" => LightProperty::Intensity,
+        _ => return None,
+    })
+}
+
+fn environment(field: &str) -> Option<EnvironmentProperty> {
+    Some(match field {
+        "intensity" => EnvironmentProperty::Intensity,
+        "rotation" => EnvironmentProperty::Rotation,
         _ => return None,
     })
 }

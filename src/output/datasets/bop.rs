@@ -101,10 +101,11 @@ fn millimetres(v: DVec3) -> [f64; 3] {
     v.to_array().map(|x| x * MILLIMETRES + 0.0)
 }
 
-/// Left, top, width and height; −1 without pixels, as the BOP toolkit writes it.
+/// The bounds as the BOP toolkit writes them: left, top, and the distances from there to the last column and the last row,
+/// which are one less than the numbers of columns and rows; −1 without pixels.
 fn bbox(bounds: Option<MaskRect>) -> Value {
     match bounds {
-        Some(MaskRect { x, y, width, height }) => json!([x, y, width, height]),
+        Some(MaskRect { x, y, width, height }) => json!([x, y, width.max(1) - 1, height.max(1) - 1]),
         None => json!([-1, -1, -1, -1]),
     }
 }
@@ -208,6 +209,13 @@ mod tests {
         let ply = model.to_ply();
         assert!(ply.starts_with(b"ply\nformat binary_little_endian 1.0\nelement vertex 8\n"));
         assert_eq!(ply[ply.len() - 13..], [3, 0, 0, 0, 0, 1, 0, 0, 0, 2, 0, 0, 0]);
+    }
+
+    #[test]
+    fn boxes_are_those_of_the_toolkit() {
+        let pixels = MaskRect { x: -3, y: 5, width: 4, height: 1 };
+        assert_eq!(bbox(Some(pixels)), json!([-3, 5, 3, 0]));
+        assert_eq!(bbox(None), json!([-1, -1, -1, -1]));
     }
 
     #[test]

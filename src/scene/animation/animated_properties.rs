@@ -1,12 +1,13 @@
-//! Properties of materials, lights and cameras that animations can drive.
+//! Properties of materials, lights, cameras and environments that animations can drive.
 //!
 //! Source: KHR_animation_pointer and the glTF object model.
 
 use glam::{Vec2, Vec3};
 
+use super::keyframes::Keyframes;
 use crate::{
-    AlphaMode, AreaLight, FileCamera, FileProjection, Light, LightKind, Material, Reflectance, ScalarInput,
-    TextureRef,
+    AlphaMode, AreaLight, EnvironmentProperty, FileCamera, FileEnvironment, FileProjection, Light, LightKind,
+    Material, Reflectance, ScalarInput, TextureRef,
 };
 
 /// A property of a material.
@@ -70,6 +71,8 @@ pub enum MaterialProperty {
     DiffuseTransmissionColor,
     /// Dispersion of a body.
     Dispersion,
+    /// Thickness of a volume, in metres.
+    Thickness,
     /// Colour of the light after the attenuation distance in a volume (3 components).
     AttenuationColor,
     /// Attenuation distance of a volume, in metres.
@@ -125,6 +128,8 @@ pub enum TextureSlot {
     DiffuseTransmission,
     /// Colour of the light that is transmitted diffusely.
     DiffuseTransmissionColor,
+    /// Thickness of a volume, which no material has: rays find the thickness of a body.
+    Thickness,
 }
 
 /// A property of a light.
@@ -207,6 +212,12 @@ impl Material {
             MaterialProperty::Transmission => self.transmission.factor = fraction(),
             MaterialProperty::Clearcoat => self.clearcoat.factor.factor = fraction(),
             MaterialProperty::ClearcoatRoughness => self.clearcoat.roughness.factor = fraction(),
+            MaterialProperty::Thickness => {
+                if let Some(volume) = &mut self.volume {
+                    // A body stays one.
+                    volume.thickness = at(0).max(f32::MIN_POSITIVE);
+                }
+            }
             MaterialProperty::AttenuationColor => {
                 if let Some(volume) = &mut self.volume {
                     volume.attenuation_color = vec3().min(Vec3::ONE);
@@ -367,6 +378,16 @@ impl AreaLight {
             LightProperty::Color => self.color = Vec3::new(at(0), at(1), at(2)).max(Vec3::ZERO),
             LightProperty::Intensity => self.intensity = at(0).max(0.0),
             _ => {}
+        }
+    }
+}
+
+impl FileEnvironment {
+    /// Sets a property to its value at `time`, in seconds. Rotations are spherically interpolated, as those of nodes.
+    pub(super) fn set_property(&mut self, property: EnvironmentProperty, keyframes: &Keyframes, time: f64) {
+        match property {
+            EnvironmentProperty::Intensity => self.intensity = (keyframes.sample(time)[0] as f32).max(0.0),
+            EnvironmentProperty::Rotation => self.rotation = keyframes.sample_rotation(time),
         }
     }
 }

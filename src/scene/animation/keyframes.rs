@@ -2,7 +2,7 @@
 
 use glam::{DQuat, DVec3};
 
-use crate::{CameraProperty, LightProperty, MaterialProperty};
+use crate::{CameraProperty, EnvironmentProperty, LightProperty, MaterialProperty};
 
 /// Interpolation between keyframes.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -38,6 +38,8 @@ pub enum ChannelTarget {
     AreaLight(u32, LightProperty),
     /// A property of a camera.
     Camera(u32, CameraProperty),
+    /// A property of the file's environment.
+    Environment(EnvironmentProperty),
 }
 
 /// Keyframes of one value.

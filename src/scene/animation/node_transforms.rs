@@ -70,7 +70,8 @@ impl<'s> NodeTransforms<'s> {
                 ChannelTarget::Material(..)
                 | ChannelTarget::Light(..)
                 | ChannelTarget::AreaLight(..)
-                | ChannelTarget::Camera(..) => {}
+                | ChannelTarget::Camera(..)
+                | ChannelTarget::Environment(..) => {}
             }
         }
         // Parents come before their children, so one pass suffices.

@@ -82,7 +82,8 @@ impl Scene {
                 ChannelTarget::Material(..)
                 | ChannelTarget::Light(..)
                 | ChannelTarget::AreaLight(..)
-                | ChannelTarget::Camera(..) => {}
+                | ChannelTarget::Camera(..)
+                | ChannelTarget::Environment(..) => {}
             }
         }
         for (i, node) in self.nodes.iter().enumerate() {
@@ -107,6 +108,7 @@ pub(super) fn sample_times(active: &[&Animation], max: usize) -> Vec<f64> {
                 | ChannelTarget::Light(..)
                 | ChannelTarget::AreaLight(..)
                 | ChannelTarget::Camera(..)
+                | ChannelTarget::Environment(..)
         )
     };
     let channels = active.iter().flat_map(|a| &a.channels).filter(|c| moves(&c.target));

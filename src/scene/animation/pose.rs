@@ -10,7 +10,8 @@ use crate::animation::playback::{AnimationChoice, PoseError, active_animations};
 use crate::animation::posed_scene::{PosedInstance, PosedScene};
 use crate::animation::turned_tangents::TurnedMap;
 use crate::{
-    Animation, AreaLight, ChannelTarget, DeformedMesh, FileCamera, Instance, Light, Material, Mesh, Scene,
+    Animation, AreaLight, ChannelTarget, DeformedMesh, Environment, FileCamera, Instance, Light, Material,
+    Mesh, Scene,
 };
 use blinn_core::geometry::{Aabb, Transform};
 
@@ -50,6 +51,7 @@ fn pose_with_cache<'s>(
         has_reflecting_materials: properties.materials.iter().any(Material::reflects),
         materials: properties.materials,
         cameras: properties.cameras,
+        environment: properties.environment,
         lights: properties.lights,
         area_lights: properties.area_lights,
         centre: DVec3::ZERO,
@@ -104,12 +106,13 @@ fn turned_map(scene: &Scene, mesh: &Mesh, materials: &[Material]) -> Option<Turn
     if std::ptr::eq(rest, now) || scene.source.is_blender() { None } else { TurnedMap::of(mesh, rest, now) }
 }
 
-/// Materials, lights and cameras at one time; borrowed where nothing drives them.
+/// Materials, lights, cameras and the environment at one time; borrowed where nothing drives them.
 struct AnimatedProperties<'s> {
     materials: Cow<'s, [Material]>,
     lights: Cow<'s, [Light]>,
     area_lights: Cow<'s, [AreaLight]>,
     cameras: Cow<'s, [FileCamera]>,
+    environment: Option<Environment>,
 }
 
 impl<'s> AnimatedProperties<'s> {
@@ -118,6 +121,7 @@ impl<'s> AnimatedProperties<'s> {
         let mut lights = Cow::Borrowed(&scene.lights[..]);
         let mut area_lights = Cow::Borrowed(&scene.area_lights[..]);
         let mut cameras = Cow::Borrowed(&scene.cameras[..]);
+        let mut environment = scene.environment.clone();
         for channel in active.iter().flat_map(|a| &a.channels) {
             let keyframes = &channel.keyframes;
             match channel.target {
@@ -133,10 +137,16 @@ impl<'s> AnimatedProperties<'s> {
                 ChannelTarget::Camera(i, property) => {
                     cameras.to_mut()[i as usize].set_property(property, keyframes.sample(time)[0]);
                 }
+                ChannelTarget::Environment(property) => {
+                    if let Some(environment) = &mut environment {
+                        environment.set_property(property, keyframes, time);
+                    }
+                }
                 _ => {}
             }
         }
-        AnimatedProperties { materials, lights, area_lights, cameras }
+        let environment = environment.map(|environment| environment.in_world());
+        AnimatedProperties { materials, lights, area_lights, cameras, environment }
     }
 }
 

@@ -7,7 +7,8 @@ use glam::{DAffine3, DVec3, Vec3, Vec4};
 use crate::animation::bounds_cache::ClipBoundsCache;
 use crate::animation::playback::AnimationChoice;
 use crate::{
-    AreaLight, DeformedMesh, FileCamera, Light, LightUnits, Material, Mesh, PosedAreaLight, PosedLight, Scene,
+    AreaLight, DeformedMesh, Environment, FileCamera, Light, LightUnits, Material, Mesh, PosedAreaLight,
+    PosedLight, Scene,
 };
 use blinn_core::geometry::{Aabb, HitId, Transform};
 
@@ -36,6 +37,8 @@ pub struct PosedScene<'s> {
     pub has_reflecting_materials: bool,
     /// Cameras at this time.
     pub cameras: Cow<'s, [FileCamera]>,
+    /// The file's environment at this time.
+    pub environment: Option<Environment>,
     /// Lights at this time.
     pub(super) lights: Cow<'s, [Light]>,
     /// Area lights at this time.

@@ -36,9 +36,8 @@ impl ImageSink for ArchiveSink<'_> {
         {
             dataset.describe_sample(view, &mut description);
         }
-        if image.empty.is_some() {
-            description["empty"] = json!(true);
-        }
+        // Readers of archives infer the columns from the first samples.
+        description["empty"] = json!(image.empty.is_some());
         description["fingerprint"] = json!(own_fingerprint);
         let description = EncodedFile {
             path: name.with_extension("json"),

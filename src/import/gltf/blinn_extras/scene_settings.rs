@@ -4,7 +4,7 @@ use super::{Members, world};
 use crate::error::{LoadError, Warnings};
 use crate::gltf::document::Document;
 use crate::options::UpAxis;
-use blinn_scene::{Environment, FileFrames, FileSettings, LightUnits, PictureRegion};
+use blinn_scene::{FileEnvironment, FileFrames, FileSettings, LightUnits, PictureRegion};
 
 /// Sides of pictures, as for the option `size`.
 const MAX_SIDE: i64 = 65_536;
@@ -49,7 +49,7 @@ impl SceneExtras {
         doc: &Document<'_>,
         up: UpAxis,
         warnings: &mut Warnings,
-    ) -> Result<Option<Environment>, LoadError> {
+    ) -> Result<Option<FileEnvironment>, LoadError> {
         match self.0.as_ref().and_then(|members| members.child("world", warnings)) {
             Some(world) => world::read(doc, &world, up, warnings),
             None => Ok(None),

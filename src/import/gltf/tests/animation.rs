@@ -231,6 +231,30 @@ fn pointers_become_targets() {
     }
 }
 
+/// A body that an animation makes thinner stays a body. The transform of a thickness texture, which rays replace, changes nothing.
+#[test]
+fn thickness_is_animated() {
+    let mut fixture = animated("pointer", "LINEAR", "SCALAR", 1, &[2.0, 0.0]);
+    fixture.push("materials", json!({"extensions": {"KHR_materials_volume": {"thicknessFactor": 1}}}));
+    fixture.primitive()["material"] = json!(0);
+    let volume = "/materials/0/extensions/KHR_materials_volume";
+    let mut load = |pointer: String| {
+        fixture.json["animations"][0]["channels"][0]["target"] =
+            json!({"path": "pointer", "extensions": {"KHR_animation_pointer": {"pointer": pointer}}});
+        let (scene, warnings) = fixture.load();
+        assert!(warnings.is_empty(), "{warnings:?}");
+        let thickness = |time: f64| {
+            let posed = pose(&scene, &PoseSettings { time, ..PoseSettings::default() }).unwrap();
+            posed.materials[0].volume.as_ref().map(|volume| volume.thickness)
+        };
+        (thickness(1.0), thickness(1.5))
+    };
+    let (middle, end) = load(format!("{volume}/thicknessFactor"));
+    assert!(middle == Some(1.0) && end.is_some_and(|thickness| thickness > 0.0), "{middle:?} {end:?}");
+    let (middle, _) = load(format!("{volume}/thicknessTexture/extensions/KHR_texture_transform/rotation"));
+    assert_eq!(middle, Some(1.0));
+}
+
 /// The metallic-roughness parameters of such a material are a fallback for importers without the extension.
 #[test]
 fn pointers_to_specular_glossiness_parameters_animate_the_material() {

@@ -120,7 +120,7 @@ fn long_values_are_shortened_in_warnings() {
 #[test]
 fn a_world_of_one_colour_replaces_the_ambient_light() {
     let scene = load(&with_scene_extras(json!({"world": {"color": [0.5, 0, 2]}})));
-    assert_eq!(scene.environment.unwrap().as_uniform(), Some(Vec3::new(0.5, 0.0, 2.0)));
+    assert_eq!(scene.environment.unwrap().in_world().as_uniform(), Some(Vec3::new(0.5, 0.0, 2.0)));
 }
 
 #[test]
@@ -136,7 +136,7 @@ fn a_picture_of_the_world_is_turned_and_scaled() {
     ] {
         let world = json!({"bufferView": view, "strength": 3, "rotation": rotation});
         fixture.json["scenes"][0]["extras"] = json!({"blinn": {"world": world}});
-        let environment = load(&fixture).environment.unwrap();
+        let environment = load(&fixture).environment.unwrap().in_world();
         assert!((environment.radiance(bright, 0.0).x - 3.0).abs() < 0.02, "{rotation}");
         assert!(environment.radiance(-bright, 0.0).x < 0.02, "{rotation}");
     }
