@@ -132,6 +132,7 @@ fn load_input(
     options.cancel.check()?;
     scale::scale_lengths(&mut scene, options.scale.unwrap_or(1.0));
     warnings.extend(missing_uvs::warnings(&scene));
+    warnings.extend(missing_uvs::anisotropy_warnings(&scene));
     scene.name = path.file_stem().map(|s| s.to_string_lossy().into_owned()).unwrap_or_default();
     (scene.source.digest, scene.source.files) = folder.sources.into_contents();
     // Blender filters encoded texels and decodes sRGB afterwards; its files are rendered likewise.

@@ -1,4 +1,4 @@
-//! Warnings for textured materials on meshes without the texture coordinates that they need.
+//! Warnings for materials on meshes without the texture coordinates that they need.
 
 use std::collections::BTreeMap;
 
@@ -27,17 +27,35 @@ pub(crate) fn warnings(scene: &Scene) -> Vec<Warning> {
         }
     }
     let warning = |(&(material, set), meshes): (&(u32, u32), &Lacking<'_>)| {
-        let material = described("material", &scene.materials[material as usize].name);
-        let mesh = described("mesh", &meshes.first.name);
-        let more = if meshes.count == 1 { String::new() } else { format!(" and {} more", meshes.count - 1) };
-        let verb = if meshes.count == 1 { "has" } else { "have" };
-        let message = format!(
-            "{material}: {mesh}{more} {verb} no texture coordinates (set {set}), so its textures show a single \
-             colour there; unwrap the mesh before exporting it"
-        );
-        Warning { location: String::new(), message }
+        let what = format!("no texture coordinates (set {set}), so its textures show a single colour there");
+        meshes.warning(scene, material, &what)
     };
     lacking.iter().map(warning).collect()
+}
+
+/// Warns of each material with anisotropy that some of its meshes show without, for lack of tangents.
+pub(crate) fn anisotropy_warnings(scene: &Scene) -> Vec<Warning> {
+    let mut lacking: BTreeMap<u32, Lacking<'_>> = BTreeMap::new();
+    for mesh in &scene.meshes {
+        let anisotropy = &scene.materials[mesh.material as usize].anisotropy;
+        if mesh.tangents.is_empty() && anisotropy.as_ref().is_some_and(|of| of.strength > 0.0) {
+            lacking.entry(mesh.material).or_insert(Lacking { first: mesh, count: 0 }).count += 1;
+        }
+    }
+    let what = "neither tangents nor texture coordinates, so its highlights are round there";
+    lacking.iter().map(|(&material, meshes)| meshes.warning(scene, material, what)).collect()
+}
+
+impl Lacking<'_> {
+    /// Warns that the meshes of a material have `what`.
+    fn warning(&self, scene: &Scene, material: u32, what: &str) -> Warning {
+        let material = described("material", &scene.materials[material as usize].name);
+        let mesh = described("mesh", &self.first.name);
+        let more = if self.count == 1 { String::new() } else { format!(" and {} more", self.count - 1) };
+        let verb = if self.count == 1 { "has" } else { "have" };
+        let message = format!("{material}: {mesh}{more} {verb} {what}; unwrap the mesh before exporting it");
+        Warning { location: String::new(), message }
+    }
 }
 
 /// A kind of object with its name, if it has one.
