@@ -21,21 +21,30 @@ SHARED_WITH_EEVEE = {
 EXCLUDED = {"VIEWLAYER_PT_filter", "VIEWLAYER_PT_layer_passes", "RENDER_PT_simplify_greasepencil"}
 
 
-class RENDER_PT_blinn(bpy.types.Panel):
-    bl_label = "Sampling"
+class EnginePanel:
+    """A panel of the properties editor that the render engine has for itself."""
+
     bl_space_type = "PROPERTIES"
     bl_region_type = "WINDOW"
-    bl_context = "render"
     COMPAT_ENGINES = {ENGINE}
 
     @classmethod
     def poll(cls, context: bpy.types.Context) -> bool:
         return context.engine in cls.COMPAT_ENGINES
 
+    def begin(self) -> bpy.types.UILayout:
+        """Returns the layout, set up for properties with their names on the left."""
+        self.layout.use_property_split = True
+        self.layout.use_property_decorate = False
+        return self.layout
+
+
+class RENDER_PT_blinn(EnginePanel, bpy.types.Panel):
+    bl_label = "Sampling"
+    bl_context = "render"
+
     def draw(self, context: bpy.types.Context) -> None:
-        layout = self.layout
-        layout.use_property_split = True
-        layout.use_property_decorate = False
+        layout = self.begin()
         settings = getattr(context.scene, PROPERTY)
         for name in ["samples", "denoise"]:
             layout.prop(settings, name)
@@ -50,22 +59,12 @@ class RENDER_PT_blinn(bpy.types.Panel):
         column.prop(settings, "memory", text="")
 
 
-class VIEWLAYER_PT_blinn_passes(bpy.types.Panel):
+class VIEWLAYER_PT_blinn_passes(EnginePanel, bpy.types.Panel):
     bl_label = "Passes"
-    bl_space_type = "PROPERTIES"
-    bl_region_type = "WINDOW"
     bl_context = "view_layer"
-    COMPAT_ENGINES = {ENGINE}
-
-    @classmethod
-    def poll(cls, context: bpy.types.Context) -> bool:
-        return context.engine in cls.COMPAT_ENGINES
 
     def draw(self, context: bpy.types.Context) -> None:
-        layout = self.layout
-        layout.use_property_split = True
-        layout.use_property_decorate = False
-        column = layout.column(align=True)
+        column = self.begin().column(align=True)
         for name in ["z", "position", "normal", "object_index", "material_index"]:
             column.prop(context.view_layer, f"use_pass_{name}")
 
