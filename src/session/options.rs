@@ -7,6 +7,7 @@ use glam::DVec3;
 use crate::error::SessionError;
 use crate::image_size::{DEFAULT_SIZE, natural_size, scaled_to};
 use crate::planned_frame::PlannedFrame;
+use blinn_core::closest_name::did_you_mean;
 use blinn_core::geometry::Rgb;
 use blinn_import::LoadOptions;
 use blinn_render::display::{Background, ViewTransform};
@@ -279,7 +280,9 @@ impl Options {
                 let names = animations.iter().enumerate().map(|(i, a)| format!("{i} '{}'", a.name));
                 let names = names.collect::<Vec<_>>().join(", ");
                 let names = if names.is_empty() { "none" } else { &names };
-                Err(SessionError::Option(format!("there is no animation '{choice}'; the file has: {names}")))
+                let hint = did_you_mean(choice, animations.iter().map(|animation| &animation.name));
+                let text = format!("there is no animation '{choice}'; the file has: {names}{hint}");
+                Err(SessionError::Option(text))
             }
         }
     }

@@ -3,7 +3,7 @@
 use std::ffi::{OsStr, OsString};
 use std::path::{Path, PathBuf, is_separator};
 
-/// A path with placeholders: `{stem}` or `{model}`, `{parent}`, `{index}`, `{camera}`, for the frame number `####`,
+/// A path with placeholders: `{stem}` or `{model}`, `{parent}`, `{index}` or `{index:05}`, `{camera}`, for the frame number `####`,
 /// `%04d` or `{frame:04}`, and for the number of an archive `{shard}` or `{shard:05}`. Other braces, `#` and `%` are literal.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct PathTemplate(Vec<Piece>);
@@ -13,7 +13,10 @@ enum Piece {
     Literal(String),
     Stem,
     Parent,
-    Index,
+    /// The number of the scene, padded with zeros.
+    Index {
+        digits: usize,
+    },
     /// The name of the camera.
     Camera,
     /// The frame number, padded with zeros.
@@ -137,7 +140,7 @@ impl PathTemplate {
                 Piece::Literal(ref text) => path.push(text),
                 Piece::Stem => path.push(fields.scene.file_stem().unwrap_or_default()),
                 Piece::Parent => path.push(folder_name(fields.scene)),
-                Piece::Index => path.push(fields.index.to_string()),
+                Piece::Index { digits } => path.push(format!("{:0digits$}", fields.index)),
                 // Folders of a name are folders only where a part of the path begins.
                 Piece::Camera if begins_part(&path) => path.push(fields.camera),
                 Piece::Camera => path.push(fields.camera.replace('/', "_")),
@@ -171,14 +174,17 @@ fn parse_placeholder(text: &str) -> Option<(Piece, &str)> {
         let piece = match key {
             "stem" | "model" => Piece::Stem,
             "parent" => Piece::Parent,
-            "index" => Piece::Index,
             "camera" => Piece::Camera,
-            "frame" => frame(0),
-            "shard" => Piece::Shard { digits: 0 },
-            _ => match key.strip_prefix("shard:") {
-                Some(digits) => Piece::Shard { digits: digits.parse::<usize>().ok()?.min(MAX_DIGITS) },
-                None => frame(key.strip_prefix("frame:")?.parse().ok()?),
-            },
+            _ => {
+                let (name, digits) = key.split_once(':').unwrap_or((key, "0"));
+                let digits = digits.parse::<usize>().ok()?.min(MAX_DIGITS);
+                match name {
+                    "index" => Piece::Index { digits },
+                    "frame" => Piece::Frame { digits },
+                    "shard" => Piece::Shard { digits },
+                    _ => return None,
+                }
+            }
         };
         return Some((piece, after));
     }
@@ -212,6 +218,8 @@ mod tests {
         for (template, expected) in [
             ("{stem}.png", "Ä robot.png"),
             ("out/{parent}-{model}-{index}.exr", "out/shots-Ä robot-3.exr"),
+            ("{index:05}/{stem}.png", "00003/Ä robot.png"),
+            ("{index:x}.png", "{index:x}.png"),
             ("f_####.png", "f_0007.png"),
             ("f_%04d.png", "f_0007.png"),
             ("f_%d.png", "f_7.png"),
