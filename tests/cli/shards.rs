@@ -104,10 +104,15 @@ fn archives_are_resumed_as_a_whole() {
     assert_eq!(run("-o b/{shard}.jpg.tar --threads 1 --chunk 2/3"), 1);
     assert_eq!(run("-o b/{shard}.jpg.tar --chunk 1/3") + run("-o b/{shard}.jpg.tar --chunk 3/3"), 3);
     assert!(files(&at.join("b")) == whole);
-    // The archive with the broken object is tried again, unless the ledger says that it is broken.
-    assert_eq!(run("-o a/{shard}.jpg.tar --resume"), 1);
-    assert_eq!(run("-o a/{shard}.jpg.tar --resume --ledger l"), 1);
-    assert_eq!(run("-o a/{shard}.jpg.tar --resume --ledger l --no-retry"), 0);
+    // The broken object alone is tried again, unless the ledger says that it is broken.
+    for (flags, tried) in [("", 1), ("--ledger l", 1), ("--ledger l --no-retry", 0)] {
+        let line = format!("{line} -o a/{{shard}}.jpg.tar --resume --progress json {flags}");
+        let messages = String::from_utf8(blinn(&at, &line.replace(" -q", "")).stderr).unwrap();
+        let count = |event: &str| messages.matches(&format!("\"event\":\"{event}\"")).count();
+        assert_eq!((count("wrote"), count("failed")), (0, tried), "{flags}: {messages}");
+        assert!(messages.contains(&format!("\"scenes\":{tried},")), "{flags}: {messages}");
+    }
+    assert!(files(&at.join("a")) == whole);
     // A missing, a torn and an outdated one.
     fs::remove_file(at.join("a/3.jpg.tar")).unwrap();
     fs::write(at.join("a/0.jpg.tar"), &whole["0.jpg.tar"][..1000]).unwrap();
@@ -116,6 +121,10 @@ fn archives_are_resumed_as_a_whole() {
     assert_eq!(run("-o c/{shard}.jpg.tar"), 4);
     assert!(files(&at.join("a")) == files(&at.join("c")));
     assert!(files(&at.join("a")) != whole);
+    // The broken object is repaired.
+    fs::write(at.join("objects/o3.x.obj"), "v 0 0 0\nv 3 0 0\nv 0 1 0\nf 1 2 3\n").unwrap();
+    assert_eq!((run("-o a/{shard}.jpg.tar --resume"), run("-o d/{shard}.jpg.tar")), (1, 4));
+    assert!(files(&at.join("a")) == files(&at.join("d")));
 }
 
 /// Archives of limited bytes hold the same samples as others, in order, as many whole scenes as fit.

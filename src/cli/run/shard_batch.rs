@@ -1,6 +1,6 @@
 //! The scenes of a run whose images go into archives: archive by archive.
 
-use std::collections::HashMap;
+use std::collections::{BTreeMap, BTreeSet, HashMap};
 use std::path::Path;
 
 use anyhow::{Context, Error, Result};
@@ -15,7 +15,8 @@ use crate::usage::UsageError;
 use blinn_output::{ShardMember, ShardWriter, check_overwrite, read_shard};
 use blinn_session::{FileDigests, PlannedFrame, load_limits};
 
-/// Renders scenes into archives. With --resume, archives that are up to date are kept, and all others are made anew.
+/// Renders scenes into archives. With --resume, archives that are up to date are kept, and all others are made anew. Of an
+/// archive that lacks only scenes that failed, these alone are rendered again, and the others if one of them succeeds.
 pub fn render_shards<'a: 'scope, 'scope>(
     batch: &mut Batch<'a>,
     scenes: &mut Scenes<'_, 'scope, 'a>,
@@ -55,17 +56,7 @@ fn render_shard<'a: 'scope, 'scope>(
     if batch.plan.dry_run {
         return print_stdout(format!("{}\n", file.display()).as_bytes());
     }
-    if batch.plan.outputs.resume && file.is_file() {
-        let past: Vec<_> = list.iter().map(|scene| batch.past_outcome(scene)).collect();
-        let is_known = past.iter().all(Option::is_some);
-        if is_known || is_current(batch, file, list, &past) {
-            for (scene, outcome) in list.iter().zip(past) {
-                batch.skip(scene, outcome.unwrap_or(PastOutcome::Done { images: 0 }));
-            }
-            return Ok(());
-        }
-    }
-    let outcome = fill_shard(batch, scenes, file, list);
+    let outcome = complete_shard(batch, scenes, file, list);
     if outcome.is_err() {
         drop(scenes.cancel());
         if let Some(ledger) = &mut batch.ledger {
@@ -94,18 +85,88 @@ impl From<Error> for ShardFailure {
     }
 }
 
-/// Renders scenes into an archive, and notes them in the ledger when it is complete.
-fn fill_shard<'a: 'scope, 'scope>(
+/// Keeps an archive that is up to date, and else renders its scenes.
+fn complete_shard<'a: 'scope, 'scope>(
     batch: &mut Batch<'a>,
     scenes: &mut Scenes<'_, 'scope, 'a>,
     file: &Path,
     list: &[NumberedScene],
 ) -> Result<(), ShardFailure> {
+    let mut retried = Retried::default();
+    if batch.plan.outputs.resume && file.is_file() {
+        let past: Vec<_> = list.iter().map(|scene| batch.past_outcome(scene)).collect();
+        let is_known = past.iter().all(Option::is_some);
+        let absent = if is_known { Some(BTreeSet::new()) } else { absent_scenes(batch, file, list, &past) };
+        if let Some(absent) = absent {
+            let again = list.iter().filter(|scene| absent.contains(&scene.number));
+            retried = retry(batch, scenes, file, again)?;
+            if retried.images.is_empty() {
+                for (scene, outcome) in
+                    list.iter().zip(past).filter(|(scene, _)| !absent.contains(&scene.number))
+                {
+                    batch.skip(scene, outcome.unwrap_or(PastOutcome::Done { images: 0 }));
+                }
+                return append_to_ledger(batch);
+            }
+        }
+    }
+    fill_shard(batch, scenes, file, list, retried)
+}
+
+/// Scenes that were rendered before the others of their archive.
+#[derive(Default)]
+struct Retried {
+    numbers: BTreeSet<usize>,
+    /// The images of those that did not fail.
+    images: BTreeMap<usize, ShardWriter>,
+}
+
+/// Renders scenes of an archive that may fail again.
+fn retry<'a: 'scope, 'scope, 'l>(
+    batch: &mut Batch<'a>,
+    scenes: &mut Scenes<'_, 'scope, 'a>,
+    file: &Path,
+    mut list: impl Iterator<Item = &'l NumberedScene>,
+) -> Result<Retried, ShardFailure> {
+    let mut retried = Retried::default();
+    loop {
+        while !is_full(scenes)
+            && let Some(scene) = list.next()
+        {
+            batch.start(scenes, scene.clone(), Some(file));
+        }
+        let Some(finished) = scenes.next_finished() else { return Ok(retried) };
+        let number = finished.job.scene.number;
+        retried.numbers.insert(number);
+        match batch.finish_scene(finished) {
+            Ok(Some(images)) => drop(retried.images.insert(number, images)),
+            Err(error) if is_disk_full(&error) => return Err(ShardFailure::OfScene(error)),
+            Ok(None) | Err(_) => {}
+        }
+    }
+}
+
+fn append_to_ledger(batch: &mut Batch) -> Result<(), ShardFailure> {
+    if let Some(ledger) = &mut batch.ledger {
+        ledger.append().context("--ledger")?;
+    }
+    Ok(())
+}
+
+/// Renders scenes into an archive, and notes them in the ledger when it is complete. Takes the images of `retried` scenes as
+/// they are.
+fn fill_shard<'a: 'scope, 'scope>(
+    batch: &mut Batch<'a>,
+    scenes: &mut Scenes<'_, 'scope, 'a>,
+    file: &Path,
+    list: &[NumberedScene],
+    mut retried: Retried,
+) -> Result<(), ShardFailure> {
     let cannot_be_written = || format!("{} cannot be written", file.display());
     check_overwrite(file, batch.plan.outputs.replace).map_err(Error::new)?;
     create_parent_folder(file)?;
     let mut shard = ShardWriter::new(file).with_context(cannot_be_written)?;
-    let mut list = list.iter();
+    let mut list = list.iter().filter(|scene| !retried.numbers.contains(&scene.number));
     loop {
         while !is_full(scenes)
             && let Some(scene) = list.next()
@@ -113,6 +174,10 @@ fn fill_shard<'a: 'scope, 'scope>(
             batch.start(scenes, scene.clone(), Some(file));
         }
         let Some(finished) = scenes.next_finished() else { break };
+        let later = retried.images.split_off(&finished.job.scene.number);
+        for images in std::mem::replace(&mut retried.images, later).into_values() {
+            shard.append(images).with_context(cannot_be_written)?;
+        }
         match batch.finish_scene(finished) {
             Ok(Some(members)) => shard.append(members).with_context(cannot_be_written)?,
             Err(error) if is_disk_full(&error) => return Err(ShardFailure::OfScene(error)),
@@ -120,19 +185,25 @@ fn fill_shard<'a: 'scope, 'scope>(
             Ok(None) | Err(_) => {}
         }
     }
+    for images in retried.images.into_values() {
+        shard.append(images).with_context(cannot_be_written)?;
+    }
     if shard.length() > 0 {
         shard.finish(batch.plan.outputs.replace).with_context(cannot_be_written)?;
         batch.reporter.wrote(None, file);
     }
-    if let Some(ledger) = &mut batch.ledger {
-        ledger.append().context("--ledger")?;
-    }
-    Ok(())
+    append_to_ledger(batch)
 }
 
-/// Returns true if an archive holds the images of exactly these scenes, made from the same files with the same settings.
-/// Scenes that are known to fail have none.
-fn is_current(batch: &Batch, file: &Path, scenes: &[NumberedScene], past: &[Option<PastOutcome>]) -> bool {
+/// The numbers of scenes without images in an archive whose other images are complete and made from the same files with the
+/// same settings; `None` for other archives. An archive is written as a whole, so absent scenes failed. Scenes that are
+/// known to fail are not counted.
+fn absent_scenes(
+    batch: &Batch,
+    file: &Path,
+    scenes: &[NumberedScene],
+    past: &[Option<PastOutcome>],
+) -> Option<BTreeSet<usize>> {
     let plan = batch.plan;
     let frames = plan.frames.known().unwrap_or_default();
     let mut missing: HashMap<String, (usize, &PlannedFrame)> = HashMap::new();
@@ -157,7 +228,11 @@ fn is_current(batch: &Batch, file: &Path, scenes: &[NumberedScene], past: &[Opti
         let is_current = digests[i].is_current(fingerprint, hash, &scenes[i].path);
         if is_current { Ok(()) } else { Err(stale()) }
     };
-    read_shard(file, is_description, check).map_err(Error::from).is_ok() && missing.is_empty()
+    read_shard(file, is_description, check).ok()?;
+    let mut absent: HashMap<usize, usize> = HashMap::new();
+    missing.values().for_each(|(i, _)| *absent.entry(*i).or_default() += 1);
+    let is_whole = absent.values().all(|count| *count == frames.len());
+    is_whole.then(|| absent.keys().map(|i| scenes[*i].number).collect())
 }
 
 /// Returns true for the description of a sample.
