@@ -438,7 +438,7 @@ def write_pages():
     made = "Made by `docs/scripts/pictures.py`, which renders each tile with the flags below it."
     (ROOT / "docs/reference/lecture-charts.md").write_text(page("The lecture's charts", [made], LECTURE_SHEETS))
     (ROOT / "docs/reference/options.md").write_text(
-        page("Options in pictures", [made + " `blinn render --help-all` lists all options."], OPTION_SHEETS)
+        page("Options in pictures", [made + " `blinn render --help` lists all options."], OPTION_SHEETS)
     )
 
 

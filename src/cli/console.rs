@@ -6,6 +6,7 @@ use std::path::Path;
 
 use anyhow::{Context, Error, Result};
 
+use super::message_style::{Level, MessageStyle};
 use blinn_session::{with_option_names, without_error_codes};
 
 /// True for the file name `-`, which stands for standard output.
@@ -20,7 +21,24 @@ pub fn eprint_line(line: &str) {
 
 /// Reports an error on standard error as one line.
 pub fn print_error(message: &str) {
-    eprint_line(&format!("blinn: {}", single_line(message)));
+    eprint_message(Level::Error, message);
+}
+
+/// Reports a part of the last error in a line of its own.
+pub fn print_error_detail(detail: &str) {
+    match MessageStyle::of_stderr() {
+        MessageStyle::Plain => print_error(&format!("  {detail}")),
+        MessageStyle::Words | MessageStyle::Colors => eprint_line(&format!("  {}", single_line(detail))),
+    }
+}
+
+/// Reports a warning on standard error as one line.
+pub fn print_warning(message: &str) {
+    eprint_message(Level::Warning, message);
+}
+
+fn eprint_message(level: Level, message: &str) {
+    eprint_line(&MessageStyle::of_stderr().label(level, &single_line(message)));
 }
 
 /// Writes bytes to standard output.

@@ -12,7 +12,9 @@ mod files;
 mod info;
 mod light_sources;
 mod material_layers;
+mod message_style;
 mod packaging;
+mod pager;
 mod plan;
 mod rays;
 mod run;
@@ -27,6 +29,7 @@ mod watched_files;
 use std::ffi::OsString;
 use std::process::ExitCode;
 
+use anyhow::Context;
 use clap::FromArgMatches;
 use clap::error::ErrorKind;
 
@@ -116,6 +119,12 @@ fn execute_command(command: &Command, argv: &[OsString], host: Host) -> Result<S
 /// Prints help or version, or reports a wrong command line.
 fn exit_for_clap_error(error: &clap::Error, argv: &[OsString], command_line: &[OsString]) -> u8 {
     match error.kind() {
+        ErrorKind::DisplayHelp if args::help::is_long(argv) => {
+            match pager::show(&error.render().ansi().to_string()) {
+                Ok(false) => Summary::of_output(console::finish_stdout(error.print())).exit(),
+                shown => Summary::of_output(shown.map(drop).context("the pager failed")).exit(),
+            }
+        }
         ErrorKind::DisplayHelp | ErrorKind::DisplayVersion => {
             Summary::of_output(console::finish_stdout(error.print())).exit()
         }

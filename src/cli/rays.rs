@@ -6,7 +6,7 @@ use anyhow::{Context, Result};
 
 use super::args::RaysArgs;
 use super::console::{
-    eprint_line, is_stdout, print_error, print_stdout, scene_error, single_line, strict_error,
+    eprint_line, is_stdout, print_error, print_stdout, print_warning, scene_error, single_line, strict_error,
 };
 use super::files::create_parent_folder;
 use super::plan::{PathConflicts, Writer};
@@ -50,7 +50,7 @@ fn dump(args: &RaysArgs, settings: &DumpSettings) -> Result<()> {
         return Err(strict_error(warning));
     }
     for warning in dump.warnings.iter().filter(|_| !args.common.quiet) {
-        eprint_line(&single_line(&format!("warning: {}: {warning}", args.scene.display())));
+        print_warning(&format!("{}: {warning}", args.scene.display()));
     }
     let bytes = encode_npz(&dump.arrays)?;
     if is_stdout(&args.dump) {

@@ -2,7 +2,7 @@
 
 use anyhow::Result;
 
-use super::console::print_error;
+use super::console::{print_error, print_error_detail};
 
 /// Exit code if everything succeeded.
 pub const EXIT_SUCCESS: u8 = 0;
@@ -75,9 +75,9 @@ impl Summary {
                 count => format!(", {count} not started"),
             };
             print_error(&format!("{} of {total} scenes failed{not_started}:", self.failed));
-            self.failures.iter().for_each(|line| print_error(&format!("  {line}")));
+            self.failures.iter().for_each(|line| print_error_detail(line));
             if self.failed > self.failures.len() {
-                print_error(&format!("  and {} more", self.failed - self.failures.len()));
+                print_error_detail(&format!("and {} more", self.failed - self.failures.len()));
             }
         }
         self.exit_code()

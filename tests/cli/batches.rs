@@ -383,3 +383,55 @@ fn a_trace_shows_the_stages_of_all_scenes() {
     refused(&at, &format!("{line} --report t/trace.json"), "would both be written to");
     refused(&at, "render objects/0/00.obj --watch --trace t.json", "--trace");
 }
+
+/// Of many files there is a line for each scene, and standard output has all paths if it is asked for.
+#[test]
+fn many_files_are_reported_by_scene() {
+    let (_dir, at) = folder();
+    let (cube, tower) = (model("tests/cube.obj"), model("tower/tower.glb"));
+    let line = format!("turntable {cube} {tower} --count 26 --size 8x8 -s 1 -o out/{{stem}}/#.png");
+    let output = blinn(&at, &format!("{line} --print-paths"));
+    let (paths, messages) =
+        (String::from_utf8(output.stdout).unwrap(), String::from_utf8(output.stderr).unwrap());
+    let lines: Vec<&str> = messages.lines().collect();
+    assert_eq!(lines[..2], ["wrote 26 files to out/cube/", "wrote 26 files to out/tower/"], "{messages}");
+    assert!(lines.len() == 3 && lines[2].starts_with("wrote 52 files in all, "), "{messages}");
+    let mut printed: Vec<&str> = paths.lines().collect();
+    printed.sort_unstable();
+    assert_eq!(printed, names(&at));
+    assert_eq!(runs(&at, &format!("{line} --verbose")).matches("wrote out/").count(), 52);
+    let output = blinn(&at, &format!("{line} --only 3 --quiet --print-paths"));
+    assert_eq!(String::from_utf8(output.stdout).unwrap(), "out/cube/3.png\nout/tower/3.png\n");
+    assert!(output.stderr.is_empty());
+    for out in ["-o -", "-o a.png --report -"] {
+        refused(&at, &format!("render {cube} {out} --print-paths"), "--print-paths: standard output has");
+    }
+}
+
+/// For several images a new name without an extension is a folder; for one it is a mistake.
+#[test]
+fn a_name_without_extension_is_a_folder_of_several_images() {
+    let (_dir, at) = folder();
+    let (cube, tower) = (model("tests/cube.obj"), model("tower/tower.glb"));
+    runs(&at, &format!("render {cube} {tower} --size 8x8 -s 1 -o out"));
+    runs(&at, &format!("turntable {cube} --count 2 --size 8x8 -s 1 -o turn/cube"));
+    runs(&at, &format!("render {cube} {tower} --size 8x8 -s 1 -o by/{{index:03}}.png"));
+    let expected = [
+        "by/001.png",
+        "by/002.png",
+        "out/cube.png",
+        "out/tower.png",
+        "turn/cube/cube_0001.png",
+        "turn/cube/cube_0002.png",
+    ];
+    assert_eq!(names(&at), expected);
+    fs::write(at.join("file"), "text").unwrap();
+    for line in [
+        format!("render {cube} -o out2"),
+        format!("render {cube} {tower} -o file"),
+        format!("render {cube} {tower} -o {{stem}}"),
+        format!("render {cube} {tower} -o out.pgn"),
+    ] {
+        refused(&at, &line, "unknown format");
+    }
+}

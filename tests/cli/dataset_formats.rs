@@ -127,6 +127,38 @@ fn categories_follow_rules() {
     }
 }
 
+/// A folder is enough for the formats to place their files.
+#[test]
+fn formats_lay_out_their_folders() {
+    let (_dir, at) = folder();
+    let (cube, tower) = (model("tests/cube.obj"), model("tower/tower.glb"));
+    for (scenes, flags, expected) in [
+        (
+            "1",
+            "bop -o a/",
+            "a/train/000001/rgb/000001.png a/train/000001/scene_gt.json a/models/models_info.json",
+        ),
+        (
+            "1",
+            "coco,bop,nerf,colmap -o b",
+            "b/train/000001/rgb/annotations.json b/train/000001/rgb/sparse/0/images.txt",
+        ),
+        ("1", "colmap,nerf -o c/", "c/images/0001.png c/images/transforms.json c/sparse/0/images.txt"),
+        ("1", "coco -o d/", "d/cube_0001.png d/annotations.json"),
+        ("2", "coco -o e/", "e/cube/0001.png e/tower/annotations.json"),
+        ("2", "colmap -o f/", "f/cube/images/0001.png f/tower/sparse/0/images.txt"),
+        ("2", "bop -o h/", "h/cube/train/000001/rgb/000001.png h/tower/models/models_info.json"),
+        ("1", "nerf -o g/", "g/cube_0001.png g/transforms.json"),
+    ] {
+        let scenes = if scenes == "1" { cube.clone() } else { format!("{cube} {tower}") };
+        runs(&at, &format!("turntable {scenes} --views 1 {SMALL} --dataset {flags}"));
+        let names = names(&at);
+        for file in expected.split(' ') {
+            assert!(names.iter().any(|name| name == file), "{flags}: {file} is missing: {names:?}");
+        }
+    }
+}
+
 #[test]
 fn invalid_formats_are_refused() {
     let (_dir, at) = folder();

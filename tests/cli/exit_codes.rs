@@ -14,6 +14,27 @@ fn a_missing_file_is_one_line() {
     fails(dir.path(), &["info", "missing.obj"], 1, "missing.obj");
 }
 
+/// Labels for people and for scripts, as the environment asks for.
+#[test]
+fn messages_are_coloured_where_the_environment_asks_for_it() {
+    let dir = tempfile::tempdir().unwrap();
+    let messages = |variables: &[(&str, &str)], line: &str| {
+        let mut command = Command::new(env!("CARGO_BIN_EXE_blinn"));
+        command.args(line.split(' ')).current_dir(dir.path()).envs(variables.iter().copied());
+        String::from_utf8(command.output().unwrap().stderr).unwrap()
+    };
+    let force = ("CLICOLOR_FORCE", "1");
+    for line in ["render missing.glb", "render --quux", "render missing.glb --size 1"] {
+        assert!(messages(&[], line).starts_with("blinn: "), "{line}");
+        assert!(messages(&[force], line).starts_with("\x1b[1;31merror:\x1b[0m "), "{line}");
+        assert!(messages(&[force, ("NO_COLOR", "1")], line).starts_with("blinn: "), "{line}");
+    }
+    let events = messages(&[force], "render missing.glb --progress json");
+    assert!(!events.contains('\x1b'), "programs read them: {events}");
+    let list = messages(&[force], "render missing.glb lost.obj");
+    assert!(list.contains("error:\x1b[0m 2 of 2 scenes failed:\n  missing.glb"), "{list}");
+}
+
 #[test]
 fn a_corrupt_glb_is_one_line() {
     let dir = tempfile::tempdir().unwrap();

@@ -39,29 +39,56 @@ fn pages() -> impl Iterator<Item = String> {
 }
 
 #[test]
-fn help_is_one_screen() {
+fn short_help_has_a_line_for_each_option() {
     let frames = ENGINES.iter().flat_map(|job| ["render", "turntable"].map(|name| format!("{job} {name}")));
-    let screens = pages().chain(frames).map(|name| format!("{name} --help"));
-    for line in screens.chain(["--help".to_string()]) {
-        let screen = prints(&line);
-        assert!(screen.lines().count() <= 24, "{line}: {} lines", screen.lines().count());
-        for row in screen.lines() {
-            assert!(row.chars().count() <= 80, "{line}: {row}");
+    for name in pages().chain(frames) {
+        let page = prints(&format!("{name} -h"));
+        assert!(page.lines().count() <= 75, "{name}: {} lines", page.lines().count());
+        for row in page.lines() {
+            assert!(row.chars().count() <= 100, "{name}: {row}");
         }
-        assert!(line == "--help" || screen.contains("\nExamples:\n  blinn "), "{line}: {screen}");
-        assert_eq!(screen, prints(&line.replace("--help", "-h")));
+        for row in page.lines().filter(|row| row.starts_with("  --") || row.starts_with("  -o")) {
+            let (option, summary) = row.trim().split_once("  ").unwrap_or_else(|| panic!("{name}: {row}"));
+            assert!(!option.is_empty() && summary.trim().len() > 8, "{name}: {row}");
+        }
+        assert!(page.contains("\nExamples:\n  blinn "), "{name}: {page}");
+        assert!(page.ends_with(&format!("Help for every option: blinn {name} --help\n")), "{name}: {page}");
     }
+    let render = prints("render -h");
+    assert!(render.contains("\n  -o, --output OUT ") && render.contains("\nLights:\n"), "{render}");
+    assert!(!render.contains("--caustics"), "only common options: {render}");
+}
+
+/// The commands with examples, also where every option of every command would be asked for.
+#[test]
+fn the_help_of_the_program_is_one_screen() {
+    let screen = prints("--help");
+    assert!(screen.lines().count() <= 24 && screen.lines().all(|row| row.chars().count() <= 80), "{screen}");
+    assert_eq!(screen, prints("-h"));
+}
+
+/// Output that is no terminal never starts a pager.
+#[test]
+fn long_help_is_printed_without_a_pager_in_pipes() {
+    let mut command = Command::new(env!("CARGO_BIN_EXE_blinn"));
+    let output =
+        command.args(["info", "--help"]).env("PAGER", "false").env_remove("COLUMNS").output().unwrap();
+    assert_eq!(
+        (output.status.code(), String::from_utf8(output.stdout).unwrap()),
+        (Some(0), prints("info --help"))
+    );
+    assert_eq!(prints("info --help"), prints("info --help-all"), "an older name");
 }
 
 #[test]
-fn help_all_describes_every_flag() {
-    let all = prints("render --help-all");
+fn long_help_describes_every_flag() {
+    let all = prints("render --help");
     for heading in ["Scene", "Output", "Image", "Camera", "Lights", "Shading", "Time", "Process"] {
         assert!(all.contains(&format!("\n{heading}:\n")), "{heading}");
     }
     assert!(all.contains("Examples:") && all.lines().count() > 100);
     for name in commands() {
-        let all = prints(&format!("{name} --help-all"));
+        let all = prints(&format!("{name} --help"));
         for flag in all.lines().map(str::trim).filter(|l| l.starts_with("--") || l.starts_with("-o,")) {
             assert!(flag.len() > 2, "{name}: {flag}");
         }
@@ -77,7 +104,7 @@ fn the_reference_page_shows_the_help() {
     let (by_hand, _) = page.split_once(HERE).expect("a mark after which help follows");
     let mut expected = format!("{by_hand}{HERE}\n");
     for name in pages() {
-        let help = prints(&format!("{name} --help-all"));
+        let help = prints(&format!("{name} --help"));
         let rows: Vec<&str> = help.lines().map(str::trim_end).collect();
         expected += &format!("\n## blinn {name}\n\n```text\n{}\n```\n", rows.join("\n").trim_end());
     }
@@ -92,7 +119,7 @@ fn the_reference_page_shows_the_help() {
 
 #[test]
 fn help_lists_all_aovs() {
-    let all = prints("render --help-all");
+    let all = prints("render --help");
     let words = all.split_whitespace().collect::<Vec<_>>().join(" ");
     let names: Vec<&str> = blinn::integrator::Aov::ALL.iter().map(|aov| aov.name()).collect();
     let list = format!("AOVs: {}, cryptomatte", names.join(", "));
@@ -113,7 +140,7 @@ fn usage_errors_are_one_line_with_a_hint() {
             "info a.glb --size 4x4",
             "it is an option of blinn render, blinn turntable, blinn view, blinn sheet, blinn bench, blinn rays and blinn diff",
         ),
-        ("render a.glb --quux", "unexpected argument '--quux': see blinn render --help-all"),
+        ("render a.glb --quux", "unexpected argument '--quux': see blinn render --help"),
         (
             "render a.glb --filter gaus",
             "invalid value 'gaus' for '--filter <FILTER>'; [possible values: box, tent, gaussian, blackman-harris]; \
@@ -160,7 +187,7 @@ fn usage_errors_are_one_line_with_a_hint() {
         ("man job xyzzy", "unknown command 'job xyzzy'"),
         ("bench a.glb --from c.json", "cannot be used with"),
         ("job slurm -o a.sh", "'blinn job slurm' requires a subcommand"),
-        ("job slurm render a.glb --quux", "see blinn job slurm render --help-all"),
+        ("job slurm render a.glb --quux", "see blinn job slurm render --help"),
         ("job slurm --count 8 turntable a.glb", "unexpected argument '--count': place it after turntable"),
         (
             "job slurm turntable a.glb --at-once 8",
@@ -177,7 +204,7 @@ fn usage_errors_are_one_line_with_a_hint() {
 fn completions_contain_commands_and_flags() {
     for shell in ["bash", "zsh", "fish", "elvish", "powershell"] {
         let text = prints(&format!("completions {shell}"));
-        for word in ["turntable", "point-light", "help-all"] {
+        for word in ["turntable", "point-light", "print-config"] {
             assert!(text.contains(word), "{shell}: {word}");
         }
     }
@@ -195,7 +222,7 @@ fn every_command_has_a_man_page_with_its_flags() {
     for name in pages() {
         let page = prints(&format!("man {name}"));
         assert!(titled(&page, &name), "{name}: {page}");
-        let help = prints(&format!("{name} --help-all"));
+        let help = prints(&format!("{name} --help"));
         let flags = help.split_whitespace().filter(|w| w.starts_with("--") && w.len() > 2);
         for flag in flags.filter(|w| w[2..].chars().all(|c| c.is_ascii_lowercase() || c == '-')) {
             assert!(page.contains(&flag.replace('-', "\\-")), "{name}: {flag}");

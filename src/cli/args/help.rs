@@ -1,7 +1,6 @@
-//! Help pages: `--help` is one screen for each command, `--help-all` describes every option.
+//! Help pages: `-h` has a line for each option, `--help` describes every option.
 //!
-//! Both are made from the arguments' definitions. A screen lists options by name only; commands with many options
-//! show just those in `COMMON`.
+//! Both are made from the arguments' definitions. Of many options, `-h` lists those in `COMMON`.
 
 use std::ffi::OsString;
 
@@ -10,7 +9,7 @@ use clap::{Arg, ArgAction, Command, CommandFactory};
 use super::diff::DIFF_FILES;
 use super::root::Cli;
 
-/// Options on the screens of commands that have more than `MAX_LISTED`.
+/// Options that `-h` lists of commands that have more than `MAX_LISTED`.
 const COMMON: &str = "\
     output json resume aov size quality samples background exposure camera view-point look-at yfov orbit zoom \
     lights point-light sun light-radius ao ground kd ks hide time frames fps count only chunk turn axis port open \
@@ -18,8 +17,9 @@ const COMMON: &str = "\
 const MAX_LISTED: usize = 20;
 /// Options of pictures that the page of `view` does not have.
 const NOT_OF_VIEW: [&str; 3] = ["aov", "depth-unit", "crop"];
-/// Width of a screen in columns.
-const WIDTH: usize = 80;
+/// Width of a line in columns, and of the column of names.
+const WIDTH: usize = 100;
+const MAX_NAME: usize = 28;
 /// Longest list of possible values that stands in for the name of a value.
 const MAX_VALUES: usize = 24;
 
@@ -92,9 +92,17 @@ const EXIT_CODES: &str = "\
 Exit codes: 0 success; 1 something failed, and the rest was done; 2 wrong command line; 129, 130 and 143 hung up, \
 interrupted or terminated, with no partial file left.";
 
-/// The command tree to parse `argv` with: `--help` prints screens unless `argv` contains `--help-all`.
+/// True if `argv` asks for the description of every option.
+pub fn is_long(argv: &[OsString]) -> bool {
+    let mut flags = argv.iter().take_while(|arg| *arg != "--");
+    flags.any(|arg| arg == "--help-all" || arg == "--help")
+}
+
+/// The command tree to parse `argv` with: `-h` prints short pages.
 pub fn command(argv: &[OsString]) -> Command {
-    if argv.iter().take_while(|arg| *arg != "--").any(|arg| arg == "--help-all") {
+    // The program itself has no options, and the descriptions of all commands are a book.
+    let is_root = argv.len() == 2 && argv[1] == "--help";
+    if is_long(argv) && !is_root {
         return full().flatten_help(true);
     }
     if !may_print_screen(argv) {
@@ -149,11 +157,13 @@ fn map_tree(command: Command, path: &str, function: &dyn Fn(Command, &str) -> Co
 }
 
 fn add_help_flags(command: Command) -> Command {
-    let flag = |name: &'static str| Arg::new(name).long(name).help_heading("Process");
+    let flag = |name: &'static str| Arg::new(name).help_heading("Process");
+    let short = flag("help-short").short('h').action(ArgAction::HelpShort);
+    let long = flag("help").long("help").alias("help-all").action(ArgAction::HelpLong);
     command
         .disable_help_flag(true)
-        .arg(flag("help").short('h').action(ArgAction::HelpShort).help("Print one screen of help"))
-        .arg(flag("help-all").action(ArgAction::HelpLong).help("Print help for every option"))
+        .arg(short.help("Print a line for each common option"))
+        .arg(long.help("Print help for every option"))
 }
 
 /// The examples of a command, or else of the command above it.
@@ -177,8 +187,8 @@ fn screen_template(command: &Command, path: &str) -> String {
     }
     template
         + &match path {
-            "" => "Help for a command: blinn COMMAND --help, for every option: --help-all\n".to_string(),
-            path => format!("Help for every option: blinn {path} --help-all\n"),
+            "" => "Common options of a command: blinn COMMAND -h; every option: --help\n".to_string(),
+            path => format!("Help for every option: blinn {path} --help\n"),
         }
 }
 
@@ -186,53 +196,62 @@ fn common_options() -> impl Iterator<Item = &'static str> {
     COMMON.split_whitespace()
 }
 
-/// The names of options in rows by heading. All positional arguments and options are listed if they are few, else just
-/// the common options.
+/// A row for each option, by heading. All positional arguments and options are listed if they are few, else just the
+/// common options.
 fn option_rows(command: &Command) -> String {
     let options: Vec<&Arg> =
         command.get_arguments().filter(|arg| !arg.is_positional() && !arg.is_hide_set()).collect();
     let lists_all = options.len() <= MAX_LISTED;
     let mut rows = String::new();
     for arg in command.get_positionals().filter(|_| lists_all) {
-        let help = arg.get_help().map(ToString::to_string).unwrap_or_default();
         let values = possible_values(arg, ", ");
         let separator = if values.is_empty() { "" } else { ": " };
-        rows += &format!("  {}  {help}{separator}{values}\n", value_name(arg));
+        rows += &row(&value_name(arg), &format!("{}{separator}{values}", summary(arg)));
     }
     let is_common =
         |arg: &Arg| arg.get_long().is_some_and(|name| common_options().any(|common| common == name));
-    let mut groups: Vec<(&str, Vec<String>)> = Vec::new();
+    let mut groups: Vec<(&str, String)> = Vec::new();
     for arg in options.into_iter().filter(|arg| lists_all || is_common(arg)) {
         let heading = arg.get_help_heading().unwrap_or("Options");
+        let row = row(&option_name(arg), &summary(arg));
         match groups.iter_mut().find(|(name, _)| *name == heading) {
-            Some((_, names)) => names.push(option_name(arg)),
-            None => groups.push((heading, vec![option_name(arg)])),
+            Some((_, rows)) => *rows += &row,
+            None => groups.push((heading, row)),
         }
     }
-    for (heading, names) in &groups {
-        rows += &row(heading, names);
+    if !rows.is_empty() {
+        rows += "\n";
     }
-    if rows.is_empty() { rows } else { rows + "\n" }
+    for (heading, group) in &groups {
+        rows += &format!("{heading}:\n{group}\n");
+    }
+    rows
 }
 
-/// Items behind a heading, wrapped at the width of a screen.
-fn row(heading: &str, items: &[String]) -> String {
-    let mut rows = String::new();
-    let mut line = format!("  {heading:<9}");
-    for item in items {
-        if line.chars().count() + 2 + item.chars().count() > WIDTH && line.trim() != heading {
-            rows += &format!("{line}\n");
-            line = format!("  {:<9}", "");
-        }
-        line += &format!("  {item}");
+/// A name and its summary on one line, which is cut at a word.
+fn row(name: &str, summary: &str) -> String {
+    let mut line = format!("  {name:<MAX_NAME$}  ");
+    let room = WIDTH.saturating_sub(line.chars().count() + 2);
+    if summary.chars().count() <= room + 2 {
+        return line + summary + "\n";
     }
-    rows + &line + "\n"
+    let start: String = summary.chars().take(room).collect();
+    let words = start.rsplit_once(' ').map_or(start.as_str(), |(words, _)| words);
+    line += words.trim_end_matches([',', ':', ';', '(']);
+    line + " …\n"
 }
 
-/// An option with its value: `-o OUT`, `--ground shadow|plane`, `--frames[=LIST]`.
+/// The first paragraph of an argument's help without its default.
+fn summary(arg: &Arg) -> String {
+    let help = arg.get_help().map(ToString::to_string).unwrap_or_default();
+    help.split("[default").next().unwrap_or_default().trim().replace('\n', " ")
+}
+
+/// An option with its value: `-o OUT`, `--ground shadow|plane`, `--frames [LIST]`.
 fn option_name(arg: &Arg) -> String {
     let name = match (arg.get_short(), arg.get_long()) {
-        (Some(short), _) => format!("-{short}"),
+        (Some(short), Some(long)) => format!("-{short}, --{long}"),
+        (Some(short), None) => format!("-{short}"),
         (None, long) => format!("--{}", long.unwrap_or_default()),
     };
     if !arg.get_action().takes_values() {

@@ -12,9 +12,11 @@ use super::values::{self, ShardSize};
 pub struct OutputArgs {
     /// Output file, a folder/, or - for a PNG on standard output [default: {stem}.png, {stem}_####.png]
     ///
+    /// Of several images, a name without an extension is a folder, too.
+    ///
     /// The extension selects the format: .png, .exr, .jpg or .webp for an image of each frame; .gif, .apng, .mp4 or
     /// .html for one animation of all frames. {stem}, {parent} and {index} stand for the scene's name, folder and
-    /// number, #### (also %04d or {frame:04}) for the frame number. It is appended if several frames go to a name
+    /// number ({index:05} with zeros), #### (also %04d or {frame:04}) for the frame number. It is appended if several frames go to a name
     /// without it. For an animated .webp, render frames and use blinn assemble.
     #[arg(short, long, value_name = "OUT")]
     pub output: Option<PathBuf>,

@@ -47,6 +47,9 @@ pub struct ProcessArgs {
     /// Print all options as a --config file and exit
     #[arg(long)]
     pub print_config: bool,
+    /// Print the path of each written file on standard output, one a line
+    #[arg(long)]
+    pub print_paths: bool,
     /// Print the names of the output files and exit
     #[arg(long)]
     pub dry_run: bool,

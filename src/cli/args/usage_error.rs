@@ -79,7 +79,7 @@ fn unknown_argument(error: &Error, flag: &str, argv: &[OsString]) -> String {
         (None, Some(similar)) => format!("did you mean {similar}?"),
         (None, None) => {
             let path: Vec<&str> = commands.iter().map(|command| command.get_name()).collect();
-            format!("see {} --help-all", path.join(" "))
+            format!("see {} --help", path.join(" "))
         }
     };
     format!("unexpected argument '{flag}': {hint}")

@@ -4,7 +4,7 @@
 use std::process::{Command, Stdio};
 
 use crate::args::BenchArgs;
-use crate::console::{eprint_line, single_line};
+use crate::console::{eprint_line, print_warning, single_line};
 use blinn_bench::{BenchResults, BenchSettings, SceneResults, Workload};
 
 /// Maximum number of rounds: memory varies little.
@@ -21,8 +21,7 @@ pub fn measure(scene: &mut SceneResults, workload: &Workload, settings: &BenchSe
             match run_child(workload, settings, *threads, args) {
                 Ok(results) => scene.add_memory(&results),
                 Err(error) => {
-                    let warning = format!("warning: {name}: memory could not be measured: {error}");
-                    return eprint_line(&single_line(&warning));
+                    return print_warning(&format!("{name}: memory could not be measured: {error}"));
                 }
             }
         }

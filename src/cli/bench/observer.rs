@@ -1,6 +1,6 @@
 //! Reports the progress of a benchmark on standard error.
 
-use crate::console::{eprint_line, single_line, strict_error, with_flags};
+use crate::console::{eprint_line, print_warning, single_line, strict_error, with_flags};
 use crate::warning_filter::WarningFilter;
 use blinn_bench::{BenchObserver, Workload};
 use blinn_import::Warning;
@@ -27,7 +27,7 @@ impl BenchObserver for ConsoleObserver {
         let mut lines: Vec<String> = admitted.map(|warning| with_flags(&warning.to_string())).collect();
         lines.extend(filter.summary("use blinn info --json to print all"));
         for line in lines.iter().filter(|_| !self.quiet) {
-            eprint_line(&single_line(&format!("warning: {}: {line}", workload.name)));
+            print_warning(&format!("{}: {line}", workload.name));
         }
         Ok(())
     }

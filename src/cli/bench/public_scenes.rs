@@ -2,7 +2,7 @@
 
 use std::path::{Path, PathBuf};
 
-use crate::console::{eprint_line, single_line};
+use crate::console::print_warning;
 use crate::usage::UsageError;
 use blinn_bench::Workload;
 use blinn_bench::manifest::{Manifest, ManifestScene, find_scene_file, parse_manifest};
@@ -48,7 +48,7 @@ impl PublicScenes {
         for scene in self.missing.iter().filter(|_| !quiet) {
             let ManifestScene { name, files, licence, source, .. } = scene;
             let line = format!("missing: {name}: {} from {source} (licence: {licence})", files.join(" or "));
-            eprint_line(&single_line(&line));
+            print_warning(&line);
         }
     }
 
@@ -84,9 +84,9 @@ pub fn check_files(workloads: &[Workload]) {
         {
             let name = &workload.name;
             let line = format!(
-                "warning: {name}: the file differs from that of the manifest (SHA-256 {found} instead of {expected})"
+                "{name}: the file differs from that of the manifest (SHA-256 {found} instead of {expected})"
             );
-            eprint_line(&single_line(&line));
+            print_warning(&line);
         }
     }
 }

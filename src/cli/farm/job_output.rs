@@ -50,7 +50,12 @@ impl JobOutput {
             if name == "-" {
                 return Err(no_stdout());
             }
-            let name = if output.is_dir() && !name.ends_with('/') { name + "/" } else { name };
+            // The plan takes a name without an extension for a folder.
+            let is_folder = output.is_dir()
+                || output.extension().is_none()
+                    && !output.exists()
+                    && PathTemplate::parse(&name).is_literal();
+            let name = if is_folder && !name.ends_with('/') { name + "/" } else { name };
             let ends = name.match_indices('/').map(|(i, _)| i + 1);
             let end = ends.take_while(|&i| PathTemplate::parse(&name[..i]).is_literal()).last().unwrap_or(0);
             folder = name[..end].into();

@@ -40,6 +40,20 @@ impl FormatsPlan {
         self.formats.0.contains(&format)
     }
 
+    /// The name of images in a folder, where the formats or several scenes need folders of their own. With BOP, whose folders
+    /// are fixed, the other formats are beside its images.
+    pub fn image_name(&self, is_batch: bool) -> Option<&'static str> {
+        match (self.has(DatasetFormat::Bop), self.colmap_form().is_some(), is_batch) {
+            (true, _, false) => Some("train/000001/rgb/######.png"),
+            // Each scene has models of its own.
+            (true, _, true) => Some("{stem}/train/000001/rgb/######.png"),
+            (false, true, false) => Some("images/####.png"),
+            (false, true, true) => Some("{stem}/images/####.png"),
+            (false, false, true) => Some("{stem}/####.png"),
+            (false, false, false) => None,
+        }
+    }
+
     /// Where layers are: BOP's tools take every file in the folder of images as an image.
     pub fn layer_folder(&self) -> LayerFolder {
         if self.has(DatasetFormat::Bop) { LayerFolder::Layers } else { LayerFolder::Beside }
@@ -192,7 +206,7 @@ fn check_bop_name(image: &Path, number: i64, outputs: &Outputs) -> Result<(), Us
         return Ok(());
     }
     Err(UsageError(
-        "--dataset bop: BOP's tools read images named ROOT/SPLIT/SCENE/rgb/000001.png; set \
+        "--dataset bop: BOP's tools read images named ROOT/SPLIT/SCENE/rgb/000001.png; set -o ROOT/ or \
          -o ROOT/train/000001/rgb/######.png"
             .into(),
     ))

@@ -28,7 +28,8 @@ impl RenderPlan {
         policy: ImagePolicy,
     ) -> Result<RenderPlan, UsageError> {
         let frames = FrameSet::Single(PlannedFrame::at(1, time));
-        let outputs = Outputs::new(output, &SequenceInfo::default(), &frames, &options)?;
+        let sequence = SequenceInfo { is_batch: scenes.is_batch(), ..SequenceInfo::default() };
+        let outputs = Outputs::new(output, &sequence, &frames, &options)?;
         let session = SessionPlan::new(options);
         RenderPlan {
             scenes: Arc::new(scenes),

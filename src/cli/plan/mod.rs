@@ -87,6 +87,8 @@ impl RenderPlan {
         };
         let sequence = SequenceInfo {
             is_sequence: frames.is_sequence(),
+            is_batch: scenes.is_batch(),
+            dataset_name: None,
             has_cameras: cameras.is_some(),
             fps: args.frames.fps,
             is_clip: cameras.is_none(),
@@ -142,8 +144,12 @@ impl RenderPlan {
         let chunk = ScopedChunk::new(args.turn.chunk, &scenes, true)?;
         let time = args.time.time.unwrap_or(0.0);
         let frames = turntable::frames(&args.turn, time, dataset.as_ref(), chunk.frames)?;
-        let sequence = turntable::sequence_info(&args.turn, chunk.frames);
         let formats = FormatsPlan::from_args(&args.turn)?;
+        let sequence = SequenceInfo {
+            is_batch: scenes.is_batch(),
+            dataset_name: dataset.as_ref().and_then(|_| formats.image_name(scenes.is_batch())),
+            ..turntable::sequence_info(&args.turn, chunk.frames)
+        };
         let outputs = Outputs::new(&args.output, &sequence, &frames, &options)?;
         let outputs = outputs.with_layers_in(formats.layer_folder());
         chunk.check_shards(&outputs)?;
@@ -226,6 +232,16 @@ impl RenderPlan {
         files
     }
 
+    /// Number of files that all scenes will probably have; 0 if it is not known before they are read.
+    pub fn expected_files(&self) -> usize {
+        let (Ok(scene), Some(frames)) = (self.scenes.first(), self.frames.known()) else { return 0 };
+        let Some(first) = frames.first() else { return 0 };
+        let images = if matches!(self.outputs.kind, OutputKind::Images(_)) { frames.len() } else { 1 };
+        let files_of_image = self.outputs.files(&self.outputs.target(&scene, 1, first)).len();
+        let files = images.saturating_mul(files_of_image) + self.dataset_files(&scene, 1).len();
+        self.scene_range().len().saturating_mul(files)
+    }
+
     /// The files that describe all views of the dataset of a scene.
     pub fn dataset_files(&self, scene: &Path, index: usize) -> Vec<PathBuf> {
         if self.session.dataset.is_none() {
@@ -246,6 +262,12 @@ impl RenderPlan {
         self.session.neighbours.check(options)?;
         self.outputs.check_stdout(self.scenes.len(), report.is_some_and(is_stdout))?;
         let has_report = report.is_some();
+        if process.is_some_and(|process| process.print_paths)
+            && (self.outputs.is_stdout() || report.is_some_and(is_stdout))
+        {
+            let text = "--print-paths: standard output has the image or the page; name a file";
+            return Err(UsageError(text.into()));
+        }
         let report = report.filter(|report| !is_stdout(report)).map(|report| ("--report", report));
         if self.outputs.shards.is_some() && has_report {
             return Err(UsageError("--report: it shows image files, not archives; remove it".into()));

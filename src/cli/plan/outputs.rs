@@ -85,7 +85,7 @@ impl Outputs {
         options: &Options,
     ) -> Result<Outputs, UsageError> {
         let output = args.output.as_deref();
-        let mut pattern = name_pattern(output, sequence.has_cameras)?;
+        let mut pattern = name_pattern(output, sequence)?;
         let shards = ShardPlan::new(&pattern, args.shard_size, frames)?;
         if shards.is_some() {
             pattern = shards::image_name(&pattern);
@@ -94,7 +94,7 @@ impl Outputs {
         if let Some(word) = PathTemplate::unknown_placeholder(name) {
             return Err(UsageError(format!(
                 "-o {pattern}: unknown placeholder {word}: expected {{stem}}, {{model}}, {{parent}}, {{index}}, \
-                 {{camera}}, {{frame}}, {{frame:04}}, or {{shard:05}} in the name of a .tar"
+                 {{index:05}}, {{camera}}, {{frame}}, {{frame:04}}, or {{shard:05}} in the name of a .tar"
             )));
         }
         let template = PathTemplate::in_folder(folder, name);
@@ -244,15 +244,22 @@ impl Outputs {
     }
 }
 
-/// The pattern of file names. A folder gets the default name.
-fn name_pattern(output: Option<&Path>, has_cameras: bool) -> Result<String, UsageError> {
-    let default = if has_cameras { "{stem}_{camera}.png" } else { "{stem}.png" };
+/// The pattern of file names. A folder gets the default name; for several images, a name without extension is a folder.
+fn name_pattern(output: Option<&Path>, sequence: &SequenceInfo) -> Result<String, UsageError> {
+    let default = if sequence.has_cameras { "{stem}_{camera}.png" } else { "{stem}.png" };
     let Some(output) = output else { return Ok(default.into()) };
     let Some(text) = output.to_str() else {
         return Err(UsageError(format!("-o {}: the name must be UTF-8", output.display())));
     };
-    Ok(if text.ends_with(is_separator) || output.is_dir() {
-        format!("{}/{default}", text.trim_end_matches(is_separator))
+    let has_several = sequence.is_sequence || sequence.is_batch;
+    let is_new_folder = has_several
+        && !is_stdout(output)
+        && output.extension().is_none()
+        && !output.exists()
+        && output.file_name().is_some_and(|name| PathTemplate::parse(&name.to_string_lossy()).is_literal());
+    Ok(if text.ends_with(is_separator) || output.is_dir() || is_new_folder {
+        let name = sequence.dataset_name.unwrap_or(default);
+        format!("{}/{name}", text.trim_end_matches(is_separator))
     } else {
         text.into()
     })

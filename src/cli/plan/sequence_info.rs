@@ -1,10 +1,14 @@
-//! Properties of a frame sequence that output files depend on.
+//! Properties of the scenes and their frames that output files depend on.
 
 /// Properties of the frames of each scene.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct SequenceInfo {
     /// True for numbered frames, false for a single image.
     pub is_sequence: bool,
+    /// True if there may be several scenes.
+    pub is_batch: bool,
+    /// The name of images in a folder, if the formats of a dataset decide it.
+    pub dataset_name: Option<&'static str>,
     /// True if the frames are the cameras of a list.
     pub has_cameras: bool,
     /// True if the frames are those of an animation in the file.

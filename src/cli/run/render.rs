@@ -34,7 +34,9 @@ fn execute(
     quiet: bool,
 ) -> Result<Summary, UsageError> {
     tune_malloc(&plan, restart_argv);
-    let mut reporter = Reporter::new(&process.log, plan.scene_range().len(), quiet);
+    let mut reporter =
+        Reporter::new(&process.log, plan.scene_range().len(), quiet).with_paths(process.print_paths);
+    reporter.expect_files(plan.expected_files());
     reporter.trace = process.trace.as_deref().map(|file| Trace::new(file, plan.outputs.replace));
     let mut summary = Summary::default();
     // Only now: a restarted process would not know of a signal that arrived earlier.
@@ -49,6 +51,9 @@ fn execute(
             Some(Err(error)) => fail(&mut summary, &reporter, &error.context("--trace")),
             None => {}
         }
+    }
+    if let Err(error) = reporter.paths_printed() {
+        fail(&mut summary, &reporter, &error.context("--print-paths"));
     }
     reporter.done(&summary);
     Ok(summary)

@@ -5,6 +5,7 @@ use std::io::IsTerminal;
 use std::time::Duration;
 
 use crate::console::eprint_line;
+use crate::message_style::{Level, MessageStyle};
 use blinn_bench::remove_generated_scenes;
 use blinn_output::block_writes;
 
@@ -32,7 +33,7 @@ fn exit(signal: i32) -> ! {
     };
     // A terminal may show a progress bar and the pressed keys.
     let line_break = if std::io::stderr().is_terminal() { "\n" } else { "" };
-    eprint_line(&format!("{line_break}blinn: {reason}"));
+    eprint_line(&format!("{line_break}{}", MessageStyle::of_stderr().label(Level::Error, reason)));
     std::process::exit(EXIT_SIGNAL + signal)
 }
 

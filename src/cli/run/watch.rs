@@ -38,8 +38,11 @@ pub fn run(args: &RenderArgs, mut plan: RenderPlan) -> Result<Summary, UsageErro
     if let Err(error) = runtime::start(args.process.threads) {
         return Ok(Summary::of_output(Err(error)));
     }
-    let reporter =
-        |plan: &RenderPlan| Reporter::new(&args.process.log, plan.scene_range().len(), args.common.quiet);
+    let reporter = |plan: &RenderPlan| {
+        let reporter = Reporter::new(&args.process.log, plan.scene_range().len(), args.common.quiet);
+        reporter.expect_files(plan.expected_files());
+        reporter.with_paths(args.process.print_paths)
+    };
     plan.read_files()?;
     plan.check_clip_conflicts()?;
     let mut files = WatchedFiles::new(option_files(args));

@@ -38,7 +38,7 @@ use anyhow::Result;
 use serde_json::json;
 
 use super::args::ViewArgs;
-use super::console::{eprint_line, print_stdout, scene_error, single_line};
+use super::console::{print_error, print_stdout, print_warning, scene_error, single_line};
 use super::plan::scene_list;
 use super::run::{panics, runtime};
 use super::scene_file::is_stdin;
@@ -65,7 +65,7 @@ pub fn run(args: &ViewArgs, argv: &[OsString]) -> Result<Summary, UsageError> {
     let mut summary = Summary::default();
     if let Err(error) = outcome {
         let line = single_line(&scene_error(&path, &error));
-        eprint_line(&format!("blinn: {line}"));
+        print_error(&line);
         summary.add_scene(Some(line));
     }
     Ok(summary)
@@ -104,7 +104,7 @@ fn serve(args: &ViewArgs, plans: PicturePlans) -> Result<()> {
     if args.server.open
         && let Err(error) = open::in_browser(&url)
     {
-        eprint_line(&format!("warning: --open: {error:#}; open the address yourself"));
+        print_warning(&format!("--open: {error:#}; open the address yourself"));
     }
     renderer.run();
     Ok(())

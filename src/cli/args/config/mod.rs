@@ -14,7 +14,7 @@ pub use print::print;
 pub use read::{file_name, merge_file};
 
 /// Options that a file cannot set.
-const NOT_SETTINGS: [&str; 4] = ["config", "print-config", "help", "help-all"];
+const NOT_SETTINGS: [&str; 4] = ["config", "print-config", "help", "help-short"];
 
 /// The key of an argument in a file; `None` for arguments that a file cannot set.
 fn key(arg: &Arg) -> Option<&str> {

@@ -6,6 +6,9 @@ use std::time::Duration;
 use super::work_progress::WorkProgress;
 use crate::console::single_line;
 
+/// Time after which the time left is shown. Earlier estimates jump.
+const FIRST_ESTIMATE: Duration = Duration::from_secs(2);
+
 /// Describes the current frame of the scene of a number.
 pub fn progress_line(progress: &WorkProgress, number: usize, scene: &Path) -> String {
     let name = scene.file_name().map(|n| n.to_string_lossy().into_owned()).unwrap_or_default();
@@ -21,7 +24,7 @@ pub fn progress_line(progress: &WorkProgress, number: usize, scene: &Path) -> St
     if let Some(rate) = progress.frames_per_second().filter(|_| scenes.count * frames.count > 1) {
         parts.push(format!("{rate:.2} frames/s"));
     }
-    if let Some(left) = progress.time_left() {
+    if let Some(left) = progress.time_left().filter(|_| progress.elapsed() >= FIRST_ESTIMATE) {
         parts.push(format!("{} left", clock(left)));
     }
     parts.join(", ")

@@ -8,6 +8,7 @@ mod reporter;
 mod scene_log;
 mod trace;
 mod work_progress;
+mod written_files;
 
 pub use image_monitor::ImageMonitor;
 pub use quiet::quiet_reporter;

@@ -2,9 +2,11 @@
 
 use std::io::IsTerminal;
 use std::path::Path;
-use std::sync::atomic::{AtomicU64, Ordering};
+use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
 use std::sync::{Mutex, MutexGuard};
 use std::time::Duration;
+
+use anyhow::{Error, Result};
 
 use indicatif::{ProgressBar, ProgressStyle};
 use serde_json::{Value, json};
@@ -13,8 +15,10 @@ use super::format::progress_line;
 use super::message::Message;
 use super::trace::Trace;
 use super::work_progress::WorkProgress;
+use super::written_files::WrittenFiles;
 use crate::args::{LogArgs, ProgressArg};
-use crate::console::{eprint_line, single_line, with_flags};
+use crate::console::{eprint_line, print_stdout, single_line, with_flags};
+use crate::message_style::{Level, MessageStyle};
 use crate::summary::Summary;
 use blinn_session::format_bytes;
 
@@ -26,11 +30,20 @@ pub struct Reporter {
     /// True if there are several scenes.
     is_batch: bool,
     bar: Option<ProgressBar>,
+    /// True once the bar is on the screen.
+    is_bar_drawn: AtomicBool,
     progress: Mutex<WorkProgress>,
     /// Reported steps of progress.
     steps: AtomicU64,
     /// Number of written files.
     wrote: AtomicU64,
+    files: WrittenFiles,
+    /// True to print the paths of written files on standard output.
+    prints_paths: bool,
+    /// The first error of printing paths.
+    paths_error: Mutex<Option<Error>>,
+    /// True once totals are reported.
+    has_totals: AtomicBool,
     /// Number of images that --resume kept.
     kept: AtomicU64,
     /// Number of images that show nothing.
@@ -70,13 +83,29 @@ impl Reporter {
             perf: args.perf,
             is_batch: scenes > 1,
             bar: (style == Style::Bar).then(progress_bar),
+            is_bar_drawn: AtomicBool::new(false),
             progress: Mutex::new(WorkProgress::new(scenes)),
             steps: AtomicU64::new(0),
             wrote: AtomicU64::new(0),
+            files: WrittenFiles::new(),
+            prints_paths: false,
+            paths_error: Mutex::new(None),
+            has_totals: AtomicBool::new(false),
             kept: AtomicU64::new(0),
             empty: AtomicU64::new(0),
             trace: None,
         }
+    }
+
+    /// Prints the paths of written files on standard output, one a line.
+    pub fn with_paths(mut self, prints_paths: bool) -> Reporter {
+        self.prints_paths = prints_paths;
+        self
+    }
+
+    /// Sets the number of files that will probably be written.
+    pub fn expect_files(&self, files: usize) {
+        self.files.expect(files as u64);
     }
 
     /// Reports a message about a scene.
@@ -106,7 +135,7 @@ impl Reporter {
             Style::Json => {
                 self.event(json!({"event": "warning", "scene": scene.to_string_lossy(), "text": text}))
             }
-            _ => self.line(&format!("warning: {}: {text}", scene.display())),
+            _ => self.line(&self.label(Level::Warning, &format!("{}: {text}", scene.display()))),
         }
     }
 
@@ -125,13 +154,14 @@ impl Reporter {
             })),
             _ => {}
         }
-        self.line(&format!("blinn: {line}"));
+        self.line(&self.label(Level::Error, line));
     }
 
     /// Reports a remark on a scene; in batches, with --verbose only.
     fn hint(&self, scene: &Path, text: &str) {
         if !self.quiet && (self.verbose || !self.is_batch) {
-            self.remark(&format!("note: {}: {}", scene.display(), single_line(&with_flags(text))));
+            let text = format!("{}: {}", scene.display(), single_line(&with_flags(text)));
+            self.remark(&self.label(Level::Hint, &text));
         }
     }
 
@@ -167,6 +197,7 @@ impl Reporter {
     /// Reports a written image, and for programs whether it shows nothing.
     fn wrote_image(&self, scene: Option<&Path>, file: &Path, is_empty: bool) {
         self.wrote.fetch_add(1, Ordering::Relaxed);
+        self.print_path(file);
         match self.style {
             _ if self.quiet => {}
             Style::Json => {
@@ -178,7 +209,39 @@ impl Reporter {
                 }
                 self.event(event);
             }
+            _ if scene.is_some() && !self.files.add(file) && !self.verbose => {}
             _ => self.line(&format!("wrote {}", file.display())),
+        }
+    }
+
+    /// Prints the path of a written file for --print-paths.
+    fn print_path(&self, file: &Path) {
+        if !self.prints_paths {
+            return;
+        }
+        let line = [file.as_os_str().as_encoded_bytes(), b"\n"].concat();
+        let printed = match &self.bar {
+            Some(bar) if self.is_bar_drawn.load(Ordering::Relaxed) => bar.suspend(|| print_stdout(&line)),
+            _ => print_stdout(&line),
+        };
+        if let Err(error) = printed {
+            self.paths_error().get_or_insert(error);
+        }
+    }
+
+    fn paths_error(&self) -> MutexGuard<'_, Option<Error>> {
+        self.paths_error.lock().unwrap_or_else(|e| e.into_inner())
+    }
+
+    /// Returns the first error of printing paths.
+    pub fn paths_printed(&self) -> Result<()> {
+        self.paths_error().take().map_or(Ok(()), Err)
+    }
+
+    /// Reports the files of a scene that have no lines of their own.
+    pub(super) fn end_scene(&self) {
+        if let Some(line) = self.files.end_scene().filter(|_| !self.quiet && !self.verbose) {
+            self.line(&line);
         }
     }
 
@@ -247,6 +310,9 @@ impl Reporter {
     /// Reports the totals at the end.
     pub fn done(&self, summary: &Summary) {
         if self.style != Style::Json {
+            if !self.has_totals.load(Ordering::Relaxed) {
+                self.files.totals().iter().for_each(|line| self.totals(line));
+            }
             return;
         }
         let mut event = json!({
@@ -268,6 +334,7 @@ impl Reporter {
 
     /// Reports what was done with all scenes, for people.
     pub fn totals(&self, text: &str) {
+        self.has_totals.store(true, Ordering::Relaxed);
         if !self.quiet {
             self.remark(text);
         }
@@ -282,6 +349,11 @@ impl Reporter {
         let progress = self.progress();
         let fraction = progress.fraction();
         if let Some(bar) = &self.bar {
+            // A full bar beside the error of a missing file would look like success.
+            if fraction >= 1.0 {
+                return;
+            }
+            self.is_bar_drawn.store(true, Ordering::Relaxed);
             bar.set_position((fraction * BAR_STEPS as f64) as u64);
             bar.set_message(progress_line(&progress, number, scene));
             return;
@@ -316,6 +388,15 @@ impl Reporter {
         }
     }
 
+    /// A message with its label. Programs that read events get the same on a terminal.
+    fn label(&self, level: Level, text: &str) -> String {
+        let style = match self.style {
+            Style::Json | Style::OpenJd => MessageStyle::Plain,
+            _ => MessageStyle::of_stderr(),
+        };
+        style.label(level, text)
+    }
+
     fn event(&self, event: Value) {
         self.line(&event.to_string());
     }
@@ -323,8 +404,8 @@ impl Reporter {
     /// Writes a line to standard error, above the progress bar.
     fn line(&self, text: &str) {
         match &self.bar {
-            Some(bar) => bar.suspend(|| eprint_line(text)),
-            None => eprint_line(text),
+            Some(bar) if self.is_bar_drawn.load(Ordering::Relaxed) => bar.suspend(|| eprint_line(text)),
+            _ => eprint_line(text),
         }
     }
 }

@@ -185,9 +185,10 @@ impl<'a> SceneLog<'a> {
         }
     }
 
-    /// Reports the number of withheld warnings, and returns all warnings in their order if they were collected.
+    /// Reports the number of withheld warnings and of written files that were not listed, and returns all warnings in their order if they were collected.
     pub fn finish(&self) -> Vec<String> {
         self.report_withheld();
+        self.reporter.end_scene();
         self.warnings().collected.take().unwrap_or_default()
     }
 

@@ -103,6 +103,11 @@ impl WorkProgress {
         (seconds > 0.1 && frames > 0.0).then(|| frames / seconds)
     }
 
+    /// The time since the start.
+    pub fn elapsed(&self) -> Duration {
+        self.since.elapsed()
+    }
+
     /// The remaining time at the average rate.
     pub fn time_left(&self) -> Option<Duration> {
         let fraction = self.fraction();
