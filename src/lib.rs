@@ -166,3 +166,8 @@ pub use blinn_session as session;
 
 #[doc(inline)]
 pub use blinn_session::{Notice, Options, Picture, Request, Scene, Session, SessionError};
+
+/// Compiles the example of README.
+#[cfg(doctest)]
+#[doc = include_str!("../README.md")]
+mod readme {}
