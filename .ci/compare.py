@@ -21,6 +21,7 @@ import numpy as np
 from PIL import Image
 
 from moving import BLINN, Chromium
+from pages import check_looks
 
 ROOT = Path(__file__).resolve().parents[1]
 
@@ -82,11 +83,7 @@ def check_page(browser):
     browser.says(f"{different}.querySelector('input[type=range]').focus()")
     key("ArrowRight", 39)
     browser.until(f"{different}.querySelector('.stage').style.getPropertyValue('--split')", "51%")
-    colors = []
-    for scheme in ("light", "dark"):
-        browser.call("Emulation.setEmulatedMedia", features=[{"name": "prefers-color-scheme", "value": scheme}])
-        colors.append(browser.says("getComputedStyle(document.body).backgroundColor"))
-    assert colors[0] != colors[1], colors
+    check_looks(browser, "diff")
     print(f"diff.html: {os.path.getsize('diff.html')} bytes, by pointer and keyboard, light and dark")
 
 

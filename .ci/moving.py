@@ -16,6 +16,8 @@ import time
 import numpy as np
 from PIL import Image
 
+from pages import check_looks, resize
+
 BLINN = os.path.abspath(sys.argv[1])
 W, H, COUNT, FPS = 161, 90, 24, 12  # odd width: the MP4 has an extra column
 
@@ -148,6 +150,25 @@ class Chromium:
             self.call("Input.dispatchKeyEvent", type=kind, key=name, code=name)
 
 
+def looks(browser):
+    """Checks that the picture fills the window, and that the hint shows until the first drag."""
+    hint = "document.getElementById('hint').checkVisibility()"
+    assert browser.says(hint), "no hint"
+    check_looks(browser, "turntable")
+    for width, height in ((390, 800), (1280, 700), (800, 600)):
+        resize(browser, width, height)
+        sides = browser.says("(r => [r.width, r.height])(document.getElementById('picture').getBoundingClientRect())")
+        expected = min(width, height * W / H)
+        assert abs(sides[0] - expected) < 1 and abs(sides[1] - expected * H / W) < 1, (sides, width, height)
+    browser.mouse("mousePressed", 400, 300)
+    browser.mouse("mouseMoved", 405, 300)
+    assert not browser.says(hint), "the hint stays"
+    browser.mouse("mouseReleased", 405, 300)
+    browser.key("Home")
+    browser.open("a.html")
+    assert not browser.says(hint), "the hint shows again"
+
+
 def turns(browser):
     """Checks that the page shows the right frame after drag, touch and keys."""
     run(BLINN, "assemble", "frames", "-o", "a.html", "--fps", str(FPS))
@@ -160,6 +181,8 @@ def turns(browser):
         found, expected = np.array(browser.says(pixel)), [*frame(number - 1)[80, 80], 255]
         assert np.abs(found - expected).max() <= 6, f"frame {number}: {found} for {expected}"
 
+    shows(1)
+    looks(browser)
     shows(1)
     left, top, width, height = browser.says(
         "(r => [r.left, r.top, r.width, r.height])(document.getElementById('picture').getBoundingClientRect())"

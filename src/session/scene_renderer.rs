@@ -340,6 +340,11 @@ impl<'a> SceneRenderer<'a> {
         self.render_lit(&self.plain_camera(frame.camera), frame, planned, posed_frame, monitor)
     }
 
+    /// Changes the random numbers of the next images, as `--seed` does.
+    pub fn set_seed(&mut self, seed: u32) {
+        self.settings.seed = seed;
+    }
+
     /// Renders an image of a frame that has the camera and the light of `view`.
     fn render_lit(
         &self,

@@ -62,7 +62,7 @@ fn one_vertex_moved_by_a_thousandth_of_the_scene_is_found_and_boxed() {
     let page = fs::read_to_string(dir.join("d.html")).unwrap();
     assert_even_tables(&page);
     assert_eq!(page.matches("data:image/png;base64,").count(), 12);
-    assert!(page.contains("<title>sheet</title>") && page.contains("3.0000e-2"));
+    assert!(page.contains("<title>sheet</title>") && page.contains("moved by up to 0.030 units"));
     assert!(!page.contains("http:") && !page.contains("https:") && !page.contains("{{"));
     diff(&dir, "old.obj new.obj -o d.png --size 320x240", 1);
     assert_eq!(image::image_dimensions(dir.join("d.png")).unwrap(), (968, 1060));
@@ -106,6 +106,28 @@ fn reordered_json_is_equal_and_another_colour_is_not() {
     assert!(text.starts_with("different: ") && text.contains("material changed"), "{text}");
 }
 
+/// A small fin is added to a room with bounced light. Its own pixels are reported, and not the other noise of
+/// walls far away.
+#[test]
+fn pixels_that_only_noise_changed_are_not_reported() {
+    let (_dir, dir) = folder();
+    let room = fs::read_to_string(model("cornell/cornell.obj")).unwrap();
+    let fin = "o fin\nv -1.9 0.1 1.5\nv -1.7 0.1 1.5\nv -1.8 0.3 1.5\nf -3 -2 -1\n";
+    fs::copy(model("cornell/cornell.mtl"), dir.join("cornell.mtl")).unwrap();
+    fs::write(dir.join("old.obj"), &room).unwrap();
+    fs::write(dir.join("new.obj"), room.clone() + fin).unwrap();
+    let options = "--size 80x60 --indirect 2 --lights headlight";
+    let json = diff(&dir, &format!("old.obj new.obj {options}"), 1);
+    let sum = |key: &str| -> u64 {
+        json["views"].as_array().unwrap().iter().map(|view| view[key].as_u64().unwrap()).sum()
+    };
+    let (changed, noise) = (sum("changed_pixels"), sum("noise_pixels"));
+    assert!(noise > 0 && changed > 0 && changed < noise, "{changed} changed, {noise} by noise");
+    // Without random light, pixels are compared exactly.
+    let json = diff(&dir, "old.obj new.obj --size 80x60 --lights headlight", 1);
+    assert!(json["views"].as_array().unwrap().iter().all(|view| view["noise_pixels"] == 0), "{json}");
+}
+
 #[test]
 fn images_are_compared_exactly_or_within_a_tolerance() {
     let (_dir, dir) = folder();
@@ -126,6 +148,9 @@ fn images_are_compared_exactly_or_within_a_tolerance() {
     diff(&dir, "old.png new.png --tolerance 0.019", 1);
     let json = diff(&dir, "old.png new.png --flip --tolerance 0.5", 0);
     assert!(json["metric"] == "flip" && json["views"][0]["max"].as_f64().unwrap() > 0.0);
+    let text = blinn(&dir, "diff old.png new.png --flip").stdout;
+    let text = String::from_utf8(text).unwrap();
+    assert!(text.contains("%), FLIP mean 0.") && text.contains(", max 0."), "{text}");
     let json = diff(&dir, "old.png wide.png", 1);
     assert!(json["mismatch"].as_str().unwrap().contains("40 by 30"));
     // All channels of an EXR count: the depth of a black picture.

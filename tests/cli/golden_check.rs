@@ -104,3 +104,29 @@ fn thumbnails_have_the_aspect_ratio_of_the_camera_or_are_square() {
     refused(&dir, &format!("render {still_life} --max-size 48 --size 8x8"), "--size");
     refused(&dir, &format!("render {still_life} --max-size 0"), "--max-size");
 }
+
+/// A golden image whose scene was deleted is named, but not by a run for a part of the scenes.
+#[test]
+fn golden_images_without_a_scene_are_named() {
+    let (_dir, dir) = folder();
+    let cube = fs::read(model("tests/cube.obj")).unwrap();
+    fs::create_dir(dir.join("scenes")).unwrap();
+    for name in ["a", "b", "c"] {
+        fs::write(dir.join(format!("scenes/{name}.obj")), &cube).unwrap();
+    }
+    let render = "render scenes --size 8x8 -s 1 -o out/{stem}.png --check golden";
+    runs(&dir, &format!("{render} --bless"));
+    fs::write(dir.join("golden/notes.txt"), "").unwrap();
+    assert!(!runs(&dir, render).contains("golden picture"));
+    fs::remove_file(dir.join("scenes/b.obj")).unwrap();
+    let messages = runs(&dir, render);
+    assert!(
+        messages.contains("warning: golden/b.png: no scene of this run has this golden picture"),
+        "{messages}"
+    );
+    assert_eq!(messages.matches("golden picture").count(), 1, "{messages}");
+    for part in ["render scenes --chunk 1/2", "render scenes/a.obj"] {
+        let messages = runs(&dir, &render.replace("render scenes", part));
+        assert!(!messages.contains("golden picture"), "{messages}");
+    }
+}

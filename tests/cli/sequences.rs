@@ -230,9 +230,15 @@ fn a_report_shows_all_images_and_failures() {
         "missing&lt;.glb",
         "3 images in",
         "1 scene failed",
+        "<section class=\"card scene whole\">",
+        "<section class=\"card scene failed\">",
+        "<span>All 2</span>",
+        "<span>Failed 1</span>",
+        "prefers-color-scheme: dark",
     ] {
         assert!(page.contains(expected), "{expected}: {page}");
     }
+    assert!(!page.contains("{{"), "a placeholder is left");
 }
 
 /// `-` writes any format to standard output, one file only.

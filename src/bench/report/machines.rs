@@ -2,7 +2,7 @@
 
 use super::table::Table;
 use super::units::format_duration;
-use super::{HEAD, date};
+use super::{date, page_head};
 use crate::bootstrap::ratio_interval;
 use crate::results::{BenchResults, Machine, SceneResults, StageResults};
 use crate::stage::BenchStage;
@@ -73,19 +73,19 @@ fn has_common_hash(machines: &[MachineResults]) -> bool {
 
 /// The HTML page of several machines.
 pub fn machines_page(machines: &[MachineResults]) -> String {
-    let mut page = format!("{HEAD}<h1>blinn bench: {} machines</h1>\n", machines.len());
+    let mut page = page_head(&format!("blinn bench: {} machines", machines.len()));
     let different = different_work(machines);
     page += match (different.is_empty(), has_common_hash(machines)) {
         (true, true) => "<p>All hashes that several machines have are equal: they did the same work.</p>\n",
         (true, false) => {
-            "<p class=\"note\">The machines have no hash in common that shows the same work.</p>\n"
+            "<p class=\"facts\">The machines have no hash in common that shows the same work.</p>\n"
         }
-        (false, _) => "<p class=\"more\">The machines did different work.</p>\n",
+        (false, _) => "<p class=\"bad\">The machines did different work.</p>\n",
     };
     for text in different {
-        page += &format!("<p class=\"more\">{}</p>\n", escape_html(&text));
+        page += &format!("<p class=\"bad\">{}</p>\n", escape_html(&text));
     }
-    page += "<p class=\"note\">Rates in Mray/s of stages that only trace, times of the others. Ratios are times divided \
+    page += "<p class=\"facts\">Rates in Mray/s of stages that only trace, times of the others. Ratios are times divided \
              by those of the first machine, with 95 % bootstrap confidence intervals over the rounds.</p>\n";
     page += &result_tables(machines).iter().map(Table::to_html).collect::<String>();
     page + "</body></html>\n"

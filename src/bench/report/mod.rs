@@ -12,7 +12,7 @@ mod units;
 
 use super::compare::Comparison;
 use super::results::{BenchResults, Machine, RecordedSettings, StageResults};
-use blinn_output::escape_html;
+use blinn_output::{PAGE_STYLE, escape_html};
 use rays_plot::rays_plot;
 use scaling_plot::scaling_plot;
 use stage_plot::stage_plot;
@@ -22,33 +22,33 @@ pub use machines::{MachineResults, different_work, machines_page, result_tables}
 pub use table::Table;
 pub use units::format_duration;
 
-const HEAD: &str = "<!doctype html>\n<html lang=\"en\"><head><meta charset=\"utf-8\">\n\
-<meta http-equiv=\"Content-Security-Policy\" content=\"default-src 'none'; style-src 'unsafe-inline'; img-src data:\">\n\
-<meta name=\"viewport\" content=\"width=device-width\"><title>blinn bench</title>\n<style>\n\
-body { font: 14px/1.45 sans-serif; margin: 2em auto; max-width: 62em; padding: 0 1em; background: #fff; color: #222 }\n\
-h1 { font-size: 1.4em } h2 { font-size: 1.1em; margin: 2.2em 0 .6em }\n\
-table { border-collapse: collapse; font-variant-numeric: tabular-nums } .wide { overflow-x: auto }\n\
-th, td { padding: .15em .7em; text-align: right; border-bottom: 1px solid #e4e4e4; white-space: nowrap }\n\
-th:first-child, td:first-child, td.word, th.word { text-align: left }\n\
-figure { display: inline-block; vertical-align: top; margin: 0 1.5em 1.5em 0 }\n\
-figcaption { font-size: 12px; color: #555; overflow-wrap: anywhere }\n\
-svg { display: block; max-width: 100%; height: auto } svg text { font: 12px sans-serif; fill: #333 }\n\
-img { display: block; max-width: 100%; border: 1px solid #ccc }\n\
-.more { color: #b00020; font-weight: bold } .less { color: #1b6e2d; font-weight: bold } .note { color: #555 }\n\
-</style></head><body>\n";
+/// The style of the plots, besides the style sheet of all pages.
+const STYLE: &str = include_str!("report.css");
+
+/// The start of a page, up to its heading.
+fn page_head(title: &str) -> String {
+    format!(
+        "<!doctype html>\n<html lang=\"en\"><head><meta charset=\"utf-8\">\n\
+         <meta http-equiv=\"Content-Security-Policy\" content=\"default-src 'none'; style-src 'unsafe-inline'; img-src \
+         data:\">\n<meta name=\"viewport\" content=\"width=device-width, initial-scale=1\">\n\
+         <meta name=\"color-scheme\" content=\"light dark\"><title>{title}</title>\n\
+         <style>\n{PAGE_STYLE}{STYLE}</style></head>\n<body class=\"page\">\n<h1>{title}</h1>\n"
+    )
+}
 
 /// The largest time that is formatted: the end of the year 9999, in seconds since 1970.
 const MAX_UNIX_TIME: u64 = 253_402_300_799;
 
 /// The HTML of the report. Missing results are left out of the plots.
 pub fn report_page(results: &BenchResults, heat_maps: &[HeatMap], comparison: Option<&Comparison>) -> String {
-    let mut page = format!("{HEAD}<h1>blinn bench</h1>\n<p>{}</p>\n", escape_html(&description(results)));
+    let mut page = format!("{}<p>{}</p>\n", page_head("blinn bench"), escape_html(&description(results)));
     page += &comparison.map(tables::comparison).unwrap_or_default();
     page += &heading(
         "stages",
         "Time of each stage",
         "Medians of the rounds, from the fastest round to the slowest.",
     );
+    let mut plots = String::new();
     for scene in &results.scenes {
         let mut views: Vec<&StageResults> = Vec::new();
         for stage in scene.stages.iter().filter(|stage| stage.size().is_some()) {
@@ -56,26 +56,27 @@ pub fn report_page(results: &BenchResults, heat_maps: &[HeatMap], comparison: Op
                 views.push(stage);
             }
         }
-        page += &views.iter().map(|view| stage_plot(scene, Some(view))).collect::<String>();
+        plots += &views.iter().map(|view| stage_plot(scene, Some(view))).collect::<String>();
         if views.is_empty() {
-            page += &stage_plot(scene, None);
+            plots += &stage_plot(scene, None);
         }
     }
+    page += &grid(&plots);
     let sizes = image_sizes(results.scenes.iter().flat_map(|scene| &scene.stages));
     let plots: String = sizes.into_iter().filter_map(|size| rays_plot(results, size)).collect();
     if !plots.is_empty() {
         page += &heading("rays", "Rays against triangles", "One thread. Lines join sizes of one scene.");
-        page += &plots;
+        page += &grid(&plots);
     }
     if let Some(plot) = scaling_plot(results) {
         let note = "Speed-up over one thread: the median of all scenes. Dashed: linear scaling.";
         page += &heading("threads", "Scaling with threads", note);
-        page += &plot;
+        page += &grid(&plot);
     }
     if !heat_maps.is_empty() {
         let note = "Nodes and blocks of triangles that each pixel's ray visits, traced as a single ray.";
         page += &heading("steps", "Traversal steps of eye rays", note);
-        page += &heat_maps.iter().map(HeatMap::figure).collect::<String>();
+        page += &grid(&heat_maps.iter().map(HeatMap::figure).collect::<String>());
     }
     page += "<h2 id=\"figures\">Figures</h2>\n";
     page += &tables::bvhs(results);
@@ -94,8 +95,13 @@ fn image_sizes<'r>(stages: impl IntoIterator<Item = &'r StageResults>) -> Vec<(u
     sizes
 }
 
+/// Figures side by side, as many as the window is wide.
+fn grid(figures: &str) -> String {
+    format!("<div class=\"grid\">\n{figures}</div>\n")
+}
+
 fn heading(id: &str, title: &str, note: &str) -> String {
-    format!("<h2 id=\"{id}\">{title}</h2>\n<p class=\"note\">{note}</p>\n")
+    format!("<h2 id=\"{id}\">{title}</h2>\n<p class=\"facts\">{note}</p>\n")
 }
 
 /// Version, date, machine and settings, in one paragraph.

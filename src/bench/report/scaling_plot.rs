@@ -55,7 +55,7 @@ pub(super) fn scaling_plot(results: &BenchResults) -> Option<String> {
         svg.text((x.at(f64::from(n)), BOTTOM + 18.0), "middle", &n.to_string());
     }
     svg.text((0.5 * (LEFT + RIGHT), BOTTOM + 40.0), "middle", "threads");
-    let linear_scaling = "stroke=\"#999\" stroke-dasharray=\"5 4\"";
+    let linear_scaling = "stroke=\"var(--soft)\" stroke-dasharray=\"5 4\"";
     svg.line(position((1.0, 1.0)), position((max_threads, max_threads)), linear_scaling);
     for Curve { stage, color, points } in &curves {
         for pair in points.windows(2) {

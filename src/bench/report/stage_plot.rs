@@ -66,7 +66,7 @@ fn bar(svg: &mut Svg, scale: &Scale, s: &StageResults, row: usize, y: f64) {
     let fastest = rounds.iter().copied().fold(median, f64::min);
     let slowest = rounds.iter().copied().fold(median, f64::max);
     let centre = y + (BAR_HEIGHT - 2.0) / 2.0;
-    svg.line((scale.at(fastest), centre), (scale.at(slowest), centre), "stroke=\"#222\"");
+    svg.line((scale.at(fastest), centre), (scale.at(slowest), centre), "stroke=\"var(--ink)\"");
     svg.text((scale.at(slowest) + 6.0, centre + 4.0), "start", &format_duration(median));
 }
 

@@ -5,12 +5,20 @@ use std::fmt::Write;
 use blinn_output::escape_html;
 
 /// Stroke of the axes.
-pub(super) const AXIS_STYLE: &str = "stroke=\"#999\"";
+pub(super) const AXIS_STYLE: &str = "stroke=\"var(--edge)\"";
 /// Stroke of the grid lines.
-pub(super) const GRID_STYLE: &str = "stroke=\"#e4e4e4\"";
+pub(super) const GRID_STYLE: &str = "stroke=\"var(--line)\"";
 
 /// Colours of data series. The order in the legend distinguishes them, too.
-const COLORS: [&str; 7] = ["#3366aa", "#d9822b", "#3a9151", "#b3446c", "#7a6bc2", "#8c6d31", "#4aa3a2"];
+const COLORS: [&str; 7] = [
+    "var(--series-0)",
+    "var(--series-1)",
+    "var(--series-2)",
+    "var(--series-3)",
+    "var(--series-4)",
+    "var(--series-5)",
+    "var(--series-6)",
+];
 
 /// The colour of series `i`.
 pub(super) fn color(i: usize) -> &'static str {

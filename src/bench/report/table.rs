@@ -22,7 +22,7 @@ impl Table {
         };
         let rows: String = self.rows.iter().map(|cells| row("td", cells)).collect();
         let (title, head) = (escape_html(&self.title), row("th", &self.head));
-        format!("<h2>{title}</h2>\n<div class=\"wide\"><table>{head}{rows}</table></div>\n")
+        format!("<h2>{title}</h2>\n<div class=\"scrolls\"><table>{head}{rows}</table></div>\n")
     }
 
     /// A heading and a table in GitHub's Markdown.

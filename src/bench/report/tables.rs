@@ -16,7 +16,9 @@ fn table<R>(columns: &[Column<R>], values: &[R]) -> String {
     let head: String = columns.iter().map(|column| format!("<th>{}</th>", column.heading)).collect();
     let row = |value: &R| columns.iter().map(|column| (column.cell)(value)).collect::<String>();
     let rows: String = values.iter().map(|value| format!("<tr>{}</tr>\n", row(value))).collect();
-    format!("<div class=\"wide\"><table><tr>{head}</tr>\n{rows}</table></div>\n")
+    format!(
+        "<div class=\"scrolls\" tabindex=\"0\"><table><thead><tr>{head}</tr></thead>\n<tbody>{rows}</tbody></table></div>\n"
+    )
 }
 
 fn column<R>(heading: &str, cell: fn(&R) -> String) -> Column<'_, R> {
@@ -81,10 +83,10 @@ pub(super) fn stages(results: &BenchResults) -> String {
 pub(super) fn comparison(comparison: &Comparison) -> String {
     let mut out = String::from("<h2 id=\"compared\">Comparison with the baseline</h2>\n");
     for text in &comparison.different_work {
-        out += &format!("<p class=\"more\">{}</p>\n", escape_html(text));
+        out += &format!("<p class=\"bad\">{}</p>\n", escape_html(text));
     }
     for note in &comparison.notes {
-        out += &format!("<p class=\"note\">{}</p>\n", escape_html(note));
+        out += &format!("<p class=\"facts\">{}</p>\n", escape_html(note));
     }
     out += &match comparison.significant().count() {
         0 => "<p>No change beyond the noise.</p>\n".to_string(),
@@ -96,8 +98,8 @@ pub(super) fn comparison(comparison: &Comparison) -> String {
     let verdict = |change: &Change| {
         let cell = match change.verdict {
             Verdict::Same => "<td></td>",
-            Verdict::Less => "<td class=\"word less\">less</td>",
-            Verdict::More => "<td class=\"word more\">more</td>",
+            Verdict::Less => "<td class=\"word good\">less</td>",
+            Verdict::More => "<td class=\"word bad\">more</td>",
         };
         cell.to_string()
     };

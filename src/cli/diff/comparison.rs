@@ -4,6 +4,7 @@ use std::path::Path;
 
 use glam::DVec3;
 
+use super::length::LengthUnit;
 use crate::args::CompareArgs;
 use blinn_output::compare::{
     DifferenceMap, DifferenceSummary, FLIP_PIXELS_PER_DEGREE, JsonDifference, ObjectDifference, flip,
@@ -30,6 +31,8 @@ pub struct Comparison {
     pub mismatch: Option<String>,
     /// True if the pictures alone decide: with a tolerance, small differences of scenes are accepted.
     pub pictures_decide: bool,
+    /// The unit of lengths of both scenes.
+    pub unit: LengthUnit,
 }
 
 /// A view of two scenes, or two pictures.
@@ -39,6 +42,8 @@ pub struct ViewComparison {
     pub width: u32,
     pub height: u32,
     pub summary: DifferenceSummary,
+    /// Pixels that differ by noise only, which the summary does not count.
+    pub noise: u64,
     /// Pictures in 8-bit sRGB with straight alpha.
     pub before: Vec<[u8; 4]>,
     pub after: Vec<[u8; 4]>,
@@ -82,7 +87,17 @@ impl PicturePair {
         };
         let summary = map.summary(tolerance);
         let difference = difference_picture(&map, &before, tolerance);
-        ViewComparison { name, width, height, summary, before, after, difference, objects: Vec::new() }
+        ViewComparison {
+            name,
+            width,
+            height,
+            summary,
+            noise: 0,
+            before,
+            after,
+            difference,
+            objects: Vec::new(),
+        }
     }
 }
 

@@ -8,9 +8,10 @@ use base64::Engine;
 use base64::prelude::BASE64_STANDARD;
 
 use super::comparison::{Comparison, Heading, ViewComparison};
-use super::text::{change_text, value_text};
+use super::length::LengthUnit;
+use super::text::{amount_text, change_text, value_text};
 use blinn_output::compare::{JsonDifference, ObjectDifference};
-use blinn_output::{Overwrite, encode_png, escape_html, write_atomically};
+use blinn_output::{Overwrite, PAGE_STYLE, encode_png, escape_html, write_atomically};
 use blinn_render::PixelRect;
 
 /// The page, with placeholders for the title and the contents.
@@ -47,13 +48,14 @@ fn page(heading: &Heading, comparison: &Comparison) -> Result<String> {
     let title = format!("{} and {}", name(heading.old), name(heading.new));
     let mut body = header(heading, comparison);
     for (i, view) in comparison.views.iter().enumerate() {
-        body += &viewer(i, view, comparison)?;
+        body += &viewer(i, view, heading, comparison)?;
     }
-    body += &object_table(&comparison.objects);
+    body += &object_table(&comparison.objects, comparison.unit);
     body += &property_table(&comparison.properties);
     let (head, rest) = PAGE.split_once("{{title}}").unwrap_or((PAGE, ""));
-    let (middle, tail) = rest.split_once("{{body}}").unwrap_or((rest, ""));
-    Ok([head, &title, middle, &body, tail].concat())
+    let (middle, rest) = rest.split_once("{{style}}").unwrap_or((rest, ""));
+    let (style, tail) = rest.split_once("{{body}}").unwrap_or((rest, ""));
+    Ok([head, &title, middle, PAGE_STYLE, style, &body, tail].concat())
 }
 
 /// The verdict, the files and the counts.
@@ -70,8 +72,8 @@ fn header(heading: &Heading, comparison: &Comparison) -> String {
     let plural =
         |count: usize, one: &str, many: &str| format!("{count} {}", if count == 1 { one } else { many });
     format!(
-        "<header>\n<p class=\"verdict {class}\">{verdict}</p>\n<h1><span>{}</span> <span class=\"to\" \
-         aria-label=\"and\">→</span> <span>{}</span></h1>\n{}<p class=\"counts\">{} of {} changed ({metric}) · {} · \
+        "<header class=\"whole\">\n<p class=\"verdict {class}\">{verdict}</p>\n<h1><span>{}</span> <span class=\"to\" \
+         aria-label=\"and\">→</span> <span>{}</span></h1>\n{}<p class=\"facts\">{} of {} changed ({metric}) · {} · \
          {}</p>\n</header>\n",
         escape_html(&heading.old.to_string_lossy()),
         escape_html(&heading.new.to_string_lossy()),
@@ -84,22 +86,26 @@ fn header(heading: &Heading, comparison: &Comparison) -> String {
 }
 
 /// The pictures of a view with their controls.
-fn viewer(index: usize, view: &ViewComparison, comparison: &Comparison) -> Result<String> {
+fn viewer(index: usize, view: &ViewComparison, heading: &Heading, comparison: &Comparison) -> Result<String> {
     let ViewComparison { width, height, summary, .. } = view;
     let name = escape_html(&view.name);
     let percent = 100.0 * summary.changed as f64 / (f64::from(*width) * f64::from(*height));
     let facts = if summary.changed == 0 {
-        "No pixel changed.".to_string()
+        let noise = if view.noise > 0 { ", but for noise" } else { "" };
+        format!("No pixel changed{noise}.")
     } else {
         let pixels = if summary.changed == 1 { "pixel" } else { "pixels" };
-        format!(
-            "{} {pixels} changed ({percent:.2} %), by up to {:.3}; the mean over all pixels is {:.5}.",
-            summary.changed, summary.max, summary.mean
-        )
+        let mean = if heading.flip {
+            String::new()
+        } else {
+            format!("; the mean over all pixels is {:.5}", summary.mean)
+        };
+        let amount = amount_text(summary, heading.flip);
+        format!("{} {pixels} changed ({percent:.2} %), {amount}{mean}.", summary.changed)
     };
     let state = if summary.changed == 0 { "equal" } else { "different" };
     let mut out = format!(
-        "<section class=\"view {state}\" aria-labelledby=\"view{index}\">\n<h2 id=\"view{index}\">{name}</h2>\n\
+        "<section class=\"card view {state}\" aria-labelledby=\"view{index}\">\n<h2 id=\"view{index}\">{name}</h2>\n\
          <p>{facts}</p>\n<fieldset class=\"modes\"><legend>Picture of {name}</legend>\n"
     );
     let first = if summary.changed == 0 { "after" } else { "slider" };
@@ -177,12 +183,12 @@ fn grown(r: &PixelRect, by: u32) -> PixelRect {
     PixelRect { x, y, width: r.x + r.width + by - x, height: r.y + r.height + by - y }
 }
 
-fn object_table(objects: &[ObjectDifference]) -> String {
+fn object_table(objects: &[ObjectDifference], unit: LengthUnit) -> String {
     if objects.is_empty() {
         return String::new();
     }
     let mut out =
-        "<section aria-labelledby=\"objects\">\n<h2 id=\"objects\">Objects</h2>\n<div class=\"table\">\
+        "<section class=\"card whole\" aria-labelledby=\"objects\">\n<h2 id=\"objects\">Objects</h2>\n<div class=\"scrolls\">\
                    <table>\n<thead><tr><th scope=\"col\">Name</th><th scope=\"col\">Change</th>\
                    <th scope=\"col\">From</th><th scope=\"col\">To</th></tr></thead>\n<tbody>\n"
             .to_string();
@@ -196,7 +202,7 @@ fn object_table(objects: &[ObjectDifference]) -> String {
         out += &format!(
             "<tr><th scope=\"row\">{}</th><td>{}</td><td>{}</td><td>{}</td></tr>\n",
             escape_html(&object.name),
-            escape_html(&change_text(&object.change)),
+            escape_html(&change_text(&object.change, unit)),
             corner(object.bounds.min),
             corner(object.bounds.max)
         );
@@ -208,8 +214,8 @@ fn property_table(properties: &[JsonDifference]) -> String {
     if properties.is_empty() {
         return String::new();
     }
-    let mut out = "<section aria-labelledby=\"properties\">\n<h2 id=\"properties\">Properties</h2>\n\
-                   <div class=\"table\"><table>\n<thead><tr><th scope=\"col\">Property</th>\
+    let mut out = "<section class=\"card whole\" aria-labelledby=\"properties\">\n<h2 id=\"properties\">Properties</h2>\n\
+                   <div class=\"scrolls\"><table>\n<thead><tr><th scope=\"col\">Property</th>\
                    <th scope=\"col\">Before</th><th scope=\"col\">After</th></tr></thead>\n<tbody>\n"
         .to_string();
     for property in properties {

@@ -5,9 +5,11 @@
 pub(super) mod comparison;
 pub(super) mod html;
 pub(super) mod images;
+mod length;
+mod noise;
 mod scenes;
 mod strip;
-mod text;
+pub(super) mod text;
 
 use std::fs::File;
 use std::io::Read;

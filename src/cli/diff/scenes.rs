@@ -6,6 +6,8 @@ use anyhow::{Context, Result};
 use glam::{DMat3, DVec2, DVec3};
 
 use super::comparison::{Comparison, PicturePair, ViewComparison};
+use super::length::LengthUnit;
+use super::noise::forgive_noise;
 use crate::args::CompareArgs;
 use crate::info::comparable_properties;
 use crate::plan::RenderPlan;
@@ -16,10 +18,13 @@ use blinn_core::geometry::Aabb;
 use blinn_import::{LoadOptions, Warning};
 use blinn_output::compare::{DifferenceMap, ObjectDifference, compare_objects, json_differences};
 use blinn_render::PixelRect;
-use blinn_scene::{Camera, PoseSettings, PosedScene, Projection, Scene, StandardView, View, pose};
+use blinn_scene::{
+    Camera, PoseSettings, PosedScene, Projection, ResolvedLighting, Scene, SourceFormat, StandardView, View,
+    pose,
+};
 use blinn_session::{
-    PosedFrame, RenderedImage, SceneRenderer, check_memory, load_limits, natural_size, prepare_scene,
-    scaled_to,
+    PlannedFrame, PosedFrame, RenderedImage, SceneRenderer, check_memory, load_limits, natural_size,
+    prepare_scene, scaled_to,
 };
 
 /// Cameras of the file that are compared.
@@ -35,6 +40,32 @@ const BOX_MARGIN: f64 = 3.0;
 struct SharedView {
     name: String,
     camera: Camera,
+}
+
+/// How both scenes are pictured in a view.
+struct Shot<'l> {
+    camera: Camera,
+    lit: ResolvedLighting,
+    planned: PlannedFrame,
+    log: &'l SceneLog<'l>,
+}
+
+impl Shot<'_> {
+    fn render<'a>(
+        &self,
+        renderer: &SceneRenderer<'a>,
+        posed_frame: &PosedFrame<'a>,
+    ) -> Result<RenderedImage> {
+        let monitor = ImageMonitor::new(self.log, renderer.pixels(), &renderer.setup.cancel);
+        let frame = renderer.setup.lit_frame(posed_frame, self.camera, &self.lit)?;
+        let image = renderer.render_frame(frame, &self.planned, posed_frame, &monitor)?;
+        monitor.finish();
+        Ok(image)
+    }
+
+    fn may_be_noisy(&self, renderer: &SceneRenderer, posed_frame: &PosedFrame) -> Result<bool> {
+        Ok(renderer.setup.lit_frame(posed_frame, self.camera, &self.lit)?.may_be_noisy())
+    }
 }
 
 /// A loaded scene.
@@ -79,10 +110,11 @@ pub fn compare(
     let views = shared_views(&plan, &posed_old, &posed_new)?;
     plan.session.options.view.complete = views.first().map(|view| view.camera);
 
+    let seed = plan.session.options.seed;
     let mut pictures = Vec::new();
     {
         let mut old_frame = PosedFrame { time: planned.time, posed: posed_old, accel: None };
-        let renderer = SceneRenderer::from_start(
+        let mut renderer = SceneRenderer::from_start(
             &plan.session,
             &old.scene,
             &logs[0],
@@ -95,15 +127,20 @@ pub fn compare(
         logs[0].begin_frames(2 * views.len());
         for view in views {
             let lit = renderer.setup.lights(&old_frame, &view.camera);
-            let render = |posed_frame| -> Result<RenderedImage> {
-                let monitor = ImageMonitor::new(&logs[0], renderer.pixels(), &renderer.setup.cancel);
-                let frame = renderer.setup.lit_frame(posed_frame, view.camera, &lit)?;
-                let image = renderer.render_frame(frame, &planned, posed_frame, &monitor)?;
-                monitor.finish();
-                Ok(image)
-            };
-            let pair = picture_pair(&render(&old_frame)?, &render(&new_frame)?);
+            let shot = Shot { camera: view.camera, lit, planned, log: &logs[0] };
+            let old_image = shot.render(&renderer, &old_frame)?;
+            let new_image = shot.render(&renderer, &new_frame)?;
+            let mut pair = picture_pair(&old_image, &new_image);
+            let mut noise = 0;
+            let may_be_noisy = shot.may_be_noisy(&renderer, &new_frame)?;
+            if may_be_noisy && !args.flip && pair.map.magnitudes.iter().any(|m| *m > 0.0) {
+                renderer.set_seed(seed.wrapping_add(1));
+                let again = shot.render(&renderer, &old_frame)?;
+                renderer.set_seed(seed);
+                noise = forgive_noise(&mut pair, &picture_pair(&old_image, &again));
+            }
             let mut compared = pair.compare(view.name, args);
+            compared.noise = noise;
             compared.objects = object_boxes(&objects, &view.camera, &compared);
             pictures.push(compared);
         }
@@ -115,7 +152,14 @@ pub fn compare(
         properties,
         mismatch: None,
         pictures_decide: args.tolerance.is_some() || args.flip,
+        unit: length_unit(&old.scene, &new.scene),
     })
+}
+
+/// Metres, if both formats have them.
+fn length_unit(old: &Scene, new: &Scene) -> LengthUnit {
+    let is_metric = |scene: &Scene| scene.source.format == SourceFormat::Gltf;
+    if is_metric(old) && is_metric(new) { LengthUnit::Metre } else { LengthUnit::Unknown }
 }
 
 fn in_file(file: &Path, error: anyhow::Error) -> anyhow::Error {

@@ -3,8 +3,9 @@
 use serde_json::{Value, json};
 
 use super::comparison::{Comparison, Heading};
+use super::length::{LengthUnit, length_text};
 use crate::info::inline;
-use blinn_output::compare::{JsonDifference, ObjectChange, ObjectDifference};
+use blinn_output::compare::{DifferenceSummary, JsonDifference, ObjectChange, ObjectDifference};
 use blinn_render::PixelRect;
 
 /// Longest value that a line of text shows in full, in characters.
@@ -21,7 +22,8 @@ pub fn to_text(heading: &Heading, comparison: &Comparison) -> String {
     for view in &comparison.views {
         let summary = &view.summary;
         if summary.changed == 0 {
-            out += &format!("  {}: equal\n", view.name);
+            let noise = if view.noise > 0 { " but for noise" } else { "" };
+            out += &format!("  {}: equal{noise}\n", view.name);
             continue;
         }
         let percent = 100.0 * summary.changed as f64 / (f64::from(view.width) * f64::from(view.height));
@@ -29,15 +31,15 @@ pub fn to_text(heading: &Heading, comparison: &Comparison) -> String {
         let more = summary.boxes.len() + summary.more_boxes - boxes.len();
         let more = if more > 0 { format!(" and {more} more") } else { String::new() };
         out += &format!(
-            "  {}: {} pixels ({percent:.2} %), by up to {:.3}, in {}{more}\n",
+            "  {}: {} pixels ({percent:.2} %), {}, in {}{more}\n",
             view.name,
             summary.changed,
-            summary.max,
+            amount_text(summary, heading.flip),
             boxes.join(" ")
         );
     }
     for object in &comparison.objects {
-        out += &format!("  object '{}': {}\n", object.name, change_text(&object.change));
+        out += &format!("  object '{}': {}\n", object.name, change_text(&object.change, comparison.unit));
     }
     for property in &comparison.properties {
         out += &format!("  {}: {}\n", property.path, values_text(property));
@@ -45,12 +47,20 @@ pub fn to_text(heading: &Heading, comparison: &Comparison) -> String {
     out
 }
 
+/// The size of differences: `by up to 0.454`, or `FLIP mean 0.232, max 0.454`.
+pub fn amount_text(summary: &DifferenceSummary, is_flip: bool) -> String {
+    if is_flip {
+        return format!("FLIP mean {:.3}, max {:.3}", summary.mean, summary.max);
+    }
+    format!("by up to {:.3}", summary.max)
+}
+
 fn rect_text(rect: &PixelRect) -> String {
     format!("{},{},{},{}", rect.x, rect.y, rect.width, rect.height)
 }
 
 /// A change of an object as a part of a sentence.
-pub fn change_text(change: &ObjectChange) -> String {
+pub fn change_text(change: &ObjectChange, unit: LengthUnit) -> String {
     let triangles = |count: u64| format!("{count} triangle{}", if count == 1 { "" } else { "s" });
     match change {
         ObjectChange::Added { triangles: count } => format!("added, {}", triangles(*count)),
@@ -60,8 +70,9 @@ pub fn change_text(change: &ObjectChange) -> String {
         }
         ObjectChange::Rebuilt { triangles: [old, new] } => format!("{old} → {}", triangles(*new)),
         ObjectChange::Changed { moved_triangles, max_distance, attributes, material } => {
-            let moved = (*moved_triangles > 0)
-                .then(|| format!("{} moved by up to {max_distance:.4e}", triangles(*moved_triangles)));
+            let moved = (*moved_triangles > 0).then(|| {
+                format!("{} moved by up to {}", triangles(*moved_triangles), length_text(*max_distance, unit))
+            });
             let attributes =
                 attributes.then(|| "normals, texture coordinates or colours changed".to_string());
             let material = material.then(|| "material changed".to_string());
@@ -103,6 +114,7 @@ pub fn to_json(heading: &Heading, comparison: &Comparison) -> String {
             "width": view.width,
             "height": view.height,
             "changed_pixels": summary.changed,
+            "noise_pixels": view.noise,
             "max": finite(summary.max),
             "mean": finite(summary.mean),
             "boxes": summary.boxes.iter().map(rect).collect::<Vec<_>>(),
@@ -164,15 +176,22 @@ mod tests {
     #[test]
     fn changes_are_described_in_words() {
         let changed = |moved_triangles, attributes, material| {
-            change_text(&ObjectChange::Changed { moved_triangles, max_distance: 0.001, attributes, material })
+            let change = ObjectChange::Changed { moved_triangles, max_distance: 0.001, attributes, material };
+            change_text(&change, LengthUnit::Metre)
         };
-        assert_eq!(changed(1, false, false), "1 triangle moved by up to 1.0000e-3");
+        assert_eq!(changed(1, false, false), "1 triangle moved by up to 1.0 mm");
         assert_eq!(
             changed(0, true, true),
             "normals, texture coordinates or colours changed, material changed"
         );
-        assert_eq!(change_text(&ObjectChange::Rebuilt { triangles: [3, 2] }), "3 → 2 triangles");
-        assert_eq!(change_text(&ObjectChange::Added { triangles: 1 }), "added, 1 triangle");
+        assert_eq!(
+            change_text(&ObjectChange::Rebuilt { triangles: [3, 2] }, LengthUnit::Metre),
+            "3 → 2 triangles"
+        );
+        assert_eq!(
+            change_text(&ObjectChange::Added { triangles: 1 }, LengthUnit::Metre),
+            "added, 1 triangle"
+        );
     }
 
     #[test]

@@ -242,6 +242,11 @@ impl RenderPlan {
         self.scene_range().len().saturating_mul(files)
     }
 
+    /// True for all scenes of a list or a folder, not a share of them or a list of their names.
+    pub fn is_whole_batch(&self) -> bool {
+        self.scenes.is_batch() && self.scene_chunk.is_none() && !self.dry_run
+    }
+
     /// The files that describe all views of the dataset of a scene.
     pub fn dataset_files(&self, scene: &Path, index: usize) -> Vec<PathBuf> {
         if self.session.dataset.is_none() {

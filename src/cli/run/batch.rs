@@ -6,6 +6,7 @@ use std::time::Duration;
 
 use anyhow::{Error, Result};
 
+use super::golden_check::GoldenNames;
 use super::ledger::{LedgerEntry, PastOutcome};
 use super::progress::{Reporter, SceneLog};
 use super::report::Report;
@@ -35,6 +36,8 @@ pub struct Batch<'a> {
     pub summary: &'a mut Summary,
     /// The files that the last scene was made from; empty if it was not read.
     pub scene_files: Vec<PathBuf>,
+    /// The golden images of the scenes so far.
+    pub goldens: GoldenNames,
 }
 
 impl<'a> Batch<'a> {
@@ -69,7 +72,8 @@ impl<'a> Batch<'a> {
     /// Reports a scene that was rendered or has failed. Returns its images if they go into an archive.
     pub fn finish_scene(&mut self, finished: Finished<SceneTask>) -> Result<Option<ShardWriter>> {
         let Finished { job, output, time } = finished;
-        let RenderedScene { outcome, images, section, members, files } = output;
+        let RenderedScene { outcome, images, section, members, files, checked } = output;
+        self.goldens.add(checked.as_deref());
         let SceneTask { scene: NumberedScene { number: index, path }, log, key, .. } = &*job;
         self.scene_files = files;
         let failure = outcome.as_ref().err().map(|error| single_line(&scene_error(path, error)));
@@ -115,6 +119,7 @@ impl<'a> Batch<'a> {
 
     /// Counts a scene whose outcome is known.
     pub fn skip(&mut self, scene: &NumberedScene, outcome: PastOutcome) {
+        self.goldens.add(None);
         match outcome {
             PastOutcome::Done { .. } => self.summary.skipped_done += 1,
             PastOutcome::Failed => self.summary.skipped_failed += 1,
@@ -124,6 +129,10 @@ impl<'a> Batch<'a> {
 
     /// Writes the page and the totals.
     pub fn finish(self) {
+        let is_whole = self.plan.is_whole_batch() && self.summary.not_started == 0;
+        if let Some(check) = self.plan.check.as_ref().filter(|_| is_whole) {
+            self.goldens.warn(check, self.reporter);
+        }
         match self.report.map(Report::finish) {
             None | Some(Ok(None)) => {}
             Some(Ok(Some(page))) => self.reporter.wrote(None, &page),

@@ -11,7 +11,7 @@ use super::report_section::SectionContent;
 use crate::console::{finish_stdout, is_stdout};
 use crate::files::create_parent_folder;
 use blinn_output::{
-    Overwrite, SaveError, check_writable, escape_html, unnamed_temp_file, write_atomically_with,
+    Overwrite, PAGE_STYLE, SaveError, check_writable, escape_html, unnamed_temp_file, write_atomically_with,
 };
 
 /// Maximum width and height of a thumbnail in pixels.
@@ -27,17 +27,14 @@ pub struct Report {
     body: BufWriter<File>,
     since: Instant,
     images: usize,
+    scenes: usize,
     failures: usize,
+    /// Scenes with warnings.
+    warned: usize,
 }
 
-const HEAD: &str = "<!doctype html>\n<html lang=\"en\"><meta charset=\"utf-8\"><title>blinn</title>\n<style>\n\
-body { font: 14px/1.4 sans-serif; margin: 2em; background: #fff; color: #222 }\n\
-h2 { font-size: 1em; margin: 2em 0 .5em; overflow-wrap: anywhere }\n\
-figure { display: inline-block; vertical-align: top; margin: 0 .75em .75em 0; max-width: 192px }\n\
-figcaption { font-size: 12px; color: #555; overflow-wrap: anywhere }\n\
-img { display: block; border: 1px solid #ccc }\n\
-.warning { color: #8a5a00 } .failed { color: #b00020 }\n\
-</style>\n";
+/// The page, with placeholders for its totals and the sections of its scenes.
+const PAGE: &str = include_str!("report.html");
 
 impl Report {
     /// Starts a page.
@@ -60,7 +57,9 @@ impl Report {
             body: BufWriter::new(body),
             since: Instant::now(),
             images: 0,
+            scenes: 0,
             failures: 0,
+            warned: 0,
         })
     }
 
@@ -82,20 +81,30 @@ impl Report {
         error: Option<&str>,
     ) -> Result<(), SaveError> {
         self.overwrites_input |= content.overwrites_input;
+        let has_warnings = !warnings.is_empty() || content.has_empty_images;
         self.images += content.images;
+        self.scenes += 1;
         self.failures += usize::from(error.is_some());
-        let mut end = String::new();
+        self.warned += usize::from(has_warnings);
+        let mut class = String::from("card scene");
+        for (applies, name) in
+            [(content.images > 1, " whole"), (error.is_some(), " failed"), (has_warnings, " warned")]
+        {
+            class += if applies { name } else { "" };
+        }
+        let mut end = String::from("</div>\n");
         if kept > 0 {
-            let images = if kept == 1 { "image" } else { "images" };
-            end += &format!("<p>{kept} {images} kept.</p>\n");
+            end += &format!("<p>{} kept.</p>\n", plural(kept, "image"));
         }
         for warning in warnings {
-            end += &format!("<p class=\"warning\">warning: {}</p>\n", escape_html(warning));
+            end += &format!("<p class=\"caution\">warning: {}</p>\n", escape_html(warning));
         }
         if let Some(e) = error {
-            end += &format!("<p class=\"failed\">{}</p>\n", escape_html(e));
+            end += &format!("<p class=\"bad\">{}</p>\n", escape_html(e));
         }
-        let heading = format!("<h2>{}</h2>\n", escape_html(&scene.to_string_lossy()));
+        end += "</section>\n";
+        let name = escape_html(&scene.to_string_lossy());
+        let heading = format!("<section class=\"{class}\">\n<h2>{name}</h2>\n<div class=\"grid\">\n");
         let written = content.html.and_then(|html| {
             let mut section = heading.as_bytes().chain(html).chain(end.as_bytes());
             io::copy(&mut section, &mut self.body).map(drop)
@@ -108,12 +117,12 @@ impl Report {
         if self.overwrites_input {
             return Ok(None);
         }
-        let head = self.head();
+        let (head, tail) = self.frame();
         let Report { path, replace, body, .. } = self;
         let cannot_be_written = || format!("{} cannot be written", path.display());
         let mut body = body.into_inner().map_err(|e| e.into_error()).with_context(cannot_be_written)?;
         body.rewind().with_context(cannot_be_written)?;
-        let mut page = head.as_bytes().chain(body).chain(&b"</html>\n"[..]);
+        let mut page = head.as_bytes().chain(body).chain(tail.as_bytes());
         if is_stdout(&path) {
             let written = io::copy(&mut page, &mut io::stdout().lock()).map(drop);
             return finish_stdout(written).map(|()| None);
@@ -123,15 +132,33 @@ impl Report {
         Ok(Some(path))
     }
 
-    /// Style sheet and totals.
-    fn head(&self) -> String {
-        let plural =
-            |count: usize, noun: &str| format!("{count} {noun}{}", if count == 1 { "" } else { "s" });
+    /// The page before and after the sections.
+    fn frame(&self) -> (String, &'static str) {
         let seconds = self.since.elapsed().as_secs_f64();
-        let mut head = format!("{HEAD}<p>{} in {seconds:.1} s", plural(self.images, "image"));
+        let mut facts = format!("{} in {seconds:.1} s", plural(self.images, "image"));
         if self.failures > 0 {
-            head += &format!(", <span class=\"failed\">{} failed</span>", plural(self.failures, "scene"));
+            facts += &format!(", <span class=\"bad\">{} failed</span>", plural(self.failures, "scene"));
         }
-        head + ".</p>\n"
+        if self.warned > 0 {
+            let scenes = plural(self.warned, "scene");
+            facts += &format!(", <span class=\"caution\">{scenes} with warnings</span>");
+        }
+        let disabled = |count: usize| if count == 0 { " disabled" } else { "" }.to_string();
+        let (head, tail) = PAGE.split_once("{{body}}").unwrap_or((PAGE, ""));
+        let values = [
+            ("{{title}}", format!("blinn: {}", plural(self.scenes, "scene"))),
+            ("{{style}}", PAGE_STYLE.into()),
+            ("{{facts}}", facts + "."),
+            ("{{all}}", self.scenes.to_string()),
+            ("{{failed}}", self.failures.to_string()),
+            ("{{warned}}", self.warned.to_string()),
+            ("{{no-failed}}", disabled(self.failures)),
+            ("{{no-warned}}", disabled(self.warned)),
+        ];
+        (values.iter().fold(head.to_string(), |page, (name, value)| page.replace(name, value)), tail)
     }
+}
+
+fn plural(count: usize, noun: &str) -> String {
+    format!("{count} {noun}{}", if count == 1 { "" } else { "s" })
 }

@@ -20,6 +20,7 @@ pub struct ReportSection {
     page: PathBuf,
     body: SpooledTempFile,
     images: usize,
+    has_empty_images: bool,
     /// The first write error.
     error: Option<io::Error>,
     /// True if the page would overwrite an input of the scene.
@@ -30,6 +31,8 @@ pub struct ReportSection {
 pub struct SectionContent {
     pub html: io::Result<SpooledTempFile>,
     pub images: usize,
+    /// True if one of them shows nothing.
+    pub has_empty_images: bool,
     pub overwrites_input: bool,
 }
 
@@ -40,6 +43,7 @@ impl ReportSection {
             page: page.to_path_buf(),
             body: SpooledTempFile::new(MEMORY),
             images: 0,
+            has_empty_images: false,
             error: None,
             overwrites_input: false,
         }
@@ -55,14 +59,16 @@ impl ReportSection {
 
     /// Adds an image that was written to `file`. `thumbnail` is a JPEG. Marks an image that shows nothing.
     pub fn add_image(&mut self, thumbnail: &[u8], file: &Path, render_time: Duration, is_empty: bool) {
-        let mark = if is_empty { " &middot; <span class=\"warning\">empty</span>" } else { "" };
+        let mark = if is_empty { " &middot; <span class=\"caution\">empty</span>" } else { "" };
         let thumbnail = BASE64_STANDARD.encode(thumbnail);
         let name = file.file_name().map(|n| n.to_string_lossy()).unwrap_or_default();
         self.images += 1;
+        self.has_empty_images |= is_empty;
         let html = format!(
-            "<figure><a href=\"{}\"><img alt=\"\" src=\"data:image/jpeg;base64,{thumbnail}\"></a><figcaption>{} \
+            "<figure><a href=\"{}\"><img alt=\"{}\" loading=\"lazy\" src=\"data:image/jpeg;base64,{thumbnail}\"></a><figcaption>{} \
              &middot; {:.2} s{mark}</figcaption></figure>\n",
             escape_html(&self.link(file)),
+            escape_html(&name),
             escape_html(&name),
             render_time.as_secs_f64()
         );
@@ -77,7 +83,12 @@ impl ReportSection {
             Some(error) => Err(error),
             None => self.body.rewind().map(|()| self.body),
         };
-        SectionContent { html, images: self.images, overwrites_input: self.overwrites_input }
+        SectionContent {
+            html,
+            images: self.images,
+            has_empty_images: self.has_empty_images,
+            overwrites_input: self.overwrites_input,
+        }
     }
 
     /// The URL of a file: relative if it is below the page's folder.

@@ -49,6 +49,8 @@ pub struct RenderedScene {
     pub members: Option<ShardWriter>,
     /// The files that it was made from; empty if it was not read.
     pub files: Vec<PathBuf>,
+    /// All its images, if they are compared with golden ones and known.
+    pub checked: Option<Vec<PathBuf>>,
 }
 
 impl RenderedScene {
@@ -70,6 +72,7 @@ impl SceneTask<'_> {
             section: self.page.as_deref().map(ReportSection::new),
             members: None,
             files: Vec::new(),
+            checked: None,
         };
         if let Some(archive) = &self.archive {
             match ShardWriter::new(archive)
@@ -99,6 +102,12 @@ impl SceneTask<'_> {
         let outcome = panics::catch(|| job.run());
         rendered.images = job.images;
         rendered.files = std::mem::take(&mut job.scene_files);
+        if self.plan.check.is_some() {
+            let frames = std::mem::take(&mut job.frames);
+            let frames =
+                Some(frames).filter(|frames| !frames.is_empty()).or_else(|| self.plan.frames.known());
+            rendered.checked = frames.map(|frames| self.plan.output_files(path, index, &frames));
+        }
         rendered.outcome = match self.timeout {
             Some(timeout) if !self.is_late() && outcome.as_ref().is_err_and(is_cancellation) => {
                 Err(timeout_error(timeout))

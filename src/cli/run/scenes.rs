@@ -4,6 +4,7 @@ use std::path::PathBuf;
 use std::time::Duration;
 
 use super::batch::{Batch, Scenes, fail, is_disk_full, is_full};
+use super::golden_check::GoldenNames;
 use super::limited_shards::render_limited_shards;
 use super::progress::Reporter;
 use super::report::Report;
@@ -41,7 +42,16 @@ pub fn render_scenes(
     };
     let timeout =
         process.timeout.map(|seconds| Duration::try_from_secs_f64(seconds).unwrap_or(Duration::MAX));
-    let mut batch = Batch { plan, reporter, report, ledger, timeout, summary, scene_files: Vec::new() };
+    let mut batch = Batch {
+        plan,
+        reporter,
+        report,
+        ledger,
+        timeout,
+        summary,
+        scene_files: Vec::new(),
+        goldens: GoldenNames::default(),
+    };
     // File names are printed in order.
     let mut capacity = plan.session.capacity();
     if plan.dry_run {

@@ -10,6 +10,7 @@ use super::encoder::{AnimationSettings, Encoder};
 use super::spool::Spool;
 use super::webp;
 use crate::escape::escape_html;
+use crate::page::PAGE_STYLE;
 
 /// The page, with a placeholder for the frames.
 const PAGE: &str = include_str!("player.html");
@@ -39,6 +40,7 @@ impl Encoder for Html {
         let (head, tail) = PAGE.split_once(FRAMES_PLACEHOLDER).unwrap_or((PAGE, ""));
         body.write_all(tail.as_bytes())?;
         let values = [
+            ("{{style}}", PAGE_STYLE.to_string()),
             // A title with braces must not be taken for a placeholder.
             ("{{title}}", escape_html(&self.title).replace('{', "&#123;")),
             ("{{width}}", width.to_string()),

@@ -194,6 +194,11 @@ impl<'a> Frame<'a> {
         self.reflections_enabled() && self.posed.materials.iter().any(|material| material.is_rough_metal())
     }
 
+    /// True if pictures of the frame may be noisy: with other random numbers, more than edges and textures changes.
+    pub fn may_be_noisy(&self) -> bool {
+        self.has_random_light() || self.has_rough_metals() || self.indirect > 0
+    }
+
     /// True if random estimators find part of the light.
     pub(crate) fn has_random_light(&self) -> bool {
         self.has_area_sources()
