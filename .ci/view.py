@@ -18,6 +18,7 @@ import time
 from pathlib import Path
 
 from moving import Chromium
+from pages import check_looks
 from viewer import PATH, Page, Tunnel, Viewer, message
 
 ROOT = Path(__file__).resolve().parents[1]
@@ -233,6 +234,77 @@ def check_reload(page, scene):
     print("view: changed, broken and repaired files appear, with the same view")
 
 
+def check_address(page):
+    """A reload of the page, and a page at a copied address, show the same view."""
+    page.key("0")
+    page.drag((300, 200), (340, 230))
+    page.module("m.state.change({lights: 'headlight', samples: 2, hidden: [0, 2]})")
+    page.settle()
+    address = page.says("location.href")
+    for word in ("orbit=", "look-at=", "lights=headlight", "samples=2", "hide=0,2"):
+        assert word in address.split("#")[1], (word, address)
+    # The height is that of an orthographic camera.
+    view_of = "(v => ({...v, camera: {...v.camera, height: 0}}))(m.state.view)"
+    view, shown = page.module(view_of), page.bytes()
+    page.browser.call("Page.reload")
+    time.sleep(0.3)
+    page.browser.until("document.readyState", "complete")
+    page.settle()
+    assert page.module(view_of) == view and page.bytes() == shown, "another view after a reload"
+    # Nonsense in the address is ignored.
+    page.says("location.hash = 'orbit=1,2&samples=-1&hide=9999999-99999999,x&camera=77&exposure=abc&size=1x1&time=Infinity'")
+    page.until("JSON.stringify(m.state.view) === JSON.stringify(m.scene.start)")
+    page.settle()
+    page.says(f"location.hash = {json.dumps(address.split('#')[1])}")
+    page.until("m.state.view.samples", 2)
+    page.settle()
+    assert page.bytes() == shown, "another view after a change of the address"
+    page.says("location.hash = ''")
+    page.settle()
+    print("view: the address holds the view")
+
+
+def check_folder(browser):
+    """Scenes of a folder open by buttons and keys, and the address names them."""
+    folder = Path("folder")
+    folder.mkdir()
+    for name in ("tests/cube.obj", "cornell/cornell.glb", "tower/tower.glb"):
+        shutil.copy(ROOT / "models" / name, folder)
+    viewer = Viewer(str(folder))
+    try:
+        browser.call("Page.navigate", url=viewer.url)
+        browser.until("document.readyState", "complete")
+        page = Page(browser)
+        page.settle(60)
+        title = "document.getElementById('file').textContent"
+        assert page.says(title) == "cornell.glb" and page.says("document.getElementById('previous-file').disabled")
+        page.module("m.state.change({samples: 2})")
+        page.settle()
+        page.press("next-file")
+        page.browser.until(title, "cube.obj")
+        page.settle(60)
+        assert page.module("m.state.view.samples") == 2
+        page.says("document.getElementById('stage').focus()")
+        page.key("PageDown")
+        page.browser.until(title, "tower.glb")
+        page.settle(60)
+        assert "file=folder/tower.glb" in page.says("location.hash") and page.says("document.getElementById('next-file').disabled")
+        page.key("PageUp")
+        page.browser.until(title, "cube.obj")
+        address = page.says("location.href")
+        browser.call("Page.navigate", url="about:blank")
+        browser.call("Page.navigate", url=address.replace("cube.obj", "tower.glb"))
+        browser.until("document.readyState", "complete")
+        page.browser.until(title, "tower.glb")
+        page.settle(60)
+        assert page.module("m.state.view.samples") == 2
+        check_looks(browser, "view", settle=lambda: page.settle(60))
+    finally:
+        viewer.process.kill()
+        viewer.process.wait()
+    print("view: scenes of a folder by buttons, keys and address")
+
+
 def check_slow_reader(viewer, page):
     connection = viewer.connect(receive_buffer=4096)
     view = page.module("m.state.view")
@@ -397,11 +469,13 @@ def check(viewer, browser, folder, scene):
     check_command(page, folder)
     check_panel(page, folder)
     check_reload(page, scene)
+    check_address(page)
     page.says("document.getElementById('stage').focus()")
     check_slow_reader(viewer, page)
     check_keyboard(page)
     check_axe(page)
     check_clip(browser)
+    check_folder(browser)
     requested = check_events(browser)
     assert requested and all(re.match(r"http://(127\.0\.0\.1|localhost):", url) for url in requested), requested
     print(f"view: no errors, and {len(requested)} files from this host alone")

@@ -37,6 +37,11 @@ pub fn print_warning(message: &str) {
     eprint_message(Level::Warning, message);
 }
 
+/// Reports a hint on standard error as one line.
+pub fn print_hint(message: &str) {
+    eprint_message(Level::Hint, message);
+}
+
 fn eprint_message(level: Level, message: &str) {
     eprint_line(&MessageStyle::of_stderr().label(level, &single_line(message)));
 }

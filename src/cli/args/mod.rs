@@ -53,5 +53,6 @@ pub use scene::SceneArgs;
 pub use sheet::SheetArgs;
 pub use time::{FrameArgs, TimeArgs};
 pub use turntable::{TurnArgs, TurntableArgs};
-pub use view::ViewArgs;
+pub use values::{BaseUrl, host_name, split_port};
+pub use view::{ServerArgs, ViewArgs};
 pub use view_sampling::ViewSamplingArgs;

@@ -7,6 +7,7 @@ use super::preview::PreviewProcessArgs;
 use super::process::CommonArgs;
 use super::scene::SceneArgs;
 use super::time::TimeArgs;
+use super::values::{self, BaseUrl};
 
 #[derive(Debug, Args)]
 pub struct ViewArgs {
@@ -31,6 +32,14 @@ pub struct ServerArgs {
     /// Port on the loopback interface, for ssh -L [default: a free one]
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u16).range(1..))]
     pub port: Option<u16>,
+    /// Address under which a proxy shows the page, such as https://hub.example.org/user/ada/proxy/8080/ of JupyterHub
+    ///
+    /// Its host is accepted as by --allow-host, and its path with or without being removed by the proxy.
+    #[arg(long, value_name = "URL", value_parser = values::base_url)]
+    pub base_url: Option<BaseUrl>,
+    /// Accept requests for another host, as behind the port forwarding of GitHub Codespaces
+    #[arg(long, value_name = "HOST", value_parser = values::host_name)]
+    pub allow_host: Vec<String>,
     /// Open the page in the browser
     #[arg(long)]
     pub open: bool,

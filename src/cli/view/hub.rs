@@ -34,6 +34,8 @@ struct HubState {
     last: ViewerId,
     running: Option<Running>,
     needs_reload: bool,
+    /// The scene of the list to open.
+    open: Option<usize>,
     /// Number of times that the scene was loaded again, or could not be.
     reloads: u64,
 }
@@ -63,6 +65,8 @@ struct Viewer {
 pub enum Turn {
     /// Load the scene again.
     Reload,
+    /// Load another scene of the list, for all viewers.
+    Open(usize),
     Viewer {
         id: ViewerId,
         outbox: Arc<Outbox>,
@@ -152,6 +156,14 @@ impl Hub {
         is_running || viewer.has_work()
     }
 
+    /// Requests another scene of the list, for all viewers. Only the last request is kept.
+    pub fn open(&self, file: usize) {
+        let mut state = self.lock();
+        state.open = Some(file);
+        state.cancel(|_| true);
+        self.is_due.notify_one();
+    }
+
     /// Has the scene loaded again at the next turn, and waits until it is.
     pub fn reload(&self) {
         let mut state = self.lock();
@@ -205,6 +217,9 @@ impl Hub {
         let mut state = self.lock();
         state.running = None;
         loop {
+            if let Some(file) = state.open.take() {
+                return Turn::Open(file);
+            }
             if std::mem::take(&mut state.needs_reload) {
                 return Turn::Reload;
             }
@@ -412,6 +427,18 @@ mod tests {
         hub.frame_cancelled(0, 1, NextFrame::Final);
         let turns = [frame(&hub), frame(&hub)].map(|(id, next, _)| (id, next));
         assert!(turns.contains(&(0, FIRST)) && turns.contains(&(1, FIRST)));
+    }
+
+    #[test]
+    fn another_scene_comes_before_frames() {
+        let hub = hub(1);
+        hub.show(0, message(1));
+        let (.., cancel) = frame(&hub);
+        (0..3).for_each(|file| hub.open(file));
+        assert!(cancel.is_cancelled());
+        hub.frame_cancelled(0, 1, FIRST);
+        assert!(matches!(hub.next_turn(), Turn::Open(2)));
+        assert_eq!(frame(&hub).1, FIRST);
     }
 
     #[test]

@@ -12,6 +12,13 @@ use crate::console::with_flags;
 pub enum PageMessage {
     View(Box<ViewMessage>),
     Pick(PickMessage),
+    Open(OpenMessage),
+}
+
+/// Another scene of the list, by its index.
+#[derive(Clone, Copy, Debug, Deserialize)]
+pub struct OpenMessage {
+    pub file: usize,
 }
 
 /// The state to show. It replaces the one before.

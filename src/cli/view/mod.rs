@@ -3,6 +3,7 @@
 //! The page sends the state of the view; it becomes options of `blinn render`, and frames are rendered with these. One
 //! thread renders for all viewers, each of which has a thread for its connection; another looks at the files.
 
+mod access;
 mod commands;
 mod flags;
 mod frame;
@@ -15,6 +16,7 @@ mod page;
 mod pick;
 mod picture_plans;
 mod quality;
+mod remote;
 mod renderer;
 mod request;
 mod response;
@@ -37,24 +39,29 @@ use std::thread;
 use anyhow::Result;
 use serde_json::json;
 
-use super::args::ViewArgs;
-use super::console::{print_error, print_stdout, print_warning, scene_error, single_line};
+use super::args::{ServerArgs, ViewArgs};
+use super::console::{print_error, print_hint, print_stdout, print_warning, scene_error, single_line};
 use super::plan::scene_list;
 use super::run::{panics, runtime};
 use super::scene_file::is_stdin;
 use super::summary::Summary;
 use super::usage::UsageError;
 use super::watched_files::WatchedFiles;
+use access::Access;
 use hub::Hub;
 use picture_plans::PicturePlans;
 use renderer::Renderer;
 use server::Server;
 use start_flags::StartFlags;
 
+/// Maximum number of scenes of a page.
+const MAX_SCENES: usize = 10_000;
+
 /// Shows a scene until the process ends. `argv` is the command line.
 pub fn run(args: &ViewArgs, argv: &[OsString]) -> Result<Summary, UsageError> {
-    let path = check(args)?;
-    let plans = PicturePlans::new(&path, StartFlags::parse(argv), args.process.max_memory);
+    let files = check(args)?;
+    let path = files.first().cloned().unwrap_or_default();
+    let plans = PicturePlans::new(files, StartFlags::parse(argv), args.process.max_memory);
     let outcome = match runtime::start(args.process.threads) {
         Ok(()) => {
             plans.start_plan()?;
@@ -71,8 +78,8 @@ pub fn run(args: &ViewArgs, argv: &[OsString]) -> Result<Summary, UsageError> {
     Ok(summary)
 }
 
-/// Checks the options, and returns the scene.
-fn check(args: &ViewArgs) -> Result<PathBuf, UsageError> {
+/// Checks the options, and returns the scenes.
+fn check(args: &ViewArgs) -> Result<Vec<PathBuf>, UsageError> {
     let no_picture = ["aov", "depth-unit", "crop"];
     if let Some(name) = no_picture.into_iter().find(|name| args.options.given.contains(name)) {
         return Err(UsageError(format!(
@@ -80,27 +87,37 @@ fn check(args: &ViewArgs) -> Result<PathBuf, UsageError> {
         )));
     }
     let scenes = scene_list(&args.scene.scenes)?;
-    let Some(scene) = scenes.single().filter(|_| !scenes.is_batch()) else {
-        return Err(UsageError("the page shows one scene; name one file".into()));
-    };
-    if is_stdin(&scene) {
+    if scenes.len() > MAX_SCENES {
+        return Err(UsageError(format!(
+            "the page lists up to {MAX_SCENES} scenes, not {}; name a smaller folder",
+            scenes.len()
+        )));
+    }
+    let scenes = scenes.to_vec()?;
+    if scenes.iter().any(|scene| is_stdin(scene)) {
         return Err(UsageError("the page shows a file, which it reads again; save standard input".into()));
     }
-    Ok(scene)
+    Ok(scenes)
 }
 
 /// Serves the page, and renders for it. Returns only with an error.
 fn serve(args: &ViewArgs, plans: PicturePlans) -> Result<()> {
     let hub = Arc::new(Hub::default());
     // A port that is in use is known before the scene is loaded.
-    let server = Server::bind(args.server.port.unwrap_or(0), hub.clone())?;
+    let server = Server::bind(args.server.port.unwrap_or(0), access(&args.server), hub.clone())?;
     let renderer = Renderer::new(hub.clone(), plans)?;
     let url = server.url()?;
+    let is_reached_by_flags = args.server.base_url.is_some() || !args.server.allow_host.is_empty();
+    let hint = remote::hint(server.port()?, |name| std::env::var(name).ok())
+        .filter(|_| !args.server.json && !args.common.quiet && !is_reached_by_flags);
     let watched = renderer.watched();
     thread::Builder::new().name("files".into()).spawn(move || watch(&watched, &hub))?;
     thread::Builder::new().name("server".into()).spawn(move || server.run())?;
     let line = if args.server.json { json!({"url": url}).to_string() } else { url.clone() };
     print_stdout(format!("{line}\n").as_bytes())?;
+    if let Some(hint) = hint {
+        print_hint(&hint);
+    }
     if args.server.open
         && let Err(error) = open::in_browser(&url)
     {
@@ -108,6 +125,10 @@ fn serve(args: &ViewArgs, plans: PicturePlans) -> Result<()> {
     }
     renderer.run();
     Ok(())
+}
+
+fn access(args: &ServerArgs) -> Access {
+    Access { base_url: args.base_url.clone(), hosts: args.allow_host.clone() }
 }
 
 /// Has the scene loaded again when its files change.

@@ -1,5 +1,7 @@
 //! The files of the page, inside the program.
 
+use blinn_output::PAGE_STYLE;
+
 /// A file of the page.
 pub struct PageFile {
     pub name: &'static str,
@@ -20,11 +22,16 @@ const CSS: &str = "text/css; charset=utf-8";
 const SCRIPT: &str = "text/javascript; charset=utf-8";
 const SVG: &str = "image/svg+xml";
 
+/// The style sheet of all pages of the program.
+static STYLE: PageFile = PageFile { name: "style.css", kind: CSS, text: PAGE_STYLE };
+
+/// The files of the folder `page`.
 static FILES: &[PageFile] = page_files! {
     "index.html" HTML
     "view.css" CSS
     "icon.svg" SVG
     "actions.js" SCRIPT
+    "address.js" SCRIPT
     "camera.js" SCRIPT
     "commands.js" SCRIPT
     "connection.js" SCRIPT
@@ -42,7 +49,7 @@ static FILES: &[PageFile] = page_files! {
 
 /// The file of a name.
 pub fn find(name: &str) -> Option<&'static PageFile> {
-    FILES.iter().find(|file| file.name == name)
+    FILES.iter().chain([&STYLE]).find(|file| file.name == name)
 }
 
 #[cfg(test)]
@@ -60,6 +67,7 @@ mod tests {
         let mut served: Vec<&str> = FILES.iter().map(|file| file.name).collect();
         served.sort();
         assert_eq!(served, on_disk);
+        assert!(find("style.css").is_some());
         assert!(find("../page.rs").is_none() && find("").is_none());
     }
 }

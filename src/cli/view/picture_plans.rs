@@ -1,7 +1,7 @@
 //! Plans of pictures, with the exposures and the plan that later pictures reuse.
 
 use std::collections::HashMap;
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 
 use anyhow::{Error, Result};
 
@@ -29,6 +29,9 @@ pub struct PicturePlan {
 
 /// Makes the plans of pictures.
 pub struct PicturePlans {
+    /// All scenes that the page can open.
+    pub files: Vec<PathBuf>,
+    /// The scene that is shown.
     pub path: PathBuf,
     pub start: StartFlags,
     /// In bytes.
@@ -43,9 +46,11 @@ pub struct PicturePlans {
 }
 
 impl PicturePlans {
-    pub fn new(path: &Path, start: StartFlags, max_memory: Option<u64>) -> PicturePlans {
+    /// The plans of the first of some files.
+    pub fn new(files: Vec<PathBuf>, start: StartFlags, max_memory: Option<u64>) -> PicturePlans {
         PicturePlans {
-            path: path.to_path_buf(),
+            path: files.first().cloned().unwrap_or_default(),
+            files,
             start,
             max_memory,
             patterns: HidePatterns::default(),
@@ -80,6 +85,11 @@ impl PicturePlans {
             RenderPlan::for_images(scenes, options.finish()?, time, &OutputArgs::default(), policy)?;
         plan.read_files()?;
         Ok(plan)
+    }
+
+    /// Index of the scene that is shown, in all.
+    pub fn file_index(&self) -> usize {
+        self.files.iter().position(|file| *file == self.path).unwrap_or_default()
     }
 
     /// Forgets what depends on the files.

@@ -5,7 +5,7 @@ use std::path::PathBuf;
 use std::sync::{Arc, Mutex};
 
 use anyhow::Result;
-use serde_json::Value;
+use serde_json::{Value, json};
 
 use super::commands;
 use super::frame::{Frame, Quality, render_frame};
@@ -56,8 +56,18 @@ impl Renderer {
     /// # Errors
     /// The scene cannot be loaded, or the options do not suit it.
     pub fn new(hub: Arc<Hub>, mut plans: PicturePlans) -> Result<Renderer> {
-        let before = WatchedFiles::new(option_files(&plans));
-        let (scenes, description) = load(&mut plans, 0)?;
+        let mut before = WatchedFiles::new(option_files(&plans));
+        let mut loaded = load(&mut plans, 0);
+        // Of several scenes, the first that can be loaded is shown.
+        for file in plans.files.clone().into_iter().skip(1) {
+            if let Err(error) = &loaded {
+                print_error(&single_line(&scene_error(&plans.path, error)));
+                plans.path = file;
+                before = WatchedFiles::new(option_files(&plans));
+                loaded = load(&mut plans, 0);
+            }
+        }
+        let (scenes, description) = loaded?;
         let watched = before.with(watched_files(&plans, scenes.scene()?));
         let watched = Arc::new(Mutex::new(watched));
         let mut renderer =
@@ -86,8 +96,13 @@ impl Renderer {
         loop {
             match self.hub.next_turn() {
                 Turn::Reload => {
-                    self.reload();
+                    self.load(None);
                     self.hub.reloaded();
+                }
+                Turn::Open(file) => {
+                    if let Some(path) = self.plans.files.get(file).cloned() {
+                        self.load(Some(path));
+                    }
                 }
                 Turn::Viewer { id, outbox, task } => self.serve(id, &outbox, task),
             }
@@ -183,18 +198,25 @@ impl Renderer {
         messages::error(&single_line(&format!("{error:#}")))
     }
 
-    /// Loads the scene again. After an error, the old one stays.
-    fn reload(&mut self) {
-        let status: Arc<str> = messages::status("reloading", "").into();
+    /// Loads the scene again, or another one. After an error, the old one stays.
+    fn load(&mut self, other: Option<PathBuf>) {
+        let state = if other.is_some() { "loading" } else { "reloading" };
+        let carry: CarryOver = if other.is_some() { carry_options } else { carry_over };
+        let status: Arc<str> = messages::status(state, "").into();
         self.hub.outboxes().iter().for_each(|outbox| outbox.status(status.clone()));
-        let before = self.lock_watched(|watched| watched.now());
+        let before = match &other {
+            Some(path) => WatchedFiles::new(vec![path.clone()]),
+            None => self.lock_watched(|watched| watched.now()),
+        };
+        let old_path = self.plans.path.clone();
+        self.plans.path = other.unwrap_or_else(|| old_path.clone());
         self.generation += 1;
         match panics::catch(|| load(&mut self.plans, self.generation)) {
             Ok((scenes, description)) => {
                 let messages = self.hub.messages().into_iter();
                 let messages = messages.map(|(id, message)| {
                     let carried = message.map(|message| ViewMessage {
-                        view: carry_over(&message.view, &self.description, &description),
+                        view: carry(&message.view, &self.description, &description),
                         ..(*message).clone()
                     });
                     (id, carried)
@@ -217,7 +239,10 @@ impl Renderer {
                     outbox.status(status.clone());
                     outbox.error(text.clone());
                 }
-                self.lock_watched(|current| *current = before);
+                if self.plans.path == old_path {
+                    self.lock_watched(|current| *current = before);
+                }
+                self.plans.path = old_path;
             }
         }
     }
@@ -227,6 +252,9 @@ impl Renderer {
     }
 }
 
+/// Makes the state of a view for another scene from that for an old one.
+type CarryOver = fn(&ViewState, &Description, &Description) -> ViewState;
+
 /// Loads the scene and describes it.
 fn load(plans: &mut PicturePlans, generation: u64) -> Result<(SceneCache, Description)> {
     let plan = plans.start_plan().map_err(|error| anyhow::Error::msg(error.0))?;
@@ -234,12 +262,16 @@ fn load(plans: &mut PicturePlans, generation: u64) -> Result<(SceneCache, Descri
     let warnings = view_scene.warnings()?.to_vec();
     let file = plans.path.to_string_lossy();
     let start = &plans.start;
-    let (message, start, scene_diameter) = view_scene.with_poses(|_, poses| {
+    let names: Vec<_> = plans.files.iter().map(|file| file.to_string_lossy()).collect();
+    let files = json!({"index": plans.file_index(), "names": names});
+    let (mut message, start, scene_diameter) = view_scene.with_poses(|_, poses| {
         let posed = &poses.start.posed;
         let sphere = posed.clip_sphere();
         let message = scene_message::describe(posed, &file, &warnings, start, generation);
         Ok((message, start_state(&plan, start, posed)?, 2.0 * sphere.radius.max(f64::MIN_POSITIVE)))
     })?;
+    message["files"] = files;
+    message["start"] = json!(start);
     let scene = view_scene.scene()?;
     let description = Description { message, start, objects: scene.objects.clone() };
     plans.patterns = HidePatterns::new(scene);
@@ -280,5 +312,30 @@ fn carry_over(view: &ViewState, old: &Description, new: &Description) -> ViewSta
         variant: view.variant.clone().filter(has_variant),
         animation: view.animation.filter(|index| (*index as usize) < count("animations")),
         ..view.clone()
+    }
+}
+
+/// The state of a view for another scene: its own camera and objects, and the options that were changed for the old one.
+fn carry_options(view: &ViewState, old: &Description, new: &Description) -> ViewState {
+    fn changed<T: Clone + PartialEq>(view: &T, old: &T, new: &T) -> T {
+        if view == old { new.clone() } else { view.clone() }
+    }
+    let (old, start) = (&old.start, &new.start);
+    let offers_lights = new.message["choices"]["lights"]
+        .as_array()
+        .is_some_and(|all| all.iter().any(|lights| *lights == view.lights));
+    let lights =
+        if offers_lights { changed(&view.lights, &old.lights, &start.lights) } else { start.lights.clone() };
+    ViewState {
+        lights,
+        exposure: changed(&view.exposure, &old.exposure, &start.exposure),
+        view_transform: changed(&view.view_transform, &old.view_transform, &start.view_transform),
+        hdri: changed(&view.hdri, &old.hdri, &start.hdri),
+        hdri_rotate: changed(&view.hdri_rotate, &old.hdri_rotate, &start.hdri_rotate),
+        background: changed(&view.background, &old.background, &start.background),
+        ground: changed(&view.ground, &old.ground, &start.ground),
+        ao: changed(&view.ao, &old.ao, &start.ao),
+        samples: changed(&view.samples, &old.samples, &start.samples),
+        ..start.clone()
     }
 }

@@ -4,7 +4,9 @@ use std::io::Read;
 use std::net::TcpStream;
 use std::time::{Duration, Instant};
 
+use super::access::Access;
 use super::token::Token;
+use crate::args::{host_name, split_port};
 
 /// Maximum size of a request's head in bytes.
 const MAX_HEAD: usize = 16 << 10;
@@ -12,8 +14,8 @@ const MAX_HEAD: usize = 16 << 10;
 const MAX_FIELDS: usize = 64;
 /// Time for a whole head.
 const HEAD_TIMEOUT: Duration = Duration::from_secs(5);
-/// Names of this computer that browsers resolve without DNS.
-const LOOPBACK_NAMES: [&str; 3] = ["localhost", "127.0.0.1", "[::1]"];
+/// Longest name of a host that an answer repeats, in bytes.
+const MAX_SHOWN_HOST: usize = 100;
 
 /// A request that passed all checks.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -26,12 +28,18 @@ pub enum Request {
     Socket { key: String },
 }
 
-/// The status of a refused request. It has no body, which could disclose something.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+/// A refused request.
+#[derive(Clone, Debug, PartialEq, Eq)]
 pub enum Refusal {
     BadRequest,
     NotFound,
     MethodNotAllowed,
+    /// A host that is not accepted, if its name is a plain one.
+    Host(Option<String>),
+    /// The host of a socket's origin that is not accepted, if its name is a plain one. The page knows the token.
+    Origin(Option<String>),
+    /// The path of a proxy before the token.
+    Path,
     /// The connection is closed without an answer.
     Silent,
 }
@@ -45,7 +53,7 @@ pub struct Head {
 
 impl Head {
     /// Reads the head of a request and checks it.
-    pub fn read(stream: &mut TcpStream, token: &Token) -> Result<Head, Refusal> {
+    pub fn read(stream: &mut TcpStream, token: &Token, access: &Access) -> Result<Head, Refusal> {
         let deadline = Instant::now() + HEAD_TIMEOUT;
         let mut bytes = Vec::new();
         let mut part = [0; 2048];
@@ -58,7 +66,7 @@ impl Head {
                 Ok(0) | Err(_) => return Err(Refusal::Silent),
                 Ok(count) => bytes.extend_from_slice(&part[..count]),
             }
-            if let Some((request, length)) = parse(&bytes, token)? {
+            if let Some((request, length)) = parse(&bytes, token, access)? {
                 return Ok(Head { request, rest: bytes.split_off(length) });
             }
             if bytes.len() > MAX_HEAD {
@@ -69,7 +77,7 @@ impl Head {
 }
 
 /// Parses and checks a head. Also returns its length; `None` if it is incomplete.
-fn parse(bytes: &[u8], token: &Token) -> Result<Option<(Request, usize)>, Refusal> {
+fn parse(bytes: &[u8], token: &Token, access: &Access) -> Result<Option<(Request, usize)>, Refusal> {
     let mut fields = [httparse::EMPTY_HEADER; MAX_FIELDS];
     let mut head = httparse::Request::new(&mut fields);
     let length = match head.parse(bytes) {
@@ -81,16 +89,21 @@ fn parse(bytes: &[u8], token: &Token) -> Result<Option<(Request, usize)>, Refusa
         return Err(Refusal::MethodNotAllowed);
     }
     let fields = Fields(head.headers);
-    let host = fields.single("host").filter(|host| is_loopback(host)).ok_or(Refusal::NotFound)?;
+    let host = fields.single("host").ok_or(Refusal::NotFound)?;
+    if !access.accepts_host(host) {
+        return Err(Refusal::Host(shown_host(host)));
+    }
     // The page requests neither absolute addresses nor ones with a query.
-    let path = head.path.and_then(|path| path.strip_prefix('/')).ok_or(Refusal::NotFound)?;
-    let (own_token, file) = path.split_once('/').map_or((path, None), |(token, file)| (token, Some(file)));
+    let path = head.path.filter(|path| path.starts_with('/')).ok_or(Refusal::NotFound)?;
+    let inner = access.inner_path(path);
+    let (own_token, file) = inner.split_once('/').map_or((inner, None), |(token, file)| (token, Some(file)));
     if !token.matches(own_token) {
-        return Err(Refusal::NotFound);
+        let is_below = inner.split('/').any(|part| token.matches(part));
+        return Err(if is_below { Refusal::Path } else { Refusal::NotFound });
     }
     let request = match file {
         None => Request::MissingSlash,
-        Some("socket") => Request::Socket { key: socket_key(&fields, host).ok_or(Refusal::NotFound)? },
+        Some("socket") => Request::Socket { key: socket_key(&fields, host, access)? },
         Some("") => Request::File("index.html".into()),
         Some(file) => Request::File(file.into()),
     };
@@ -98,26 +111,27 @@ fn parse(bytes: &[u8], token: &Token) -> Result<Option<(Request, usize)>, Refusa
 }
 
 /// The key of a WebSocket handshake from this server's own page.
-fn socket_key(fields: &Fields, host: &str) -> Option<String> {
-    // Another site's page may know the address, but cannot choose its origin.
-    let origin = fields.single("origin")?;
-    let is_own = origin.strip_prefix("http://").is_some_and(|origin| origin.eq_ignore_ascii_case(host));
-    let is_upgrade = fields.single("upgrade")?.eq_ignore_ascii_case("websocket")
-        && fields.single("connection")?.split(',').any(|word| word.trim().eq_ignore_ascii_case("upgrade"))
-        && fields.single("sec-websocket-version")? == "13";
-    let key = fields.single("sec-websocket-key")?;
-    (is_own && is_upgrade).then(|| key.to_string())
+fn socket_key(fields: &Fields, host: &str, access: &Access) -> Result<String, Refusal> {
+    let single = |name: &str| fields.single(name).ok_or(Refusal::NotFound);
+    let is_upgrade = single("upgrade")?.eq_ignore_ascii_case("websocket")
+        && single("connection")?.split(',').any(|word| word.trim().eq_ignore_ascii_case("upgrade"))
+        && single("sec-websocket-version")? == "13";
+    let key = single("sec-websocket-key")?;
+    let origin = single("origin")?;
+    if !is_upgrade {
+        return Err(Refusal::NotFound);
+    }
+    if !access.accepts_origin(origin, host) {
+        let authority = origin.split_once("://").map_or("", |(_, authority)| authority);
+        return Err(Refusal::Origin(shown_host(authority)));
+    }
+    Ok(key.into())
 }
 
-/// True for a name of this computer with any port: ssh -L changes it.
-fn is_loopback(host: &str) -> bool {
-    let is_port = |port: &str| {
-        port.is_empty() || port.strip_prefix(':').is_some_and(|port| port.parse::<u16>().is_ok())
-    };
-    LOOPBACK_NAMES.iter().any(|name| {
-        let port = host.get(..name.len()).filter(|start| start.eq_ignore_ascii_case(name));
-        port.is_some() && is_port(&host[name.len()..])
-    })
+/// The name of a host without its port, if an answer may repeat it.
+fn shown_host(host: &str) -> Option<String> {
+    let (name, _) = split_port(host)?;
+    host_name(name).ok().filter(|name| name.len() <= MAX_SHOWN_HOST)
 }
 
 /// Header fields.
@@ -138,7 +152,7 @@ mod tests {
 
     fn ask(token: &Token, line: &str, fields: &str) -> Result<Request, Refusal> {
         let head = format!("{line} HTTP/1.1\r\n{fields}\r\n");
-        parse(head.as_bytes(), token).map(|found| found.expect("the head is complete").0)
+        parse(head.as_bytes(), token, &Access::default()).map(|found| found.expect("the head is complete").0)
     }
 
     #[test]
@@ -158,25 +172,20 @@ mod tests {
     }
 
     #[test]
-    fn hosts_are_names_of_this_computer_with_any_port() {
-        for host in ["localhost", "localhost:1", "127.0.0.1:65535", "[::1]:80", "LocalHost:5"] {
-            assert!(is_loopback(host), "{host}");
-        }
-        for host in [
-            "",
-            "example.org",
-            "localhost.example.org",
-            "127.0.0.1.nip.io",
-            "localhost:x",
-            "127.0.0.2",
-            "localhost:99999",
-        ] {
-            assert!(!is_loopback(host), "{host}");
-        }
+    fn foreign_hosts_and_paths_are_named() {
         let token = Token::random().unwrap();
-        for fields in ["", "Host: example.org\r\n", "Host: localhost\r\nHost: localhost\r\n"] {
-            assert_eq!(ask(&token, &format!("GET /{token}/"), fields), Err(Refusal::NotFound), "{fields}");
+        for (fields, refusal) in [
+            ("", Refusal::NotFound),
+            ("Host: localhost\r\nHost: localhost\r\n", Refusal::NotFound),
+            ("Host: Example.org:80\r\n", Refusal::Host(Some("example.org".into()))),
+            ("Host: <b>\r\n", Refusal::Host(None)),
+            ("Host: \r\n", Refusal::Host(None)),
+        ] {
+            assert_eq!(ask(&token, &format!("GET /{token}/"), fields), Err(refusal), "{fields}");
         }
+        let host = "Host: localhost\r\n";
+        assert_eq!(ask(&token, &format!("GET /proxy/80/{token}/"), host), Err(Refusal::Path));
+        assert_eq!(ask(&token, "GET /proxy/80/", host), Err(Refusal::NotFound));
     }
 
     #[test]
@@ -190,10 +199,16 @@ mod tests {
             ask(&token, &format!("GET /{token}/socket"), &fields)
         };
         assert!(matches!(open("Origin: http://localhost:7\r\n"), Ok(Request::Socket { .. })));
-        for origin in
-            ["http://localhost", "http://127.0.0.1:7", "https://localhost:7", "null", "http://example.org"]
-        {
-            assert_eq!(open(&format!("Origin: {origin}\r\n")), Err(Refusal::NotFound), "{origin}");
+        for (origin, host) in [
+            ("http://localhost", Some("localhost")),
+            ("http://127.0.0.1:7", Some("127.0.0.1")),
+            ("https://localhost:7", Some("localhost")),
+            ("null", None),
+            ("http://example.org", Some("example.org")),
+            ("http://a<b>", None),
+        ] {
+            let refused = Err(Refusal::Origin(host.map(String::from)));
+            assert_eq!(open(&format!("Origin: {origin}\r\n")), refused, "{origin}");
         }
         assert_eq!(open(""), Err(Refusal::NotFound));
     }

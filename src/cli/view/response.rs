@@ -27,23 +27,36 @@ pub fn send_file(stream: &mut TcpStream, file: &PageFile) -> io::Result<()> {
     stream.write_all(text.as_bytes())
 }
 
-/// Sends the browser to the same address with a slash at its end. `folder` is its last part.
+/// Sends the browser to the same address with a slash at its end. `folder` is its last part: proxies may show the page
+/// below another path.
 pub fn add_slash(stream: &mut TcpStream, folder: &str) -> io::Result<()> {
     let head = format!(
-        "HTTP/1.1 308 Permanent Redirect\r\n{FIELDS}Location: /{folder}/\r\nContent-Length: 0\r\n\r\n"
+        "HTTP/1.1 308 Permanent Redirect\r\n{FIELDS}Location: {folder}/\r\nContent-Length: 0\r\n\r\n"
     );
     stream.write_all(head.as_bytes())
 }
 
-/// Refuses a request.
-pub fn refuse(stream: &mut TcpStream, refusal: Refusal) -> io::Result<()> {
+/// Refuses a request. Only what a person behind a proxy has to change is said; the rest could disclose something.
+pub fn refuse(stream: &mut TcpStream, refusal: &Refusal) -> io::Result<()> {
     let status = match refusal {
         Refusal::BadRequest => "400 Bad Request",
-        Refusal::NotFound => "404 Not Found",
+        Refusal::NotFound | Refusal::Path => "404 Not Found",
         Refusal::MethodNotAllowed => "405 Method Not Allowed",
+        Refusal::Host(_) | Refusal::Origin(_) => "403 Forbidden",
         Refusal::Silent => return Ok(()),
     };
-    stream.write_all(format!("HTTP/1.1 {status}\r\n{FIELDS}Content-Length: 0\r\n\r\n").as_bytes())
+    let text = match refusal {
+        Refusal::Host(Some(host)) => {
+            format!("Start blinn view with --allow-host {host} to use it under this address.\n")
+        }
+        Refusal::Host(None) => "Start blinn view with --allow-host to use it under this address.\n".into(),
+        Refusal::Path => "Start blinn view with --base-url, the address up to the token.\n".into(),
+        _ => String::new(),
+    };
+    let kind = if text.is_empty() { "" } else { "Content-Type: text/plain; charset=utf-8\r\n" };
+    let length = text.len();
+    let head = format!("HTTP/1.1 {status}\r\n{FIELDS}{kind}Content-Length: {length}\r\n\r\n{text}");
+    stream.write_all(head.as_bytes())
 }
 
 /// Accepts a WebSocket.

@@ -1,18 +1,20 @@
 //! Accepts connections on the loopback interface: one thread each, of a limited number.
 
 use std::net::{Ipv4Addr, Shutdown, TcpListener, TcpStream};
-use std::sync::{Arc, Mutex, MutexGuard};
+use std::sync::{Arc, Mutex, MutexGuard, Once};
 use std::thread;
 use std::time::Duration;
 
 use anyhow::{Context, Result};
 
+use super::access::Access;
 use super::hub::Hub;
 use super::page;
 use super::request::{Head, Refusal, Request};
 use super::response;
 use super::socket;
 use super::token::Token;
+use crate::console::eprint_line;
 use crate::run::panics;
 
 /// Maximum number of connections.
@@ -28,6 +30,7 @@ const ACCEPT_PAUSE: Duration = Duration::from_millis(50);
 pub struct Server {
     listener: TcpListener,
     token: Token,
+    access: Arc<Access>,
     connections: Arc<Connections>,
     hub: Arc<Hub>,
 }
@@ -37,18 +40,30 @@ impl Server {
     ///
     /// # Errors
     /// The port is in use, or the system has no random numbers.
-    pub fn bind(port: u16, hub: Arc<Hub>) -> Result<Server> {
+    pub fn bind(port: u16, access: Access, hub: Arc<Hub>) -> Result<Server> {
         let listener = TcpListener::bind((Ipv4Addr::LOCALHOST, port))
             .with_context(|| format!("--port {port} cannot be listened on; use another"))?;
-        Ok(Server { listener, token: Token::random()?, connections: Arc::default(), hub })
+        let (token, access) = (Token::random()?, Arc::new(access));
+        Ok(Server { listener, token, access, connections: Arc::default(), hub })
     }
 
-    /// The address of the page.
+    /// The port.
+    ///
+    /// # Errors
+    /// The system does not know it.
+    pub fn port(&self) -> Result<u16> {
+        Ok(self.listener.local_addr()?.port())
+    }
+
+    /// The address of the page, behind the proxy if there is one.
     ///
     /// # Errors
     /// The system does not know the port.
     pub fn url(&self) -> Result<String> {
-        Ok(format!("http://{}/{}/", self.listener.local_addr()?, self.token))
+        Ok(match &self.access.base_url {
+            Some(base) => format!("{}{}{}/", base.origin, base.path, self.token),
+            None => format!("http://{}/{}/", self.listener.local_addr()?, self.token),
+        })
     }
 
     /// Accepts connections until the process ends.
@@ -64,11 +79,11 @@ impl Server {
     /// Starts the thread of a connection. Without one, the connection is closed.
     fn start(&self, stream: TcpStream) {
         let Some(ticket) = Connections::admit(&self.connections, &stream) else { return };
-        let (token, hub) = (self.token.clone(), self.hub.clone());
+        let (token, access, hub) = (self.token.clone(), self.access.clone(), self.hub.clone());
         let serve = move || {
             // A panic is reported, and ends this connection alone.
             let _ = panics::catch(|| {
-                serve(stream, &token, &hub, &ticket);
+                serve(stream, &token, &access, &hub, &ticket);
                 Ok(())
             });
         };
@@ -77,16 +92,19 @@ impl Server {
 }
 
 /// Answers the one request of a connection.
-fn serve(mut stream: TcpStream, token: &Token, hub: &Arc<Hub>, ticket: &Ticket) {
+fn serve(mut stream: TcpStream, token: &Token, access: &Access, hub: &Arc<Hub>, ticket: &Ticket) {
     // Frames are sent at once, not after more of them.
     let _ = stream.set_nodelay(true);
     if stream.set_write_timeout(Some(WRITE_TIMEOUT)).is_err() {
         return;
     }
-    let Head { request, rest } = match Head::read(&mut stream, token) {
+    let Head { request, rest } = match Head::read(&mut stream, token, access) {
         Ok(head) => head,
         Err(refusal) => {
-            let _ = response::refuse(&mut stream, refusal);
+            if let Refusal::Origin(Some(host)) = &refusal {
+                warn_of_origin(host);
+            }
+            let _ = response::refuse(&mut stream, &refusal);
             return;
         }
     };
@@ -94,7 +112,7 @@ fn serve(mut stream: TcpStream, token: &Token, hub: &Arc<Hub>, ticket: &Ticket) 
     let _ = match request {
         Request::File(name) => match page::find(&name) {
             Some(file) => response::send_file(&mut stream, file),
-            None => response::refuse(&mut stream, Refusal::NotFound),
+            None => response::refuse(&mut stream, &Refusal::NotFound),
         },
         Request::MissingSlash => response::add_slash(&mut stream, &token.to_string()),
         Request::Socket { key } => {
@@ -103,6 +121,14 @@ fn serve(mut stream: TcpStream, token: &Token, hub: &Arc<Hub>, ticket: &Ticket) 
             accepted.map(|()| socket::run(stream, rest, hub))
         }
     };
+}
+
+/// Names the flag that accepts pages at a host, once: the browser does not show the answer to a socket.
+fn warn_of_origin(host: &str) {
+    static WARNING: Once = Once::new();
+    WARNING.call_once(|| {
+        eprint_line(&format!("warning: a page at {host} is refused; --allow-host {host} accepts it"));
+    });
 }
 
 /// The open connections.

@@ -109,6 +109,7 @@ impl Viewer<'_> {
         match parse(text) {
             Ok(PageMessage::View(view)) => hub.show(*id, *view),
             Ok(PageMessage::Pick(pick)) => hub.pick(*id, pick),
+            Ok(PageMessage::Open(open)) => hub.open(open.file),
             Err(error) => {
                 self.outbox.error(messages::error(&format!("the message cannot be read: {error}")).into())
             }

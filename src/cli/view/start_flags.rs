@@ -5,8 +5,19 @@ use std::ffi::OsString;
 use crate::args::{CAMERA_FLAGS, ExplicitFlags};
 
 /// Flags of the page and of the process, which no picture has.
-const OWN: [&str; 9] =
-    ["port", "open", "json", "threads", "max-memory", "progress", "perf", "verbose", "quiet"];
+const OWN: [&str; 11] = [
+    "port",
+    "base-url",
+    "allow-host",
+    "open",
+    "json",
+    "threads",
+    "max-memory",
+    "progress",
+    "perf",
+    "verbose",
+    "quiet",
+];
 /// Flags that the state of the view replaces, besides those of the camera.
 const REPLACED: [&str; 15] = [
     "size",

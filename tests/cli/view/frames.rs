@@ -171,7 +171,9 @@ fn flags_without_a_page_are_refused() {
     let (_dir, dir) = folder();
     let cube = model("tests/cube.obj");
     for (line, message) in [
-        (format!("view {cube} {cube}"), "one scene"),
+        (format!("view {cube} -"), "standard input"),
+        (format!("view {cube} --base-url hub/proxy/80"), "https://"),
+        (format!("view {cube} --allow-host https://hub"), "without https://"),
         ("view -".into(), "standard input"),
         (format!("view {cube} --aov depth"), "whole pictures"),
         (format!("view {cube} --crop 0,0,1,1 --size 9x9"), "whole pictures"),

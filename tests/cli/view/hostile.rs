@@ -1,7 +1,8 @@
 //! Requests that get nothing, and connections that delay nobody.
 
-use std::io::{Read, Write};
-use std::net::TcpStream;
+use std::io::{BufRead, BufReader, Read, Write};
+use std::net::{TcpListener, TcpStream};
+use std::process::{Command, Stdio};
 use std::time::Duration;
 
 use serde_json::json;
@@ -22,7 +23,12 @@ fn the_page_is_served_with_its_policy() {
         let (host, token) = (server.host(), server.token());
         server.ask(&format!("GET /{token}/{file} HTTP/1.1\r\nHost: {host}\r\n\r\n"))
     };
-    for (file, kind) in [("", "text/html"), ("main.js", "text/javascript"), ("view.css", "text/css")] {
+    for (file, kind) in [
+        ("", "text/html"),
+        ("main.js", "text/javascript"),
+        ("view.css", "text/css"),
+        ("style.css", "text/css"),
+    ] {
         let answer = get(file);
         assert!(answer.starts_with("HTTP/1.1 200 OK\r\n"), "{file}");
         for field in [&format!("Content-Type: {kind}")[..], "default-src 'none'", "no-store", "nosniff"] {
@@ -43,8 +49,6 @@ fn other_requests_get_nothing() {
         ("GET / HTTP/1.1".to_string(), host.clone(), "404"),
         (format!("GET /{wrong}/ HTTP/1.1"), host.clone(), "404"),
         (format!("GET /{}/ HTTP/1.1", &token[1..]), host.clone(), "404"),
-        (format!("GET /{token}/ HTTP/1.1"), "example.org".into(), "404"),
-        (format!("GET /{token}/ HTTP/1.1"), "127.0.0.1.example.org:80".into(), "404"),
         (format!("GET /{token}/../../etc/passwd HTTP/1.1"), host.clone(), "404"),
         (format!("GET /{token}/%2e%2e/%2e%2e/Cargo.toml HTTP/1.1"), host.clone(), "404"),
         (format!("GET /{token}//etc/passwd HTTP/1.1"), host.clone(), "404"),
@@ -64,6 +68,81 @@ fn other_requests_get_nothing() {
         assert!(is_cut || answer.starts_with(&format!("HTTP/1.1 {status} ")), "{shown}: {answer}");
         assert!(is_cut || answer.ends_with("\r\nContent-Length: 0\r\n\r\n"), "{shown}: {answer}");
         assert!(!answer.contains(&token), "{shown}");
+    }
+}
+
+/// A refused host is told which flag accepts it, and nothing else.
+#[test]
+fn other_hosts_are_told_the_flag() {
+    let (_dir, server) = cube();
+    let token = server.token();
+    for (line, host, text) in [
+        (
+            format!("GET /{token}/ HTTP/1.1"),
+            "hub.example.org:80",
+            "Start blinn view with --allow-host hub.example.org to",
+        ),
+        ("GET / HTTP/1.1".into(), "127.0.0.1.example.org", "--allow-host 127.0.0.1.example.org to"),
+        (format!("GET /{token}/ HTTP/1.1"), "<script>", "Start blinn view with --allow-host to use"),
+        (format!("GET /proxy/80/{token}/ HTTP/1.1"), server.host(), "Start blinn view with --base-url, "),
+    ] {
+        let answer = server.ask(&format!("{line}\r\nHost: {host}\r\n\r\n"));
+        let status = if text.contains("base-url") { "404" } else { "403" };
+        assert!(answer.starts_with(&format!("HTTP/1.1 {status} ")) && answer.contains(text), "{answer}");
+        assert!(answer.contains("Content-Type: text/plain") && answer.contains("nosniff"), "{answer}");
+        assert!(
+            !answer.contains(token) && !answer.contains("cube") && !answer.contains("<script>"),
+            "{answer}"
+        );
+    }
+}
+
+/// Behind a proxy that keeps its path, and behind one that removes it.
+#[test]
+fn proxies_that_flags_name_are_answered() {
+    let (_dir, path) = folder();
+    let scene = model("tests/cube.obj");
+    let base = "https://hub.example.org/user/ada/proxy/8080/";
+    let port = TcpListener::bind(("127.0.0.1", 0)).unwrap().local_addr().unwrap().port();
+    let mut child = Command::new(env!("CARGO_BIN_EXE_blinn"))
+        .args(["view", &scene, "--base-url", base, "--allow-host", "a-80.app.github.dev", "--port"])
+        .arg(port.to_string())
+        .current_dir(&path)
+        .stdout(Stdio::piped())
+        .spawn()
+        .unwrap();
+    let mut url = String::new();
+    BufReader::new(child.stdout.as_mut().unwrap()).read_line(&mut url).unwrap();
+    let token =
+        url.trim().strip_prefix(base).and_then(|rest| rest.strip_suffix('/')).expect(&url).to_string();
+    let server = Server { child, url: format!("http://127.0.0.1:{port}/{token}/") };
+    for (path, host) in [
+        (format!("/user/ada/proxy/8080/{token}/"), "hub.example.org"),
+        (format!("/{token}/main.js"), "hub.example.org:443"),
+        (format!("/{token}/"), "a-80.app.github.dev"),
+        (format!("/{token}/"), "localhost"),
+    ] {
+        let answer = server.ask(&format!("GET {path} HTTP/1.1\r\nHost: {host}\r\n\r\n"));
+        assert!(answer.starts_with("HTTP/1.1 200 "), "{path} {host}: {answer}");
+    }
+    let answer =
+        server.ask(&format!("GET /user/ada/proxy/8080/{token} HTTP/1.1\r\nHost: hub.example.org\r\n\r\n"));
+    assert!(answer.contains(&format!("\r\nLocation: {token}/\r\n")), "{answer}");
+    for (origin, host, status) in [
+        ("https://hub.example.org", "hub.example.org", "101"),
+        ("https://a-80.app.github.dev", "localhost:80", "101"),
+        ("https://hub.example.com", "hub.example.org", "403"),
+        ("http://hub.example.org", "localhost:80", "403"),
+    ] {
+        let mut stream = server.connect();
+        let head = format!(
+            "GET /{token}/socket HTTP/1.1\r\nHost: {host}\r\nOrigin: {origin}\r\nUpgrade: websocket\r\n\
+             Connection: Upgrade\r\nSec-WebSocket-Version: 13\r\nSec-WebSocket-Key: AAAAAAAAAAAAAAAAAAAAAA==\r\n\r\n"
+        );
+        stream.write_all(head.as_bytes()).unwrap();
+        let mut start = [0; 12];
+        stream.read_exact(&mut start).unwrap();
+        assert_eq!(&start[9..], status.as_bytes(), "{origin} {host}");
     }
 }
 

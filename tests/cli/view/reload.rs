@@ -62,3 +62,36 @@ fn changed_files_are_shown_with_the_same_view() {
     assert_eq!(scene["view"]["hidden"], json!([2]));
     assert_eq!(scene["objects"].as_array().unwrap().len(), 3);
 }
+
+/// Scenes of a folder open one after the other, with the options that were changed; one that is broken changes nothing.
+#[test]
+fn scenes_of_a_folder_are_opened() {
+    let (_dir, dir) = folder();
+    fs::create_dir(dir.join("all")).unwrap();
+    fs::copy(model("tests/cube.obj"), dir.join("all/b.obj")).unwrap();
+    fs::write(dir.join("all/c.obj"), "f 1 2 3\n").unwrap();
+    fs::copy(model("cornell/cornell.glb"), dir.join("all/d.glb")).unwrap();
+    // The first that can be loaded is shown.
+    fs::write(dir.join("all/a.obj"), "").unwrap();
+    let server = Server::start(&dir, "all");
+    let mut viewer = server.viewer();
+    let names = json!(["all/a.obj", "all/b.obj", "all/c.obj", "all/d.glb"]);
+    assert_eq!((&viewer.scene["file"], &viewer.scene["files"]["names"]), (&json!("all/b.obj"), &names));
+    assert_eq!((&viewer.scene["files"]["index"], &viewer.scene["start"]), (&json!(1), &viewer.scene["view"]));
+
+    let mut view = viewer.view();
+    view["samples"] = json!(2);
+    view["hidden"] = json!([0]);
+    viewer.show(&view, [64, 48]);
+    viewer.send(&json!({"type": "open", "file": 2}));
+    assert!(viewer.wait_for("error")["text"].as_str().unwrap().contains("c.obj"));
+    viewer.send(&json!({"type": "open", "file": 99}));
+    viewer.send(&json!({"type": "open", "file": 3}));
+    let scene = viewer.wait_for("scene");
+    assert_eq!((&scene["file"], &scene["files"]["index"]), (&json!("all/d.glb"), &json!(3)));
+    assert_eq!((&scene["view"]["samples"], &scene["view"]["hidden"]), (&json!(2), &json!([])));
+    assert_eq!(scene["view"]["camera"], json!({"kind": "file", "index": 0}));
+    assert_eq!(scene["start"]["samples"], json!(4));
+    let picture = viewer.show(&scene["view"], [64, 48]).pop().unwrap();
+    assert!(run_command(&dir, viewer.command["render"].as_str().unwrap()) == picture.bytes);
+}

@@ -1,11 +1,13 @@
 //! Parsers of values that only the command line has. Their errors say which form is expected.
 
+mod base_url;
 mod bench;
 mod counts;
 mod dataset;
 mod shards;
 mod views;
 
+pub use base_url::{BaseUrl, base_url, host_name, split_port};
 pub use bench::{ray_kind, sizes};
 pub use counts::{frame_count, tolerance, triangle_counts};
 pub use dataset::{CategoryRule, DatasetFormat, DatasetFormats, category_rule, dataset_formats};

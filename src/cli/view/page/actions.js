@@ -18,6 +18,8 @@ export class Actions {
   #start = null;
   /** The view that the scene came with. */
   #first = null;
+  /** Opens the scene some steps further in the list. */
+  openOther = () => {};
 
   constructor({ state, picture, playback }) {
     this.#state = state;
@@ -29,10 +31,10 @@ export class Actions {
     this.#connection = connection;
   }
 
-  /** Takes a scene; `isFirst` if its view is the one that `reset` returns to. */
+  /** Takes a scene; `isFirst` if its start is the one that `reset` returns to. */
   load(scene, isFirst) {
     this.#scene = scene;
-    if (isFirst) this.#first = scene.view;
+    if (isFirst) this.#first = scene.start;
   }
 
   get #sphere() {

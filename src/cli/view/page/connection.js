@@ -48,6 +48,11 @@ export class Connection {
     this.#post({ type: "pick", serial: this.#serial, x, y });
   }
 
+  /** Requests another scene of the list, by its index. */
+  openFile(file) {
+    if (this.isOpen) this.#post({ type: "open", file });
+  }
+
   #open(attempts) {
     const socket = new WebSocket(this.#url);
     this.#socket = socket;

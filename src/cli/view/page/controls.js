@@ -109,6 +109,14 @@ export class Controls {
     $("size-field").hidden = true;
   }
 
+  /** Shows and applies a fixed size, as [width, height]; null for that of the window. */
+  set size(size) {
+    document.querySelector(`[name=size][value=${size ? "fixed" : "window"}]`).checked = true;
+    if (size) [$("width").value, $("height").value] = size;
+    $("size-field").hidden = !size;
+    this.#actions.resize(size);
+  }
+
   /** The exposure of the last picture, for the slider. */
   #metered = 0;
 

@@ -19,6 +19,7 @@ const KEYS = [
   [["C"], "Next camera of the file", { c: a => a.nextCamera() }],
   [["O"], "Perspective or orthographic", { o: a => a.toggleProjection() }],
   [["H"], "Hide or show the selected object", { h: a => a.toggleSelected() }],
+  [["Page ↑", "Page ↓"], "Previous or next scene of the folder", { PageUp: a => a.openOther(-1), PageDown: a => a.openOther(1) }],
   [["Esc"], "Select nothing", { Escape: a => a.select(null) }],
   [["Space"], "Play or pause", { " ": a => a.togglePlay() }],
   [["?"], "Show these keys", { "?": a => a.showKeys() }],

@@ -1,6 +1,7 @@
 // The page of `blinn view`: connects the picture, the panel and the renderer.
 
 import { Actions } from "./actions.js";
+import { fileOf, fragmentOf, viewOf } from "./address.js";
 import { cameraOf, completed, sphereOf } from "./camera.js";
 import { CommandField, savePicture } from "./commands.js";
 import { Connection } from "./connection.js";
@@ -32,6 +33,10 @@ const commands = Object.fromEntries(["render", "turntable"].map(kind => [kind, n
 
 /** The scene as the renderer describes it. */
 let scene = null;
+/** Index of the scene that was asked for last. */
+let fileIndex = 0;
+/** The fragment to apply to the next scene; null for none. */
+let wanted = location.hash;
 /** True after the connection was lost: the next scene gets the view of the page. */
 let isReconnected = false;
 
@@ -71,13 +76,50 @@ function showWarnings(texts) {
   $("no-warnings").hidden = warnings.length > 0;
 }
 
+/** Shows the view of a fragment. */
+function applyAddress(fragment) {
+  const { view, size } = viewOf(fragment, scene);
+  controls.size = size;
+  state.change(view);
+}
+
+/** Writes the view into the address. */
+function writeAddress() {
+  if (!scene || state.moving) return;
+  const fragment = fragmentOf(state.view, scene, picture.fixedSize);
+  if (fragment === location.hash.slice(1)) return;
+  // Browsers limit how often an address changes.
+  try { history.replaceState(null, "", fragment ? `#${fragment}` : location.pathname); } catch {}
+}
+
+function openFile(index) {
+  const count = scene?.files.names.length ?? 0;
+  if (index < 0 || index >= count) return;
+  fileIndex = index;
+  showFiles();
+  connection.openFile(index);
+}
+
+function showFiles() {
+  const count = scene.files.names.length;
+  $("files").hidden = count < 2;
+  $("file-number").textContent = `${fileIndex + 1} of ${count}`;
+  $("previous-file").disabled = fileIndex === 0;
+  $("next-file").disabled = fileIndex + 1 >= count;
+}
+
 function receiveScene(message) {
   const old = scene;
   scene = message;
-  scene.view.camera = completed(scene.view.camera, sphereOf(scene.bounds), picture.aspect);
-  actions.load(scene, !old);
+  for (const view of [scene.view, scene.start]) {
+    view.camera = completed(view.camera, sphereOf(scene.bounds), picture.aspect);
+  }
+  const isSame = old?.file === scene.file;
+  actions.load(scene, !isSame);
+  fileIndex = scene.files.index;
+  showFiles();
   status.sceneLoaded();
-  if (!old) state.view = scene.view;
+  if (!isSame) state.view = scene.view;
   else if (isReconnected) state.view = carryOver(state.view, old, scene);
   // After a reload the renderer has the view, but the camera may have moved since.
   else state.view = { ...scene.view, camera: carryOver(state.view, old, scene).camera };
@@ -89,7 +131,17 @@ function receiveScene(message) {
   describeScene();
   objects.objects = scene.objects;
   controls.showScene(scene);
-  state.change({});
+  const fragment = wanted;
+  wanted = null;
+  const other = fragment === null ? undefined : fileOf(fragment, scene);
+  if (other !== undefined && other !== fileIndex) {
+    wanted = fragment;
+    openFile(other);
+  } else if (fragment) {
+    applyAddress(fragment);
+  } else {
+    state.change({});
+  }
 }
 
 function markSelected() {
@@ -118,7 +170,10 @@ const connection = new Connection(new URL("socket", location.href.replace(/^http
     $("turntable-field").hidden = !message.turntable;
   },
   status: message => status.message(message),
-  error: message => status.fail(message),
+  error(message) {
+    if (message.scene) wanted = null;
+    status.fail(message);
+  },
 });
 
 /** Returns the camera of the view, for a renderer that does not tell that of the frame. */
@@ -128,12 +183,14 @@ function orbitCamera() {
 }
 
 actions.connection = connection;
+actions.openOther = step => openFile(fileIndex + step);
 
 state.addEventListener("view", () => {
   controls.show(scene, state.view);
   showObjects();
   status.changed();
   for (const command of Object.values(commands)) command.expire();
+  writeAddress();
   send();
 });
 state.addEventListener("selection", () => {
@@ -166,6 +223,20 @@ $("save-picture").addEventListener("click", () => {
 });
 fillKeysDialog($("keys"));
 $("show-keys").addEventListener("click", () => actions.showKeys());
+
+$("previous-file").addEventListener("click", () => openFile(fileIndex - 1));
+$("next-file").addEventListener("click", () => openFile(fileIndex + 1));
+// An address that a person pasted, or went back to.
+addEventListener("hashchange", () => {
+  if (!scene) return;
+  const other = fileOf(location.hash, scene);
+  if (other !== undefined && other !== fileIndex) {
+    wanted = location.hash;
+    openFile(other);
+  } else {
+    applyAddress(location.hash);
+  }
+});
 
 new ResizeObserver(() => {
   picture.layOut();

@@ -2,6 +2,7 @@
 
 /** Lost connections in a row after which the program is probably gone. */
 const GONE_AFTER = 4;
+const LOOPBACK_NAMES = ["localhost", "127.0.0.1", "[::1]"];
 
 const seconds = milliseconds =>
   milliseconds < 1000 ? `${Math.round(milliseconds)} ms` : `${(milliseconds / 1000).toFixed(1)} s`;
@@ -14,6 +15,8 @@ export class Status {
   /** The error of a scene that could not be loaded again. Pictures show the one before. */
   #sceneError = "";
   #isLost = false;
+  /** True after the first connection. */
+  #wasConnected = false;
 
   constructor({ status, error, progress, notice }) {
     this.#status = status;
@@ -29,6 +32,7 @@ export class Status {
 
   connected() {
     this.#isLost = false;
+    this.#wasConnected = true;
     this.#notice.hidden = true;
     this.#say("Loading…");
   }
@@ -36,8 +40,12 @@ export class Status {
   lost(attempts) {
     this.#isLost = true;
     this.#progress.hidden = true;
+    const { hostname } = location;
+    const isForwarded = !LOOPBACK_NAMES.includes(hostname);
     const text = attempts < GONE_AFTER
       ? "Connection lost. Trying again…"
+      : isForwarded && !this.#wasConnected
+      ? `The connection is refused. If a proxy shows this page, start blinn view with --allow-host ${hostname}.`
       : "The program does not answer. If it was ended, start blinn view again and open its new address.";
     this.#say(text);
     this.#notice.textContent = text;
