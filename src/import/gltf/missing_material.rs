@@ -5,7 +5,7 @@ use super::material;
 use blinn_scene::{Material, Reflectance, Source};
 
 /// Texts in the generators of programs that write meshes without materials.
-const GENERATORS: [&str; 3] = ["mikedh/trimesh", "Open3D", "fury"];
+const GENERATORS: [&str; 5] = ["mikedh/trimesh", "Open3D", "fury", "jscad-plan-to-gltf", "kulisse"];
 
 /// Returns true if primitives without a material are matte. Files of other programs, and of those that do not name
 /// themselves, have glTF's default.

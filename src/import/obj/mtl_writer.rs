@@ -22,11 +22,14 @@ pub(super) enum MtlWriter {
     OpenCascade,
     SweetHome3d,
     LeoCad,
+    SolveSpace,
+    TopologicPy,
     Trimesh,
+    Wings,
 }
 
 /// Text in the head of a file that names its program.
-const MARKS: [(&str, MtlWriter); 8] = [
+const MARKS: [(&str, MtlWriter); 10] = [
     ("written by the visualization toolkit", MtlWriter::Vtk),
     ("Created by Jmol", MtlWriter::Jmol),
     ("by Meshlab", MtlWriter::MeshLab),
@@ -34,7 +37,9 @@ const MARKS: [(&str, MtlWriter); 8] = [
     ("Open CASCADE", MtlWriter::OpenCascade),
     ("Sweet Home 3D", MtlWriter::SweetHome3d),
     ("LeoCAD", MtlWriter::LeoCad),
+    ("topologicpy", MtlWriter::TopologicPy),
     ("mikedh/trimesh", MtlWriter::Trimesh),
+    ("Exported from Wings 3D", MtlWriter::Wings),
 ];
 
 /// Lines of a file's head.
@@ -60,7 +65,14 @@ impl MtlWriter {
         }
         // Mol* names itself in neither file. These constants are those of Jmol.
         let has = |statement: &str| lines().any(|line| line == statement);
-        if has("Ns 163") && has("Ni 0.001") { MtlWriter::MolStar } else { MtlWriter::Unknown }
+        if has("Ns 163") && has("Ni 0.001") {
+            return MtlWriter::MolStar;
+        }
+        let mut statements = lines();
+        match (statements.next(), statements.next()) {
+            (Some(name), Some(color)) if is_named_by_color(name, color) => MtlWriter::SolveSpace,
+            _ => MtlWriter::Unknown,
+        }
     }
 
     /// Returns true for Blender of any version.
@@ -86,6 +98,19 @@ impl MtlWriter {
     }
 }
 
+/// Returns true for `newmtl h8040ff` before `Kd 0.502 0.251 1.000`. SolveSpace names itself in neither file, but names its
+/// materials by their colours.
+fn is_named_by_color(name: &str, color: &str) -> bool {
+    let Some(digits) = name.strip_prefix("newmtl h").filter(|digits| digits.len() == 6) else {
+        return false;
+    };
+    let Ok(packed) = u32::from_str_radix(digits, 16) else {
+        return false;
+    };
+    let [_, r, g, b] = packed.to_be_bytes().map(|byte| f32::from(byte) / 255.0);
+    color == format!("Kd {r:.3} {g:.3} {b:.3}")
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -108,6 +133,12 @@ mod tests {
             ),
             ("newmtl 0xff8040\nillum 2\nNs 163\nNi 0.001\n", "", MtlWriter::MolStar),
             ("newmtl a\n", "Model exported from LeoCAD", MtlWriter::LeoCad),
+            ("newmtl h8040ff\nKd 0.502 0.251 1.000\n", "", MtlWriter::SolveSpace),
+            ("newmtl h8040ff\nKd 0.216 0.051 1.000\n", "", MtlWriter::Unknown),
+            ("newmtl h8040ff\n", "", MtlWriter::Unknown),
+            ("newmtl hélène\nKd 0.502 0.251 1.000\n", "", MtlWriter::Unknown),
+            ("newmtl color_000\n", "topologicpy The version that you are using", MtlWriter::TopologicPy),
+            ("# Exported from Wings 3D 2.2.9\r\nnewmtl a\r\n", "", MtlWriter::Wings),
             ("# https://github.com/mikedh/trimesh\n", "", MtlWriter::Trimesh),
             ("newmtl a\n# Created by Jmol\nNs 163\n", "Blender 5.0", MtlWriter::Unknown),
             ("", "", MtlWriter::Unknown),

@@ -225,7 +225,7 @@ fn buffers_beside_the_chunk_are_read() {
     assert!(warnings.is_empty(), "{warnings:?}");
 }
 
-/// trimesh, Open3D and FURY write meshes without materials and show them matte; others mean glTF's default, a metal.
+/// Some programs write meshes without materials and show them matte; others mean glTF's default, a metal.
 #[test]
 fn meshes_without_materials_are_matte_where_the_program_shows_them_so() {
     let metallic = |name: &str, has_material: bool| {
@@ -243,7 +243,9 @@ fn meshes_without_materials_are_matte_where_the_program_shows_them_so() {
         assert_eq!((material.base_color.factor, roughness.factor), (Vec3::ONE, 1.0));
         metallic.factor
     };
-    for name in ["https://github.com/mikedh/trimesh", "Open3D", "pygltflib, fury"] {
+    for name in
+        ["https://github.com/mikedh/trimesh", "Open3D", "pygltflib, fury", "jscad-plan-to-gltf", "kulisse 1"]
+    {
         assert_eq!((metallic(name, false), metallic(name, true)), (0.0, 1.0), "{name}");
     }
     for name in ["", "VTK", "Some Exporter v1.0"] {
