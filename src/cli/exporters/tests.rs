@@ -103,7 +103,7 @@ fn exporters_are_found_by_the_longest_text() {
     assert_eq!(names(SourceFormat::Obj, "Created by Jmol 14.32.83"), ["Jmol"]);
     assert_eq!(names(SourceFormat::Gltf, "Created by Jmol 14.32.83"), [""; 0]);
     assert_eq!(names(SourceFormat::Gltf, ""), [""; 0]);
-    assert_eq!(names(SourceFormat::Gltf, "Open CASCADE Technology 7.9.2 [dev.opencascade.org]").len(), 3);
+    assert_eq!(names(SourceFormat::Gltf, "Open CASCADE Technology 7.9.2 [dev.opencascade.org]").len(), 4);
 }
 
 #[test]
