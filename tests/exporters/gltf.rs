@@ -4,7 +4,7 @@ use blinn::scene::{AlphaMode, Material, PoseSettings, Reflectance, Scene, pose};
 use glam::{DVec3, Vec3};
 use serde_json::json;
 
-use crate::common::gltf_fixture::Fixture;
+use crate::common::gltf_fixture::{Fixture, bytes_of};
 
 fn by(generator: &str) -> Fixture {
     let mut file = Fixture::triangle();
@@ -91,4 +91,33 @@ fn opacities_without_alpha_mode_are_opaque() {
         file.material(json!({"pbrMetallicRoughness": pbr}));
         assert_eq!(material(&load(&file)).alpha_mode, AlphaMode::Opaque, "{generator}");
     }
+}
+
+/// A colour with an opacity becomes five numbers, of which the last is 1.
+#[test]
+fn plot2gltf_writes_five_numbers() {
+    let mut file = by("pygltflib@v1.16.5");
+    let pbr =
+        json!({"baseColorFactor": [0.5, 0.25, 1, 0.5, 1.0], "metallicFactor": 0.0, "roughnessFactor": 1.0});
+    file.material(json!({"pbrMetallicRoughness": pbr, "alphaMode": "OPAQUE", "doubleSided": true}));
+    let (scene, warnings) = file.load();
+    assert_eq!(warnings.len(), 1, "{warnings:?}");
+    assert!(warnings[0].contains("5 numbers instead of 4"), "{warnings:?}");
+    assert_eq!(material(&scene).base_color.factor, Vec3::new(0.5, 0.25, 1.0));
+    assert_eq!(material(&scene).alpha_mode, AlphaMode::Opaque);
+}
+
+/// Plain arrays become accessors of floats, indices too, and colours of three bytes are not padded.
+#[test]
+fn luma_gl_writes_indices_as_floats() {
+    let mut file = by("@luma.gl/gltf");
+    let colors = file.accessor(5121, "VEC3", 3, &[255, 0, 0, 0, 255, 0, 0, 0, 255]);
+    file.json["accessors"][colors]["normalized"] = json!(true);
+    file.attribute("COLOR_0", colors);
+    let indices = file.accessor(5126, "SCALAR", 3, &bytes_of(&[2.0f32, 1.0, 0.0]));
+    file.primitive()["indices"] = json!(indices);
+    let (scene, _) = file.load();
+    let colors: Vec<Vec3> = scene.meshes[0].colors.iter().map(|color| color.truncate()).collect();
+    let corners = scene.meshes[0].triangles[0].map(|vertex| colors[vertex as usize]);
+    assert_eq!(corners, [Vec3::Z, Vec3::Y, Vec3::X]);
 }

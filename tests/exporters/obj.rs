@@ -105,3 +105,105 @@ fn vtk_numbers_normals_by_vertices() {
     assert_eq!((scene.meshes[0].normals.len(), &scene.meshes[1].normals[..]), (0, &[Vec3::NEG_Z; 3][..]));
     assert_eq!(warnings, ["faces number normals by vertices: used those of the vertices"]);
 }
+
+/// PyVista: an averaged normal for each vertex of a cube, texture coordinates of three numbers, and Tr as the opacity.
+#[test]
+fn pyvista_writes_opacities_and_displayed_colors() {
+    let obj = format!(
+        "#  wavefront obj file written by the visualization toolkit\n\nmtllib a.mtl\n\n{SQUARE}vn -0.577 -0.577 0.577\n\
+         vn 0.577 -0.577 0.577\nvn 0.577 0.577 0.577\nvn -0.577 0.577 0.577\nvt -0 0 0\nvt 1 0 0\nvt 1 1 0\nvt -0 1 0\n\
+         \ng grp1\nusemtl mtl1\nf 1/1/1 2/2/2 3/3/3 4/4/4 \n"
+    );
+    let mtl = "newmtl mtl1\nKa 0 0 0\nKd 1 0.6470588235294118 0\nKs 0 0 0\nNs 100\nTr 0.25\nillum 3\n";
+    let (scene, warnings) = read(&obj, mtl);
+    let material = &scene.materials[0];
+    assert!(warnings.is_empty(), "{warnings:?}");
+    assert_eq!((material.alpha.factor, material.alpha_mode), (0.25, AlphaMode::Blend));
+    assert!((material.base_color.factor - Vec3::new(1.0, 0.376, 0.0)).length() < 1e-3);
+    assert_eq!((scene.meshes[0].normals.len(), scene.meshes[0].uvs.len()), (4, 4));
+}
+
+/// Materials that are named by their displayed colours, in files that name no program.
+#[test]
+fn solvespace_names_materials_by_their_colors() {
+    let obj = format!("mtllib a.mtl\n{SQUARE}vn 0 0 1\nusemtl h8040ff\nf 1//1 2//1 3//1\n");
+    let (scene, warnings) = read(&obj, "newmtl h8040ff\nKd 0.502 0.251 1.000\n");
+    assert!(warnings.is_empty(), "{warnings:?}");
+    let displayed = Vec3::new(0.216, 0.051, 1.0);
+    assert!((scene.materials[0].base_color.factor - displayed).length() < 1e-3, "{:?}", scene.materials[0]);
+    let (scene, _) = read(&obj, "newmtl h8040ff\nKd 0.5 0.25 1\n");
+    assert_eq!(scene.materials[0].base_color.factor, Vec3::new(0.5, 0.25, 1.0), "another program's name");
+}
+
+/// Lines end with CR and LF, exponents are `0.0000000e+0`, and Kd is a displayed value.
+#[test]
+fn wings_writes_displayed_colors() {
+    let obj = "# Exported from Wings 3D 2.2.9\r\nmtllib a.mtl\r\no square\r\n#3 vertices, 1 faces\r\nv 0.0000000e+0 0.0000000e+0 0.0000000e+0\r\n\
+               v 1.00000000 0.0000000e+0 0.0000000e+0\r\nv 1.00000000 1.00000000 0.0000000e+0\r\nvn 0.0000000e+0 0.0000000e+0 1.00000000\r\n\
+               g square\r\nusemtl violet\r\ns 1\r\nf 1//1 2//1 3//1\r\n";
+    let mtl = "# Exported from Wings 3D 2.2.9\r\nnewmtl violet\r\nNs 50.0\r\nd 0.5\r\nillum 2\r\nKd 0.5 0.25 1.0\r\nKa 0.5 0.25 1.0\r\n\
+               Ks 0.1 0.1 0.1\r\nKe 0.0 0.0 0.0\r\n\r\n";
+    let (scene, warnings) = read(obj, mtl);
+    assert!(warnings.is_empty(), "{warnings:?}");
+    let material = &scene.materials[0];
+    assert_eq!((material.name.as_str(), material.alpha.factor), ("violet", 0.5));
+    assert!((material.base_color.factor - Vec3::new(0.214, 0.051, 1.0)).length() < 1e-3, "{material:?}");
+}
+
+/// The library is named `example.mtl` in every file, and written under the name of the OBJ.
+#[test]
+fn topologicpy_names_a_library_that_it_does_not_write() {
+    let obj = format!(
+        "# topologicpy The version that you are using (0.9.87) is EQUAL TO the latest version (0.9.87) available on PyPI.\n\
+         mtllib example.mtl\n\ng Untitled_000\n{SQUARE}usemtl color_000\nf 1 2 3 4"
+    );
+    let (scene, warnings) = read(&obj, "newmtl color_000\nKd 1.0 0.5019607843137255 0.0\nd 0.5\n");
+    assert_eq!(warnings.len(), 1, "{warnings:?}");
+    assert!(warnings[0].contains("used 'a.mtl'"), "{warnings:?}");
+    let material = &scene.materials[0];
+    assert_eq!((material.alpha.factor, scene.meshes[0].triangles.len()), (0.5, 2));
+    assert!((material.base_color.factor - Vec3::new(1.0, 0.216, 0.0)).length() < 1e-3, "{material:?}");
+}
+
+/// OpenSceneGraph: the opacity is the fourth number of colours.
+#[test]
+fn openscenegraph_writes_opacities_into_colors() {
+    let obj = format!("mtllib a.mtl\n{SQUARE}usemtl m\nf 1 2 3\nusemtl opaque\nf 1 3 4\n");
+    let mtl = "newmtl m\n\tKa 0.2 0.2 0.2 0.25\n\tKd 0.5 0.25 1 0.25\n\tKs 1 1 1 0.25\n\tNs 25\nnewmtl opaque\n\tKd 1 1 1 1\n";
+    let (scene, _) = read(&obj, mtl);
+    let opacity = |i: usize| (scene.materials[i].alpha.factor, scene.materials[i].alpha_mode);
+    assert_eq!(opacity(0), (0.25, AlphaMode::Blend));
+    assert_eq!(opacity(1).0, 1.0);
+}
+
+/// Assimp: normals of a length of .00999 after a source whose unit is scaled.
+#[test]
+fn assimp_writes_short_normals() {
+    let obj =
+        format!("# File produced by Open Asset Import Library\n{SQUARE}vn 0 0 0.00999\nf 1//1 2//1 3//1\n");
+    let (scene, warnings) = read(&obj, "");
+    assert!(warnings.is_empty(), "{warnings:?}");
+    assert!(scene.meshes[0].normals.iter().all(|n| (*n - Vec3::Z).length() < 1e-6));
+}
+
+/// p5.js writes `1/1/` and serialize-wavefront-obj `1//` where normals are missing.
+#[test]
+fn numbers_of_missing_normals_are_left_out() {
+    let p5 = "v 0 0 0\nv 100 0 0\nv 0 100 0\nvt 0 0\nvt 1 0\nvt 0 1\nf 1/1/ 2/2/ 3/3/\n";
+    let stackgl = "v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1// 2// 3//\n";
+    for (obj, uvs) in [(p5, 3), (stackgl, 0)] {
+        let (scene, warnings) = read(obj, "");
+        assert!(warnings.is_empty(), "{warnings:?}");
+        assert_eq!((scene.meshes[0].triangles.len(), scene.meshes[0].uvs.len()), (1, uvs));
+    }
+}
+
+/// Ladybug: colours of vertices from 0 to 255.
+#[test]
+fn ladybug_writes_colors_as_bytes() {
+    let obj = "# OBJ file written by ladybug geometry\n\nv 0.0 0.0 0.0 255 0 0\nv 1.0 0.0 0.0 0 255 0\nv 0.0 1.0 0.0 0 0 255\nf 1 2 3\n";
+    let (scene, warnings) = read(obj, "");
+    let colors: Vec<Vec3> = scene.meshes[0].colors.iter().map(|color| color.truncate()).collect();
+    assert_eq!(colors, [Vec3::X, Vec3::Y, Vec3::Z]);
+    assert_eq!(warnings, ["vertex colours exceed 1: read as bytes from 0 to 255"]);
+}
