@@ -34,7 +34,7 @@ with open(path, 'rb') as file:
     data = file.read()
 size = struct.unpack_from('<I', data, 12)[0]
 extras = json.loads(data[20:20 + size])['asset']['extras']
-print({name: extras[name] for name in ('user', 'username', 'date')})
+print(sorted(extras), extras['username'])
 assert extras['username'] == 'alice-the-author', 'the login name is left out now'
 PYTHON
 LOGNAME=alice-the-author "$dir/venv/bin/python" "$dir/triangle.py" "$dir"
