@@ -18,6 +18,7 @@ mod errors;
 mod info;
 mod loaded;
 mod log;
+mod option_types;
 mod options;
 mod picture;
 mod pictures;
@@ -45,6 +46,7 @@ fn _blinn(module: &Bound<'_, PyModule>) -> PyResult<()> {
     module.add_class::<pictures::PyPictures>()?;
     module.add_function(wrap_pyfunction!(camera_list::load_cameras, module)?)?;
     module.add_function(wrap_pyfunction!(command::main, module)?)?;
+    module.add_function(wrap_pyfunction!(option_types::option_types, module)?)?;
     module.add_function(wrap_pyfunction!(options::list_render_options, module)?)?;
     module.add_function(wrap_pyfunction!(pool::set_threads, module)?)?;
     Ok(())

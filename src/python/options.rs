@@ -32,7 +32,8 @@ pub enum OptionSet {
 }
 
 impl OptionSet {
-    fn contains(self, def: &OptionDef) -> bool {
+    /// True for an option of the call.
+    pub fn contains(self, def: &OptionDef) -> bool {
         let is_of_load =
             [Heading::Scene, Heading::Process].contains(&def.heading) || LOAD_ONLY.contains(&def.name);
         match self {

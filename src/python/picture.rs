@@ -1,6 +1,6 @@
 //! A rendered picture with its layers.
 
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
 use numpy::{IntoPyArray, PyArray1, PyArrayMethods};
@@ -14,6 +14,10 @@ use blinn_core::closest_name::did_you_mean;
 use blinn_output::{BitDepth, ImageFormat, Overwrite, Picture, SaveError, save};
 use blinn_render::integrator::{Aov, MatteKind};
 use blinn_render::{AovLayer, MATTE_RANKS};
+use blinn_session::values;
+
+/// Metres per step of depths in files.
+const MILLIMETRE: f64 = 0.001;
 
 /// A rendered picture.
 #[pyclass(name = "Picture", module = "blinn", frozen)]
@@ -28,6 +32,11 @@ impl PyPicture {
 
     fn size(&self) -> (usize, usize) {
         (self.picture.pixels.width as usize, self.picture.pixels.height as usize)
+    }
+
+    /// The picture without its layers.
+    fn alone(&self) -> Picture {
+        Picture::new(self.picture.pixels.clone(), self.picture.display)
     }
 
     fn layer(&self, name: &str) -> Option<&AovLayer> {
@@ -155,26 +164,46 @@ impl PyPicture {
         ))
     }
 
-    /// Writes the picture. The ending picks the format: .png, .exr, .jpg or .webp. Layers are channels of an .exr, and
-    /// previews named NAME.<layer>.png beside other formats. Returns the written paths.
-    fn save(&self, py: Python<'_>, path: PathBuf) -> PyResult<Vec<PathBuf>> {
-        let Some(format) = ImageFormat::from_path(&path) else {
-            let (path, endings) = (path.display(), ImageFormat::EXTENSIONS);
-            return Err(value_error(format!("{path}: unknown ending; use one of {endings}")));
+    /// Writes the picture to one file. The ending picks the format: .png, .exr, .jpg or .webp. Layers are channels of an
+    /// .exr; other formats have the picture alone.
+    fn save(&self, py: Python<'_>, path: PathBuf) -> PyResult<()> {
+        let format = format_of(&path)?;
+        if format.supports_layers() {
+            return write(py, &self.picture, &path, format).map(drop);
+        }
+        write(py, &self.alone(), &path, format).map(drop)
+    }
+
+    /// Writes the picture, and beside formats other than .exr each layer as NAME.<layer>.png. Depths are 16-bit integers:
+    /// multiples of `depth_unit` ("mm", "m" or metres), 0 where nothing is; other layers are shown as colours. Returns the
+    /// written paths.
+    #[pyo3(signature = (path, *, depth_unit = None))]
+    fn save_all(
+        &self,
+        py: Python<'_>,
+        path: PathBuf,
+        depth_unit: Option<&Bound<'_, PyAny>>,
+    ) -> PyResult<Vec<PathBuf>> {
+        let format = format_of(&path)?;
+        let unit = match depth_unit {
+            Some(unit) => {
+                let text: String = unit.str()?.extract()?;
+                Some(
+                    values::depth_unit(&text)
+                        .map_err(|reason| value_error(format!("`depth-unit`: {reason}")))?,
+                )
+            }
+            None => self.picture.depth_step,
         };
-        let write = || Ok(save(&self.picture, &path, format, BitDepth::Default, Overwrite::Yes));
-        pool::run(py, write)?.map_err(|error| {
-            let SaveError { cause, .. } = &error;
-            std::io::Error::new(cause.kind(), error.to_string()).into()
-        })
+        let step = unit.unwrap_or(MILLIMETRE);
+        check_depths(self.layer(Aov::Depth.name()).filter(|_| !format.supports_layers()), step)?;
+        let metric = Picture { depth_step: Some(step), ..Picture::clone(&self.picture) };
+        write(py, &metric, &path, format)
     }
 
     /// The displayed picture as a PNG file, for notebooks.
     fn _repr_png_<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyBytes>> {
-        let bytes = pool::run(py, || {
-            let alone = Picture::new(self.picture.pixels.clone(), self.picture.display);
-            Ok(ImageFormat::Png.encode(&alone, BitDepth::Default)?)
-        })?;
+        let bytes = pool::run(py, || Ok(ImageFormat::Png.encode(&self.alone(), BitDepth::Default)?))?;
         Ok(PyBytes::new(py, &bytes))
     }
 
@@ -186,6 +215,36 @@ impl PyPicture {
         };
         format!("<blinn.Picture {width}x{height}{layers}>")
     }
+}
+
+/// The format that the ending of a path picks.
+fn format_of(path: &Path) -> PyResult<ImageFormat> {
+    ImageFormat::from_path(path).ok_or_else(|| {
+        let (path, endings) = (path.display(), ImageFormat::EXTENSIONS);
+        value_error(format!("{path}: unknown ending; use one of {endings}"))
+    })
+}
+
+/// Writes a picture with its layers. Returns the written paths.
+fn write(py: Python<'_>, picture: &Picture, path: &Path, format: ImageFormat) -> PyResult<Vec<PathBuf>> {
+    let write = || Ok(save(picture, path, format, BitDepth::Default, Overwrite::Yes));
+    pool::run(py, write)?.map_err(|error| {
+        let SaveError { cause, .. } = &error;
+        std::io::Error::new(cause.kind(), error.to_string()).into()
+    })
+}
+
+/// Returns an error for depths that 16-bit integers do not hold.
+fn check_depths(layer: Option<&AovLayer>, step: f64) -> PyResult<()> {
+    let depths = layer.into_iter().flat_map(|layer| &layer.values).copied();
+    let farthest = f64::from(depths.filter(|depth| depth.is_finite()).fold(0.0, f32::max));
+    let largest = step * f64::from(u16::MAX);
+    if farthest <= largest + 0.5 * step {
+        return Ok(());
+    }
+    Err(value_error(format!(
+        "the depth {farthest} m is above {largest} m, the largest of 16 bits; pass a larger `depth-unit`, or save an .exr"
+    )))
 }
 
 /// An array of pixels with its shape.

@@ -27,6 +27,7 @@ from ._blinn import (
     render_options,
     set_threads,
 )
+from ._dataset import write_dataset
 from ._glb import Mesh
 from ._scene import Hits, Scene, load
 
@@ -48,4 +49,5 @@ __all__ = [
     "load_cameras",
     "render_options",
     "set_threads",
+    "write_dataset",
 ]

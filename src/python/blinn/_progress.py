@@ -4,7 +4,9 @@ from __future__ import annotations
 
 import importlib
 import sys
-from typing import Callable
+from typing import Callable, Union
+
+Progress = Union[bool, Callable[[float], object]]
 
 WIDTH = 40
 

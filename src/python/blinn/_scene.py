@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import os
-from typing import Any, Callable, Iterable, Mapping, NamedTuple, Sequence, Union
+from typing import TYPE_CHECKING, Any, Callable, Iterable, Mapping, NamedTuple, Sequence, Union
 
 import numpy as np
 import numpy.typing as npt
@@ -11,12 +11,16 @@ import numpy.typing as npt
 from . import _blinn
 from ._blinn import Camera, Picture, Pictures
 from ._glb import Mesh, write_glb
-from ._progress import progress_callback
+from ._progress import Progress, progress_callback
 from ._trimesh import write_trimesh
+
+if TYPE_CHECKING:
+    from typing_extensions import Unpack
+
+    from ._options import LoadOptions, RenderOptions
 
 Source = Union[str, "os.PathLike[str]", bytes, bytearray, memoryview]
 Size = Union[int, Sequence[int]]
-Progress = Union[bool, Callable[[float], object]]
 
 
 class Hits(NamedTuple):
@@ -37,7 +41,22 @@ class Hits(NamedTuple):
     side of the ray: rays that start there do not hit their own triangle, and `occluded` takes them."""
 
 
-def load(source: Source, *, name: str | os.PathLike[str] | None = None, **options: Any) -> "Scene":
+class SceneSource(NamedTuple):
+    """The file or bytes that a scene is loaded from, for `pickle` and `write_dataset`."""
+
+    source: str | bytes
+    """An absolute path, or the content of a file."""
+    name: str | os.PathLike[str] | None
+    options: dict[str, Any]
+
+    def load(self) -> "Scene":
+        """Load the scene."""
+        return Scene(_blinn.Scene.load(self.source, name=self.name, **self.options), self)
+
+
+def load(
+    source: Source, *, name: str | os.PathLike[str] | None = None, **options: Unpack[LoadOptions]
+) -> "Scene":
     """Load a .gltf, .glb, .obj, .stl, .ply or .blend file, or the bytes of one of the first five.
 
     ``name`` is the path that bytes were read from: messages show it, and its folder has the files that the scene
@@ -51,15 +70,30 @@ def load(source: Source, *, name: str | os.PathLike[str] | None = None, **option
     """
     if isinstance(source, (bytearray, memoryview)):
         source = bytes(source)
-    return Scene(_blinn.Scene.load(source, name=name, **options))
+    scene = _blinn.Scene.load(source, name=name, **options)
+    # A pickled scene may be loaded in another folder. Messages of this one show the path as it is given.
+    kept = source if isinstance(source, bytes) else os.path.abspath(source)
+    return Scene(scene, SceneSource(kept, name, dict(options)))
+
+
+def _restore(source: SceneSource, time: float, animation: str | int | None) -> "Scene":
+    """Load a pickled scene."""
+    return source.load().pose(time, animation=animation)
 
 
 class Scene:
-    """A scene at a time. It never changes; `pose` returns it at another time."""
+    """A scene at a time. It never changes; `pose` returns it at another time.
 
-    def __init__(self, scene: _blinn.Scene) -> None:
+    Scenes of files are pickled by their paths, others with their data, which they therefore keep.
+    """
+
+    def __init__(
+        self, scene: _blinn.Scene, source: SceneSource | None = None, animation: str | int | None = None
+    ) -> None:
         """Wrap a scene of the extension module. Use `load` or `from_arrays` instead."""
         self._scene = scene
+        self._source = source
+        self._animation = animation
         self._info: dict[str, Any] | None = None
 
     @classmethod
@@ -74,7 +108,7 @@ class Scene:
         material: Mapping[str, Any] | None = None,
         transforms: npt.ArrayLike | None = None,
         name: str = "mesh",
-        **options: Any,
+        **options: Unpack[LoadOptions],
     ) -> "Scene":
         """Build a scene of one mesh. `from_meshes` builds scenes of several.
 
@@ -100,10 +134,10 @@ class Scene:
             transforms=transforms,
             name=name,
         )
-        return cls(_blinn.Scene.load(write_glb([only]), name="arrays", **options))
+        return SceneSource(write_glb([only]), "arrays", dict(options)).load()
 
     @classmethod
-    def from_meshes(cls, meshes: Iterable[Mesh | Mapping[str, Any]], **options: Any) -> "Scene":
+    def from_meshes(cls, meshes: Iterable[Mesh | Mapping[str, Any]], **options: Unpack[LoadOptions]) -> "Scene":
         """Build a scene of several meshes: `Mesh` objects, or mappings with the arguments of `from_arrays`.
 
         A material is a mapping. Colours are linear RGB, images are uint8 or uint16 arrays of shape (height, width, 3 or
@@ -126,23 +160,29 @@ class Scene:
         - ``double_sided`` (default True), ``ior``, ``transmission`` (0 to 1), ``name``
         """
         converted = [mesh if isinstance(mesh, Mesh) else Mesh(**mesh) for mesh in meshes]
-        return cls(_blinn.Scene.load(write_glb(converted), name="arrays", **options))
+        return SceneSource(write_glb(converted), "arrays", dict(options)).load()
 
     @classmethod
-    def from_trimesh(cls, mesh: Any, **options: Any) -> "Scene":
+    def from_trimesh(cls, mesh: Any, **options: Unpack[LoadOptions]) -> "Scene":
         """Build a scene of a ``trimesh.Trimesh`` or ``trimesh.Scene``, with textures, colours and instances.
 
         Colours of vertices and faces are sRGB; those with alpha are translucent. Normals of a file, or that were set,
         smooth a mesh; those that trimesh computes do not: use ``smooth=60``.
         """
-        return cls(_blinn.Scene.load(write_trimesh(mesh), name="trimesh", **options))
+        return SceneSource(write_trimesh(mesh), "trimesh", dict(options)).load()
 
     def pose(self, time: float = 0.0, *, animation: str | int | None = None) -> "Scene":
         """Return the scene at a time in seconds, 0 or later. It shares the data of this one.
 
         ``animation`` is a name or an index, "all" or "none" (the rest pose).
         """
-        return Scene(self._scene.pose(time, animation=animation))
+        kept = self._animation if animation is None else animation
+        return Scene(self._scene.pose(time, animation=animation), self._source, kept)
+
+    def __reduce__(self) -> tuple[Callable[..., "Scene"], tuple[Any, ...]]:
+        if self._source is None:
+            raise TypeError("only scenes of load() and of the constructors from_… can be pickled")
+        return _restore, (self._source, self.time, self._animation)
 
     @property
     def time(self) -> float:
@@ -208,7 +248,7 @@ class Scene:
         samples: int = 4,
         layers: str | Sequence[str] = (),
         progress: Progress | None = None,
-        **options: Any,
+        **options: Unpack[RenderOptions],
     ) -> Picture:
         """Render a picture.
 
@@ -238,7 +278,7 @@ class Scene:
         samples: int = 4,
         layers: str | Sequence[str] = (),
         progress: Progress | None = None,
-        **options: Any,
+        **options: Unpack[RenderOptions],
     ) -> Pictures:
         """Render a picture from each camera on all cores, and yield them in order as they finish.
 

@@ -1,0 +1,235 @@
+"""Types of options, for editors and type checkers. Generated from the table of options; `just pytest` compares it.
+
+Rewrite it with ``GOLDEN=update just pytest -k test_options``.
+"""
+
+from __future__ import annotations
+
+import os
+from typing import Literal, Sequence, TypedDict, Union
+
+Path = Union[str, "os.PathLike[str]"]
+Number = Union[float, str]
+Vector = Union[Sequence[float], str]
+Names = Union[str, Sequence[str]]
+
+
+class LoadOptions(TypedDict, total=False):
+    """Options of `load` and of the constructors of `Scene`."""
+
+    format: Literal["gltf", "glb", "obj", "stl", "ply"] | None
+    """Format of the scene files, which is otherwise detected."""
+
+    blender: Path | None
+    """Program that converts .blend files: Blender 4.2 or later, or a Python with the module bpy [default: $BLINN_BLENDER, or the newest on PATH]"""
+
+    scene: Union[str, int] | None
+    """Scene within the file, by name or index."""
+
+    variant: str | None
+    """Material variant of a glTF file, by name; none for the default materials."""
+
+    up: Literal["y", "z"] | None
+    """Up axis of the file [default: z for STL and PLY, y for others]"""
+
+    scale: Number | None
+    """Multiply all lengths of the file, such as 0.001 for millimetres that are written as metres [default: 1]"""
+
+    mtl_colors: Literal["auto", "srgb", "linear"] | None
+    """Encoding of the colours in MTL files: srgb, linear, or auto to decide by the exporter."""
+
+    glass: Literal["auto", "thin", "solid"] | None
+    """Transmissive meshes: thin walls, solid bodies that refract, or auto to decide by volumes, exporter and closed surfaces."""
+
+    smooth: Number | None
+    """Recompute normals: smooth across edges below ANGLE degrees, or flat (off); file keeps the file's, and auto too, except for programs that smooth-shade everything."""
+
+    only_objects: Names | None
+    """Render only the objects that match GLOB, and their children (repeatable)."""
+
+    hide: Names | None
+    """Hide the objects and lights that match GLOB (repeatable)."""
+
+    allow_outside: bool | None
+    """Allow files outside the scene's folder."""
+
+    max_memory: Union[int, str] | None
+    """Memory limit, such as 4GiB or a number of bytes."""
+
+
+class RenderOptions(TypedDict, total=False):
+    """Options of `Scene.render` and `Scene.render_many`."""
+
+    size: Union[int, Vector] | None
+    """Width and height in pixels [default: 1280x720, or the aspect ratio of the file's camera]"""
+
+    max_size: Number | None
+    """Longer side in pixels, for thumbnails: the image has the aspect ratio of the file's camera, or is square."""
+
+    samples: Number | None
+    """Samples per pixel; a single sample is at the pixel's centre."""
+
+    quality: Literal["draft", "standard", "final"] | None
+    """Samples and bounced light together: draft (samples='4', indirect='2'), standard (samples='16', indirect='4') or final (samples='128', indirect='8')."""
+
+    adaptive: Number | None
+    """Adaptive sampling: use all samples only where neighbouring pixels differ by more than THRESHOLD (0–1), 4 elsewhere."""
+
+    denoise: Literal["auto", "on", "off"] | None
+    """Remove the noise of light that few samples find: of rough metals, area lights and indirect light (auto), also of soft shadows and ambient occlusion (on), or of none (off)."""
+
+    filter: Literal["box", "tent", "gaussian", "blackman-harris"] | None
+    """Reconstruction filter."""
+
+    background: Union[float, Vector] | None
+    """Background: a colour, none (transparent), or the environment of hdri or the file (hdri) [default: .05]"""
+
+    background_blur: Number | None
+    """Blur background='hdri': from 0 (sharp) to 1, like the reflection of a surface of that roughness [default: 0]"""
+
+    no_background: bool | None
+    """Same as background='transparent'."""
+
+    exposure: Number | None
+    """Exposure in stops (EV), or auto to meter the scene."""
+
+    view: Literal["auto", "standard", "agx", "filmic", "pbr-neutral", "raw"] | None
+    """View transform from linear light to display colours; auto is agx for Blender's glTF files, filmic before Blender 4.0, else standard."""
+
+    depth_unit: Number | None
+    """Unit of the 16-bit depth beside images, for aov='depth': mm, m or metres per step."""
+
+    crop: Vector | None
+    """Render only a region: left, top, width and height in pixels."""
+
+    seed: Number | None
+    """Seed of the sample positions."""
+
+    view_point: Vector | None
+    """Eye position e."""
+
+    view_dir: Vector | None
+    """View direction −w."""
+
+    look_at: Vector | None
+    """Point to look at, instead of a view direction."""
+
+    view_up: Vector | None
+    """Up direction."""
+
+    proj_distance: Number | None
+    """Distance d of the view rectangle from the eye."""
+
+    view_width: Number | None
+    """Width of the view rectangle."""
+
+    view_height: Number | None
+    """Height of the view rectangle."""
+
+    yfov: Number | None
+    """Vertical field of view, instead of a height."""
+
+    view_rect: Vector | None
+    """View rectangle at distance d, instead of a width and height; off-centre unless L = −R and B = −T."""
+
+    intrinsics: Vector | None
+    """View rectangle in pixels of size, instead of a width and height: focal lengths and principal point."""
+
+    shift: Vector | None
+    """Move the view rectangle to the right and up, in units of its larger side: Blender's lens shift."""
+
+    projection: Literal["perspective", "orthographic"] | None
+    """Projection [default: perspective, or that of the file's camera]"""
+
+    camera_orthographic: bool | None
+    """Same as projection='orthographic'."""
+
+    orbit: Union[float, Vector] | None
+    """Place the camera on a sphere around the scene's centre or look_at."""
+
+    zoom: Number | None
+    """Magnify the image by F: divides the size of the view rectangle."""
+
+    camera_azimuth_angle: Number | None
+    """Rotate the camera to the right around the point it looks at, in degrees."""
+
+    camera_elevation_angle: Number | None
+    """Rotate the camera upwards around the point it looks at, in degrees."""
+
+    camera_xml: Path | None
+    """Read the camera from the lecture's <camera> XML block."""
+
+    clip: Vector | None
+    """Near and far plane [default: those of the file's camera; off with orbit]"""
+
+    fit: Literal["auto", "horizontal", "vertical"] | None
+    """Field of view that the file's camera keeps if the image has another aspect ratio."""
+
+    lights: Names | None
+    """Light sources: file, headlight, three-point (a list), or none [default: file, else three-point]"""
+
+    point_light: Union[Vector, Sequence[Vector]] | None
+    """Add a point light at X,Y,Z with intensity I (repeatable)."""
+
+    sun: Union[Vector, Sequence[Vector]] | None
+    """Add a directional light that travels along DX,DY,DZ with irradiance E (repeatable)."""
+
+    area_light: Union[Vector, Sequence[Vector]] | None
+    """Add an area light at X,Y,Z that faces DX,DY,DZ, W by H metres, with radiance L (repeatable)."""
+
+    light_units: Literal["auto", "standard", "unitless", "raw"] | None
+    """Unit of the file's light intensities."""
+
+    light_scale: Number | None
+    """Multiply the intensity of the file's lights by F [default: 1]"""
+
+    ambient: Union[float, Vector] | None
+    """Ambient light I_a: R,G,B or one number, linear; or a displayed colour, as for background."""
+
+    light_radius: Number | None
+    """Soft shadows: radius of the lights in metres, 0 for hard shadows [default: that of the file's lights, else 0]"""
+
+    ao: Union[float, Vector] | None
+    """Ambient occlusion with SAMPLES rays per pixel, up to DISTANCE metres or inf [default DISTANCE: a quarter of the scene's diagonal]"""
+
+    indirect: Number | None
+    """Trace up to N diffuse bounces of light between surfaces, in place of the ambient light."""
+
+    caustics: bool | None
+    """With indirect light, add the light that mirrors and glass send to matte surfaces."""
+
+    ground: Literal["shadow", "plane"] | None
+    """Add a ground below the scene: a grey plane, or a shadow catcher (shadow)."""
+
+    hdri: Path | None
+    """Light the scene with an environment map: .hdr or .exr, twice as wide as high; or with soft boxes (studio) or a clear sky (sky)."""
+
+    hdri_rotate: Number | None
+    """Turn the environment about the vertical: counterclockwise seen from above [default: 0]"""
+
+    hdri_strength: Number | None
+    """Multiply the light of the environment by X [default: 1]"""
+
+    no_shadows: bool | None
+    """Disable shadows."""
+
+    integrator: Literal["phong", "shadow", "diffuse", "color"] | None
+    """Terms of the lecture's shading: color (unlit), diffuse (Lambert), shadow (Lambert with shadows), phong (all)."""
+
+    kd: Union[float, Vector] | None
+    """Diffuse coefficient k_d of all materials: R,G,B or one number, linear; or a displayed colour, as for background."""
+
+    ks: Union[float, Vector] | None
+    """Specular coefficient k_s of all materials: as kd."""
+
+    shininess: Number | None
+    """Specular exponent p of all materials."""
+
+    bounces: Number | None
+    """Maximum reflections along a path, and three times as many surfaces of glass; 0 disables reflections and refraction."""
+
+    cull: Literal["auto", "back", "off"] | None
+    """Back faces that the camera sees through: those of single-sided materials (auto), of all materials (back), or none (off)."""
+
+    animation: Union[str, int] | None
+    """Animation by name or index, all, or none for the rest pose."""

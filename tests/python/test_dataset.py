@@ -1,0 +1,82 @@
+"""`write_dataset`."""
+
+import json
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+import blinn
+
+SMALL = {"size": 16, "samples": 1}
+
+
+def names(folder: Path) -> set[str]:
+    return {str(path.relative_to(folder)) for path in folder.rglob("*") if path.is_file()}
+
+
+def test_formats_choose_their_folders(models: Path, tmp_path: Path) -> None:
+    seen: list[float] = []
+    written = blinn.write_dataset(
+        models / "tests/cube.obj", tmp_path / "a", views=2, formats=["bop", "coco", "nerf"], progress=seen.append, **SMALL
+    )
+    assert {str(path.relative_to(tmp_path / "a")) for path in written} <= names(tmp_path / "a")
+    assert {"train/000001/rgb/000002.png", "train/000001/scene_gt.json", "train/000001/rgb/annotations.json"} <= names(
+        tmp_path / "a"
+    )
+    assert seen and seen[-1] == 1 and seen == sorted(seen)
+
+
+def test_scenes_in_memory_and_of_files_have_folders_of_their_own(
+    quad: blinn.Scene, models: Path, tmp_path: Path
+) -> None:
+    scenes = [quad, models / "tower/tower.glb", blinn.load(models / "tests/cube.obj")]
+    blinn.write_dataset(scenes, tmp_path, views=3, layers="object-id", on="ring", seed=3, **SMALL)
+    assert {path.split("/")[0] for path in names(tmp_path)} == {"arrays", "tower", "cube"}
+    frames = json.loads((tmp_path / "tower/transforms.json").read_text())["frames"]
+    assert len(frames) == 3 and (tmp_path / "cube/0003.object-id.png").exists()
+    assert blinn.write_dataset(scenes[1:2], tmp_path / "tower", views=1, resume=True, name="x.png", **SMALL)
+
+
+def test_resumed_datasets_write_only_what_is_missing(models: Path, tmp_path: Path) -> None:
+    def write() -> list[Path]:
+        return blinn.write_dataset([models / "tests/cube.obj"], tmp_path, views=2, resume=True, **SMALL)
+
+    assert len(write()) == 9
+    (tmp_path / "cube_0002.depth.png").unlink()
+    assert Path(tmp_path / "cube_0002.depth.png") in write()
+
+
+def test_errors_are_exceptions(models: Path, tmp_path: Path, quad: blinn.Scene) -> None:
+    cube = models / "tests/cube.obj"
+    with pytest.raises(ValueError, match="did you mean --samples"):
+        blinn.write_dataset(cube, tmp_path, views=1, smaples=3)
+    with pytest.raises(ValueError, match="kitti"):
+        blinn.write_dataset(cube, tmp_path, views=1, formats="kitti")
+    with pytest.raises(blinn.RenderError, match="missing.glb"):
+        blinn.write_dataset([cube, tmp_path / "missing.glb"], tmp_path / "b", views=1, **SMALL)
+    assert "cube/0001.png" in names(tmp_path / "b"), "others are written"
+    with pytest.raises(ValueError, match="no scenes"):
+        blinn.write_dataset([], tmp_path, views=1)
+    with pytest.raises(ValueError, match="time 0"):
+        blinn.write_dataset(blinn.load(cube, scale=2), tmp_path, views=1)
+
+
+def test_depths_of_pictures_are_metric(quad: blinn.Scene, tmp_path: Path) -> None:
+    image = pytest.importorskip("PIL.Image")
+    picture = quad.render(size=16, layers=["depth", "normal"])
+    picture.save(tmp_path / "one.png")
+    assert names(tmp_path) == {"one.png"}
+    paths = picture.save_all(tmp_path / "all.png")
+    assert {Path(path).name for path in paths} == {"all.png", "all.depth.png", "all.normal.png"}
+    depth = picture["depth"]
+    expected = np.where(np.isinf(depth), 0, np.round(depth * 1000))
+    assert np.abs(np.asarray(image.open(tmp_path / "all.depth.png")).astype(int) - expected).max() <= 1
+    picture.save_all(tmp_path / "far.png", depth_unit=0.01)
+    assert np.asarray(image.open(tmp_path / "far.depth.png")).max() <= expected.max() / 10 + 1
+    with pytest.raises(ValueError, match="depth_unit"):
+        picture.save_all(tmp_path / "near.png", depth_unit=1e-6)
+    with pytest.raises(ValueError, match="depth_unit"):
+        picture.save_all(tmp_path / "near.png", depth_unit="inch")
+    picture.save_all(tmp_path / "all.exr")
+    assert "near.png" not in names(tmp_path) and "all.exr" in names(tmp_path)
