@@ -20,7 +20,6 @@ use crate::log::SessionLog;
 use crate::memory_estimate::bvh_triangles;
 use crate::near_plane::cuts_picture;
 use crate::notice::Notice;
-use crate::options::Options;
 use crate::picture_layers::{light_layers, normalize_layers};
 use crate::plan::SessionPlan;
 use crate::planned_frame::PlannedFrame;
@@ -38,8 +37,7 @@ use blinn_render::{
 };
 use blinn_scene::{
     Animation, AnimationChoice, AxisRotation, Camera, ClipBoundsCache, Environment, GroundKind,
-    LightRotation, LightSet, Lighting, Material, Normalization, PoseSettings, PosedScene, ResolvedLighting,
-    Scene,
+    LightRotation, LightSet, Lighting, Material, Normalization, PoseSettings, PosedScene, Scene,
 };
 use blinn_scene::{active_animations, clip_duration, pose};
 

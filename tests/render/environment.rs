@@ -6,8 +6,8 @@ use blinn::geometry::{Rgb, Rgba};
 use blinn::integrator::{AmbientOcclusion, Frame, Phong};
 use blinn::render::{RenderSettings, render};
 use blinn::scene::{
-    Camera, ColorInput, Environment, Lighting, Material, Panorama, Projection, Reflectance, ScalarInput,
-    Scene, View,
+    Camera, ColorInput, Environment, FileEnvironment, Lighting, Material, Panorama, Projection, Reflectance,
+    ScalarInput, Scene, View,
 };
 use glam::{DAffine3, DMat3, DVec3, Vec3};
 
@@ -204,7 +204,7 @@ fn backgrounds_and_occlusion_do_not_depend_on_threads_or_tiles() {
 #[test]
 fn the_environment_of_a_file_lights_its_scene() {
     let mut scene = elsewhere();
-    scene.environment = Some(Environment::uniform(Rgb::splat(0.5)));
+    scene.environment = Some(FileEnvironment::uniform(Rgb::splat(0.5)));
     let posed = scenes::posed(&scene);
     let camera = camera(&posed, Projection::Perspective, DVec3::NEG_Z);
     let resolve = |lighting: Lighting| lighting.resolve(&posed, &camera).rig;

@@ -182,7 +182,8 @@ fn anisotropy_without_texture_coordinates_is_a_warning() {
         fixture.push("materials", material);
         fixture.primitive()["material"] = json!(0);
         let (_, warnings) = fixture.load();
-        let is_named = |text: &String| text.starts_with("material 'steel': ") && text.contains("highlights are round");
+        let is_named =
+            |text: &String| text.starts_with("material 'steel': ") && text.contains("highlights are round");
         assert_eq!(warnings.iter().any(is_named), expected, "{warnings:?}");
     }
 }
