@@ -20,7 +20,7 @@ def test_formats_choose_their_folders(models: Path, tmp_path: Path) -> None:
     written = blinn.write_dataset(
         models / "tests/cube.obj", tmp_path / "a", views=2, formats=["bop", "coco", "nerf"], progress=seen.append, **SMALL
     )
-    assert {str(path.relative_to(tmp_path / "a")) for path in written} <= names(tmp_path / "a")
+    assert {str(path.relative_to(tmp_path / "a")) for path in written} == names(tmp_path / "a")
     assert {"train/000001/rgb/000002.png", "train/000001/scene_gt.json", "train/000001/rgb/annotations.json"} <= names(
         tmp_path / "a"
     )

@@ -16,7 +16,7 @@ use blinn_output::datasets::{
 };
 use blinn_output::{LayerFolder, encode_mask};
 use blinn_render::integrator::{Aov, Frame};
-use blinn_render::{MaskRect, RenderSettings};
+use blinn_render::{MaskRect, PixelMask, RenderSettings};
 
 /// Writes the files of a scene.
 pub struct BopWriter<'a> {
@@ -38,14 +38,14 @@ impl<'a> BopWriter<'a> {
         }
     }
 
-    /// Adds a view. Writes its masks and depth image if it is one of this task.
+    /// Adds a view. Writes its masks and depth image if it is one of this task, and returns the files that were written.
     pub fn add_view(
         &mut self,
         number: i64,
         view: &DatasetView,
         masks: &[ImageMasks],
         is_own: bool,
-    ) -> Result<()> {
+    ) -> Result<Vec<PathBuf>> {
         let dataset = &self.context.dataset;
         let pinhole = Pinhole::new(&view.camera, dataset.size, dataset.window);
         let world_to_camera = RigidPose::world_to_camera(&view.camera, dataset.up);
@@ -66,22 +66,24 @@ impl<'a> BopWriter<'a> {
         let step = dataset.depth_step.unwrap_or(1.0);
         self.scene.add_image(number, &pinhole, &world_to_camera, step, &objects);
         if !is_own {
-            return Ok(());
+            return Ok(Vec::new());
         }
         let size = (pinhole.width, pinhole.height);
-        masks.par_iter().enumerate().try_for_each(|(k, mask)| -> Result<()> {
+        let write_masks = |(k, mask): (usize, &ImageMasks)| {
             let name = format!("{number:06}_{k:06}.png");
-            for (folder, pixels) in [("mask", &mask.amodal), ("mask_visib", &mask.visible)] {
+            let write = |folder: &str, pixels: &PixelMask| {
                 let bytes = encode_mask(size, &pixels.to_bytes(size.0, size.1))?;
-                self.files.update_file(&self.folders.scene.join(folder).join(&name), &bytes)?;
-            }
-            Ok(())
-        })?;
-        self.write_depth(number, view)
+                self.files.update_file(&self.folders.scene.join(folder).join(&name), &bytes)
+            };
+            Ok([write("mask", &mask.amodal)?, write("mask_visib", &mask.visible)?])
+        };
+        let written = masks.par_iter().enumerate().map(write_masks).collect::<Result<Vec<_>>>()?;
+        let depth = self.write_depth(number, view)?;
+        Ok(written.into_iter().flatten().chain([depth]).flatten().collect())
     }
 
     /// Writes the depth image under the name that BOP's tools read.
-    fn write_depth(&self, number: i64, view: &DatasetView) -> Result<()> {
+    fn write_depth(&self, number: i64, view: &DatasetView) -> Result<Option<PathBuf>> {
         let image = self.files.transforms.file().with_file_name(&view.file);
         let depth = LayerFolder::Layers.file(&image, Aov::Depth.name());
         let bytes = fs::read(&depth).with_context(|| format!("{} cannot be read", depth.display()))?;
@@ -89,8 +91,9 @@ impl<'a> BopWriter<'a> {
         self.files.update_file(&self.folders.scene.join("depth").join(name), &bytes)
     }
 
-    /// Writes the models and the files that describe all views. Returns the latter.
+    /// Writes the models and the files that describe all views. Returns those that were written.
     pub fn finish(self) -> Result<Vec<PathBuf>> {
+        let mut written = Vec::new();
         let mut info = Map::new();
         for (object, posed) in &self.objects {
             let model = posed.model(self.context.frame.posed);
@@ -98,10 +101,9 @@ impl<'a> BopWriter<'a> {
                 continue;
             }
             info.insert(object.to_string(), model.info());
-            self.files
-                .update_file(&self.folders.models.join(format!("obj_{object:06}.ply")), &model.to_ply())?;
+            let file = self.folders.models.join(format!("obj_{object:06}.ply"));
+            written.extend(self.files.update_file(&file, &model.to_ply())?);
         }
-        let mut written = Vec::new();
         let info = format!("{:#}\n", Value::Object(info));
         written
             .extend(self.files.write_file(&self.folders.models.join("models_info.json"), info.as_bytes())?);

@@ -38,11 +38,12 @@ pub struct NumberedView {
 }
 
 impl DatasetFiles<'_> {
-    /// Writes a file unless it exists with the same content: there are many masks, and most are kept by `--resume`.
-    pub fn update_file(&self, file: &Path, bytes: &[u8]) -> Result<()> {
+    /// Writes a file unless it exists with the same content, and returns its path if it was written: there are many masks,
+    /// and most are kept by `--resume`.
+    pub fn update_file(&self, file: &Path, bytes: &[u8]) -> Result<Option<PathBuf>> {
         match fs::read(file) {
-            Ok(known) if known == bytes => Ok(()),
-            _ => self.write_file(file, bytes).map(drop),
+            Ok(known) if known == bytes => Ok(None),
+            _ => self.write_file(file, bytes),
         }
     }
 

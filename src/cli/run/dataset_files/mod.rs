@@ -83,6 +83,7 @@ impl DatasetFiles<'_> {
         let mut bop = plan.formats.has(DatasetFormat::Bop).then(|| BopWriter::new(self, context));
         let own: BTreeSet<i64> =
             plan.frames.known().unwrap_or_default().iter().map(|frame| frame.number).collect();
+        let mut written = Vec::new();
         for NumberedView { number, view } in &context.views {
             let frame = Frame { camera: view.camera, ..context.frame.clone() };
             let traced = if bop.is_some() { bop::canvas(&frame, &context.settings) } else { window };
@@ -103,10 +104,9 @@ impl DatasetFiles<'_> {
                 coco.add_image(*number, &view.file, objects);
             }
             if let Some(bop) = &mut bop {
-                bop.add_view(*number, view, &masks, own.contains(number))?;
+                written.extend(bop.add_view(*number, view, &masks, own.contains(number))?);
             }
         }
-        let mut written = Vec::new();
         if let Some(coco) = coco {
             written.extend(self.write_file(&coco_file(&self.transforms.file()), coco.to_json().as_bytes())?);
         }
