@@ -58,6 +58,7 @@ mod packet_splitter;
 mod ray_batch;
 mod ray_spread;
 mod report;
+mod rounds;
 mod scratch;
 mod settings;
 mod single_ray_tracer;
@@ -67,6 +68,7 @@ mod traverse;
 pub use blinn_core::simd::{SimdLevel, SimdLevelError};
 pub use ray_batch::{Coherence, HitBatch, HitFilter, RayBatch, ShadowRayBatch};
 pub use report::{AccelStats, BuildReport};
+pub use rounds::{RoundSize, RoundSizes};
 pub use settings::{AccelSettings, FlattenBudget, Preset};
 pub use traverse::traversal_stats::TraversalStats;
 
@@ -83,6 +85,7 @@ use bvh::scene_bvh::SceneBvh;
 use frustum::FrustumKernel;
 use intersect::IntersectKernel;
 use occlusion::ShadowRayKernel;
+use rounds::Rounds;
 
 /// The acceleration structure: a posed scene's triangles in BVHs. It owns all that it needs.
 #[derive(Debug)]
@@ -93,6 +96,8 @@ pub struct Accel {
     plan: InstancingPlan,
     flags_cache: MeshFlagsCache,
     has_translucent: bool,
+    /// Points and lines; `None` in most scenes.
+    rounds: Option<Rounds>,
 }
 
 impl Accel {
@@ -116,6 +121,7 @@ impl Accel {
             plan: InstancingPlan::default(),
             flags_cache: MeshFlagsCache::default(),
             has_translucent: false,
+            rounds: None,
         };
         let report = accel.update_cancellable(posed, cancel)?;
         Ok((accel, report))
@@ -152,6 +158,9 @@ impl Accel {
         }
         self.bvh.tlas = build_tlas(posed, &plan, &self.bvh.mesh_blases, preset, cancel)?;
         self.has_translucent = plan.has_translucent();
+        // Rebuilt for each pose: that is quick.
+        self.rounds = None;
+        self.rounds = Rounds::build(posed, cancel)?;
         self.plan = plan;
         Ok(self.report())
     }
@@ -187,6 +196,9 @@ impl Accel {
         hits.clear();
         hits.resize(rays.len(), Hit::MISS);
         self.settings.simd.run(IntersectKernel { bvh: &self.bvh, rays, filter, hits });
+        if let Some(rounds) = &self.rounds {
+            rounds.intersect(self.settings.simd, rays, filter, hits);
+        }
     }
 
     /// Finds out if anything occludes each shadow ray: opaque surfaces, and alpha-tested ones where the filter accepts
@@ -204,10 +216,11 @@ impl Accel {
         self.settings.simd.run(ShadowRayKernel { bvh: &self.bvh, rays, filter, out });
     }
 
-    /// Returns false if no ray inside a frustum can hit a triangle, by the bounds of the BVHs; true if one may.
+    /// Returns false if no ray inside a frustum can hit a triangle, by the bounds of the BVHs; true if one may, or if there
+    /// are points or lines.
     /// `corner_rays` are the frustum's four edges in order around it; they share an origin or a direction.
     pub fn may_intersect(&self, corner_rays: &[Ray; 4]) -> bool {
-        self.settings.simd.run(FrustumKernel { bvh: &self.bvh, corner_rays })
+        self.rounds.is_some() || self.settings.simd.run(FrustumKernel { bvh: &self.bvh, corner_rays })
     }
 
     /// Returns the SIMD level of traversal, which shading uses as well.
@@ -221,6 +234,16 @@ impl Accel {
         self.has_translucent
     }
 
+    /// Returns the typical distance of neighbouring points in metres; `None` without a cloud of points.
+    pub fn point_spacing(&self) -> Option<f32> {
+        self.rounds.as_ref()?.point_spacing()
+    }
+
+    /// Returns the numbers of points and of lines over all visible instances.
+    pub fn round_counts(&self) -> [usize; 2] {
+        self.rounds.as_ref().map_or([0; 2], Rounds::counts)
+    }
+
     /// Returns the size of all BVHs.
     pub fn stats(&self) -> AccelStats {
         let SceneBvh { tlas, .. } = &self.bvh;
@@ -229,7 +252,9 @@ impl Accel {
             bvhs: blases().count(),
             nodes: blases().map(|blas| blas.bvh.nodes.len()).sum::<usize>() + tlas.bvh.nodes.len(),
             triangles: blases().map(|blas| blas.triangle_count).sum(),
-            bytes: blases().map(|blas| blas.bytes()).sum::<usize>() + tlas.bytes(),
+            bytes: blases().map(|blas| blas.bytes()).sum::<usize>()
+                + tlas.bytes()
+                + self.rounds.as_ref().map_or(0, Rounds::bytes),
         }
     }
 

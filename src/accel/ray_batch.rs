@@ -4,6 +4,7 @@
 
 use glam::Vec3;
 
+use crate::rounds::RoundSizes;
 use blinn_core::geometry::{Hit, HitId};
 
 /// The origin or direction that all rays of a batch share, so that they can be traced as ray packets.
@@ -38,6 +39,8 @@ pub struct RayBatch {
     /// The triangle that each ray starts on, which it does not hit. The hits of rays that leave a surface
     /// are found faster with it. Such rays are not traced as packets.
     pub source: Vec<HitId>,
+    /// The sizes in which the rays see points and lines. By default they are not there.
+    pub rounds: RoundSizes,
 }
 
 impl Default for RayBatch {
@@ -51,6 +54,7 @@ impl Default for RayBatch {
             t_max: f32::INFINITY,
             after: Vec::new(),
             source: Vec::new(),
+            rounds: RoundSizes::NONE,
         }
     }
 }

@@ -140,7 +140,7 @@ impl Columns {
             let ray = Ray { o: rays.origins[i], d: rays.directions[i] };
             let b = match hit.is_miss() {
                 true => [0.0; 2],
-                false => SurfacePoint::at(frame.posed, hit.id, ray).barycentrics(),
+                false => SurfacePoint::at(frame.posed, hit, ray).barycentrics(),
             };
             push_f32(&mut self.origin, ray.o.to_array());
             push_f32(&mut self.direction, ray.d.to_array());

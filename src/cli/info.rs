@@ -220,7 +220,14 @@ fn properties(posed: &PosedScene, report: &BuildReport, warnings: &[String], mod
         "extensions": scene.source.extensions,
         "warnings": warnings,
     });
-    value.as_object().cloned().unwrap_or_default()
+    let mut all = value.as_object().cloned().unwrap_or_default();
+    // Few files have them.
+    for (key, count) in [("points", scene.instanced_point_count()), ("lines", scene.instanced_line_count())] {
+        if count > 0 {
+            all.insert(key.into(), json!(count));
+        }
+    }
+    all
 }
 
 /// Lists known facts about the files of exporters, with the exporter's name if there are several.

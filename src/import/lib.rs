@@ -10,6 +10,7 @@
 mod bodies;
 mod camera_xml;
 mod cameras;
+mod compact;
 mod error;
 mod files;
 mod finite_uvs;
@@ -28,6 +29,7 @@ mod scale;
 mod smooth;
 mod stl;
 mod tangents;
+mod unlit_rounds;
 
 use std::io::{self, Read};
 use std::path::Path;

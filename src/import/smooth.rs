@@ -35,7 +35,7 @@ pub(super) fn apply(scene: &mut Scene, mode: NormalMode, cancel: &CancelToken) -
     if matches!(mode, NormalMode::Auto | NormalMode::File) {
         return Ok(());
     }
-    for mesh in &mut scene.meshes {
+    for mesh in scene.meshes.iter_mut().filter(|mesh| !mesh.has_rounds()) {
         mesh.normals = Vec::new();
         mesh.tangents = Vec::new();
         mesh.generated_frames = GeneratedFrames::None;
@@ -50,7 +50,7 @@ pub(super) fn apply(scene: &mut Scene, mode: NormalMode, cancel: &CancelToken) -
             generate(&mut scene.meshes, &object, libm::cos(degrees.to_radians()));
         }
     }
-    for mesh in &mut scene.meshes {
+    for mesh in scene.meshes.iter_mut().filter(|mesh| !mesh.has_rounds()) {
         if let Some(axes) = scene.materials.get(mesh.material as usize).and_then(|m| m.tangent_axes()) {
             cancel.check()?;
             tangents::generate(mesh, axes, &scene.source);
@@ -67,7 +67,7 @@ fn object_meshes(scene: &Scene) -> Vec<Vec<usize>> {
     }
     let mut groups: Vec<Vec<usize>> = Vec::new();
     let mut group_of = HashMap::new();
-    for (mesh, first) in first.into_iter().enumerate() {
+    for (mesh, first) in first.into_iter().enumerate().filter(|(mesh, _)| !scene.meshes[*mesh].has_rounds()) {
         let new = groups.len();
         let group = first.map_or(new, |f| *group_of.entry(f).or_insert(new));
         if group == new {

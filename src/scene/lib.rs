@@ -36,6 +36,7 @@ mod normalization;
 mod opaque_triangles;
 mod resolve_view;
 mod rig;
+mod rounds;
 mod select;
 mod skin;
 
@@ -83,6 +84,7 @@ pub use normalization::{Normalization, UnitShape};
 pub use opaque_triangles::OpaqueTriangles;
 pub use resolve_view::ViewNotes;
 pub use rig::{Rig, headlight, studio_before, three_point};
+pub use rounds::Rounds;
 pub use select::{Glob, NoMatch, Selection};
 pub use skin::Skin;
 pub use source::{Source, SourceFile, SourceFormat, is_blender_generator};
@@ -114,7 +116,7 @@ pub struct Scene {
     pub source: Source,
     /// Nodes in depth-first order: parents before children.
     pub nodes: Vec<Node>,
-    /// Triangle meshes with one material each. Instances share them.
+    /// Meshes of triangles, points or lines with one material each. Instances share them.
     pub meshes: Vec<Mesh>,
     /// Meshes drawn at nodes.
     pub instances: Vec<Instance>,
@@ -148,6 +150,16 @@ impl Scene {
     /// Returns the number of triangles over all instances.
     pub fn instanced_triangle_count(&self) -> u64 {
         self.instances.iter().map(|i| self.meshes[i.mesh as usize].triangles.len() as u64).sum()
+    }
+
+    /// Returns the number of points over all instances.
+    pub fn instanced_point_count(&self) -> u64 {
+        self.instances.iter().map(|i| self.meshes[i.mesh as usize].point_count() as u64).sum()
+    }
+
+    /// Returns the number of line segments over all instances.
+    pub fn instanced_line_count(&self) -> u64 {
+        self.instances.iter().map(|i| self.meshes[i.mesh as usize].lines().len() as u64).sum()
     }
 
     /// Returns the names of the empty nodes that were probably area lights.

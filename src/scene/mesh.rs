@@ -1,8 +1,10 @@
-//! Triangle meshes, with morph targets and joint influences for animation.
+//! Meshes of triangles, points or lines, with morph targets and joint influences for animation.
 
 use glam::{Vec2, Vec3, Vec4};
 
-/// Indexed triangles of one material, in a local frame. Attribute arrays are as long as `positions`, or
+use crate::Rounds;
+
+/// Indexed triangles, or points or lines, of one material, in a local frame. Attribute arrays are as long as `positions`, or
 /// empty where the mesh lacks the attribute.
 #[derive(Clone, Debug, Default)]
 pub struct Mesh {
@@ -12,6 +14,8 @@ pub struct Mesh {
     pub positions: Vec<Vec3>,
     /// Vertex indices, counter-clockwise seen from the front. All are valid.
     pub triangles: Vec<[u32; 3]>,
+    /// Points or lines in place of triangles.
+    pub rounds: Rounds,
     /// Unit vertex normals. Empty means flat shading.
     pub normals: Vec<Vec3>,
     /// True interpolates the normals in the local frame and then transforms them. False transforms and

@@ -12,6 +12,9 @@ pub(crate) const PROGRAM: u64 = 40 << 20;
 const BVH_TRIANGLE: u64 = 144;
 /// Per triangle in a BVH that is kept for the next time.
 const KEPT_BVH_TRIANGLE: u64 = 88;
+/// Per point and line in a BVH, and its sort.
+const BVH_POINT: u64 = 24;
+const BVH_LINE: u64 = 36;
 /// Per instance at one time: its transform, and its part of the top-level BVH while that is built.
 const INSTANCE: u64 = 512;
 /// Per node at one time.
@@ -54,6 +57,7 @@ fn estimate(plan: &SessionPlan, scene: &Scene, frames: usize) -> u64 {
     let nodes = NODE * scene.nodes.len() as u64;
     let posed = posed_bytes(scene) + nodes;
     let triangles = bvh_triangles(scene, plan.build.flatten);
+    let rounds = BVH_POINT * scene.instanced_point_count() + BVH_LINE * scene.instanced_line_count();
     // Clip bounds are found before BVHs are built. Each thread poses the nodes at another time.
     let clip_bounds = if is_animated {
         let vertices =
@@ -65,9 +69,9 @@ fn estimate(plan: &SessionPlan, scene: &Scene, frames: usize) -> u64 {
     // With several frames, one is prepared and one is written while one is rendered.
     let kept_frames = u64::from(frames > 1 && is_animated);
     let neighbours = plan.options.aovs.aovs.iter().filter(|aov| aov.is_flow() && is_animated).count() as u64;
-    let kept = (kept_frames + neighbours) * (KEPT_BVH_TRIANGLE * triangles + posed);
+    let kept = (kept_frames + neighbours) * (KEPT_BVH_TRIANGLE * triangles + rounds + posed);
     let images = if frames > 1 { 2 } else { 1 };
-    (PROGRAM + scene.memory_size() + (BVH_TRIANGLE * triangles + posed + kept).max(clip_bounds))
+    (PROGRAM + scene.memory_size() + (BVH_TRIANGLE * triangles + rounds + posed + kept).max(clip_bounds))
         .saturating_add(image_bytes(plan, scene).saturating_mul(images))
 }
 

@@ -7,6 +7,7 @@ use glam::DVec3;
 use crate::error::SessionError;
 use crate::image_size::{DEFAULT_SIZE, natural_size, scaled_to};
 use crate::planned_frame::PlannedFrame;
+use crate::round_sizes::RoundWidth;
 use blinn_core::closest_name::did_you_mean;
 use blinn_core::geometry::Rgb;
 use blinn_import::LoadOptions;
@@ -82,6 +83,10 @@ pub struct Options {
     pub caustics: Option<bool>,
     /// The noisy light that is reconstructed.
     pub denoise: Denoise,
+    /// Diameter of points.
+    pub point_size: RoundWidth,
+    /// Width of lines.
+    pub line_width: RoundWidth,
     /// The back faces that eye rays pass through.
     pub cull: BackFaceCulling,
     /// The shape that what is written of a dataset is scaled to.
@@ -127,6 +132,8 @@ impl Default for Options {
             indirect: None,
             caustics: None,
             denoise: Denoise::Auto,
+            point_size: RoundWidth::Auto,
+            line_width: RoundWidth::Auto,
             cull: BackFaceCulling::SingleSided,
             normalize: None,
             rotation: None,

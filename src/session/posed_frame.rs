@@ -9,9 +9,10 @@ use crate::error::SessionError;
 use crate::framing::Framing;
 use crate::log::SessionLog;
 use crate::notice::Notice;
-use crate::options::{BackFaceCulling, TurntableRotation};
+use crate::options::{BackFaceCulling, Options, TurntableRotation};
 use crate::plan::SessionPlan;
-use blinn_accel::{Accel, AccelSettings, BuildReport};
+use crate::round_sizes::round_sizes;
+use blinn_accel::{Accel, AccelSettings, BuildReport, RoundSizes};
 use blinn_core::cancellation::CancelToken;
 use blinn_render::integrator::{Emitters, Frame};
 use blinn_scene::{AxisRotation, Camera, Lighting, PosedScene, ResolvedLighting};
@@ -152,8 +153,15 @@ impl SceneSetup<'_> {
                 .background_blur
                 .and_then(|blur| lit.rig.environment.as_ref().map(|environment| environment.blurred(blur))),
             emitters,
+            rounds: self.round_sizes(accel, &camera, self.plan.options.size_for(frame.posed.scene).1),
             ..plain
         })
+    }
+
+    /// The sizes of points and lines that `camera` sees in a picture of `height` pixels.
+    pub fn round_sizes(&self, accel: &Accel, camera: &Camera, height: u32) -> RoundSizes {
+        let Options { point_size, line_width, .. } = self.plan.options;
+        round_sizes(point_size, line_width, accel, camera, height)
     }
 
     /// The frame with the scene or the camera rotated by a turntable.

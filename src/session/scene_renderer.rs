@@ -357,7 +357,8 @@ impl<'a> SceneRenderer<'a> {
         let options = &plan.options;
         let (width, height) = (settings.width, settings.height);
         // The ground is added last: it affects neither framing nor metering.
-        let frame = Frame { ground: framing.ground, ..frame };
+        let rounds = self.setup.round_sizes(frame.accel, &frame.camera, height);
+        let frame = Frame { ground: framing.ground, rounds, ..frame };
 
         let start = Instant::now();
         let integrator = Phong { stage: options.stage };

@@ -83,7 +83,7 @@ fn an_independent_reader_finds_the_same_triangles() {
     let mut moved = 0;
     for (name, found) in expected() {
         let scene = scene(&name);
-        // These bounds include points and lines, which are not drawn.
+        // The bounds of that reader include vertices that lines do not use.
         let other_modes = |p: &Value| p["mode"].as_u64().is_some_and(|mode| mode < 4);
         let bounded = !found["primitives"].as_array().unwrap().iter().any(other_modes);
         check(&name, &posed(&scene, None), &found["world"], bounded);

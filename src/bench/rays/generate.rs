@@ -7,7 +7,7 @@ use super::ray_set::{RaySet, TileBatch, TileRays};
 use crate::scenes::noise::mix;
 use crate::stage::BenchStage;
 use blinn_accel::{Coherence, HitBatch, RayBatch, ShadowRayBatch};
-use blinn_core::geometry::{HitId, Ray, cosine_hemisphere, offset_ray_origin};
+use blinn_core::geometry::{Hit, HitId, Ray, cosine_hemisphere, offset_ray_origin};
 use blinn_render::integrator::{Frame, SurfacePoint};
 use blinn_render::{Film, PixelRect, RenderSettings};
 use blinn_scene::{PosedLightKind, Projection};
@@ -136,7 +136,7 @@ fn derive(
         if let TileBatch::Closest(rays) = &tile.batch {
             for (i, hit) in hits.iter().enumerate().filter(|(_, hit)| !hit.is_miss()) {
                 let ray = Ray { o: rays.origins[i], d: rays.directions[i] };
-                let point = HitPoint::new(frame, hit.id, ray, tile.pixels[i]);
+                let point = HitPoint::new(frame, hit, ray, tile.pixels[i]);
                 point.push_ray(lights, stage, &mut batch);
                 pixels.push(tile.pixels[i]);
             }
@@ -169,8 +169,9 @@ struct HitPoint<'s> {
 }
 
 impl<'s> HitPoint<'s> {
-    fn new(frame: &Frame<'s>, id: HitId, ray: Ray, pixel: UVec2) -> HitPoint<'s> {
-        let surface = SurfacePoint::at(frame.posed, id, ray);
+    fn new(frame: &Frame<'s>, hit: &Hit, ray: Ray, pixel: UVec2) -> HitPoint<'s> {
+        let surface = SurfacePoint::at(frame.posed, hit, ray);
+        let id = hit.id;
         let d = ray.d.as_dvec3().normalize();
         let side = if surface.n_g.dot(d) > 0.0 { -1.0 } else { 1.0 };
         HitPoint { n_g: surface.n_g * side, n_v: surface.n_v * side, surface, d, id, pixel }

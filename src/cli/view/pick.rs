@@ -46,6 +46,7 @@ pub fn pick(
         rays.push(ray.o, ray.d);
         let mut hits = Vec::new();
         let accel = frame.accel.as_ref().context("the scene has no acceleration structure")?;
+        rays.rounds = renderer.setup.round_sizes(accel, &camera, height);
         accel.intersect(&rays, &MaterialHitFilter(&frame.posed), &mut hits);
         let Some(hit) = hits.first().filter(|hit| !hit.is_miss()) else { return Ok(None) };
         let point = (ray.o.as_dvec3() + ray.d.as_dvec3() * f64::from(hit.t)) + frame.posed.centre;

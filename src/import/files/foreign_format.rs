@@ -82,7 +82,7 @@ const FORMATS: &[Format] = &[
     format("a VTK file", &[b"# vtk DataFile"], &["vtk", "vtp", "vtu"],
         Remedy::Other("export the surface as .glb or .ply, for example in ParaView (File > Export Scene)")),
     format("a point cloud", &[b"# .PCD", b"LASF", b"ASTM-E57"], &["pcd", "las", "laz", "e57"],
-        Remedy::Other("points are not drawn; make a mesh of them and save it as .ply")),
+        Remedy::Other("save it as .ply, for example in CloudCompare")),
     format("a set of Gaussian splats", &[], &["splat", "spz", "ksplat"],
         Remedy::Other("splats are not drawn; convert them to a mesh")),
     format("a material library", &[], &["mtl"], Remedy::Other("name the .obj file that uses it")),

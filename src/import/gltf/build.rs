@@ -18,10 +18,11 @@ use super::primitive;
 use super::primitive::PrimitiveId;
 use super::{
     animation, blender, extensions, forest, graph, image_based_light, instancing, levels_of_detail,
-    light_temperature, lost_lights, sun_strengths, topology, variants,
+    light_temperature, lost_lights, round_primitive, sun_strengths, topology, variants,
 };
 use crate::error::{LoadError, Warnings};
 use crate::options::{LoadOptions, UpAxis};
+use crate::unlit_rounds::show_unlit;
 use blinn_core::cancellation::{CancelToken, Cancelled};
 use blinn_scene::{LocalTransform, Mesh, Node, Scene, Source, SourceFormat, unit_quaternion};
 
@@ -40,7 +41,7 @@ pub(super) fn scene(
     check_instances(doc, &nodes)?;
 
     let variant = variants::find(doc, options.variant.as_deref())?;
-    let primitives = used_primitives(doc, &nodes, warnings)?;
+    let primitives = used_primitives(doc, &nodes)?;
     let source = source(doc);
     let is_blender = source.is_blender();
     // In Blender's files the further sets are either unused or follow a used set or white.
@@ -64,6 +65,7 @@ pub(super) fn scene(
     let mesh_ids = add_meshes(&mut scene, meshes?, &primitives, &materials);
     let material_ids = materials.by_index;
     scene.materials = materials.materials;
+    show_unlit(&mut scene);
     scene.images = materials.textures.images;
     scene.textures = materials.textures.textures;
     scene.environment = extras.world(doc, options.up.unwrap_or_default(), warnings)?;
@@ -122,15 +124,10 @@ fn check_instances(doc: &Document<'_>, nodes: &[SceneNode]) -> Result<(), LoadEr
 
 /// The primitives of all used meshes, each once, in the order of the nodes. Checks their size before they are
 /// read.
-fn used_primitives(
-    doc: &Document<'_>,
-    nodes: &[SceneNode],
-    warnings: &mut Warnings,
-) -> Result<Vec<PrimitiveId>, LoadError> {
+fn used_primitives(doc: &Document<'_>, nodes: &[SceneNode]) -> Result<Vec<PrimitiveId>, LoadError> {
     let root = doc.root();
     let mut is_used = vec![false; root.meshes.len()];
     let mut out = Vec::new();
-    let mut ignored = 0usize;
     let mut vertices = 0u64;
     let mut triangles = 0u64;
     for mesh in nodes.iter().filter_map(|n| n.mesh(root)) {
@@ -138,18 +135,11 @@ fn used_primitives(
             continue;
         }
         for (index, json) in root.meshes[mesh].primitives.iter().enumerate() {
-            if !topology::is_surface(primitive::mode(json)) {
-                ignored += 1;
-                continue;
-            }
             let size = primitive::max_size(doc, json);
             vertices = vertices.saturating_add(size.vertices);
             triangles = triangles.saturating_add(size.triangles);
             out.push(PrimitiveId { mesh, primitive: index });
         }
-    }
-    if ignored > 0 {
-        warnings.add("meshes", format_args!("ignored {ignored} primitives of points or lines"));
     }
     LoadError::check_limit("vertices", vertices, doc.limits.vertices)?;
     LoadError::check_limit("triangles", triangles, doc.limits.triangles)?;
@@ -164,7 +154,9 @@ fn read_meshes(doc: &Document<'_>, primitives: &[PrimitiveId]) -> (Meshes, Warni
     let read = |&id: &PrimitiveId| {
         let mut warnings = Warnings::default();
         let cancelled = doc.folder.cancel.check();
-        (cancelled.map_err(LoadError::from).and_then(|()| primitive::read(doc, id, &mut warnings)), warnings)
+        let is_surface = id.json(doc).is_none_or(|json| topology::is_surface(primitive::mode(json)));
+        let read = if is_surface { primitive::read } else { round_primitive::read };
+        (cancelled.map_err(LoadError::from).and_then(|()| read(doc, id, &mut warnings)), warnings)
     };
     let results: Vec<_> = primitives.par_iter().map(read).collect();
     let has_triangles = results.iter().any(|(mesh, _)| matches!(mesh, Ok(Some(_))));
@@ -187,7 +179,7 @@ fn read_meshes(doc: &Document<'_>, primitives: &[PrimitiveId]) -> (Meshes, Warni
     (meshes.into_iter().collect(), all)
 }
 
-/// Adds the meshes that have triangles. Returns the scene's meshes for each mesh of the file.
+/// Adds the meshes that have something to draw. Returns the scene's meshes for each mesh of the file.
 fn add_meshes(
     scene: &mut Scene,
     meshes: Vec<Option<Mesh>>,
@@ -209,7 +201,7 @@ fn add_meshes(
 /// Generates tangents for meshes whose materials have normal maps.
 fn add_tangents(scene: &mut Scene, cancel: &CancelToken) -> Result<(), Cancelled> {
     let Scene { meshes, materials, source, .. } = scene;
-    meshes.par_iter_mut().try_for_each(|mesh| {
+    meshes.par_iter_mut().filter(|mesh| !mesh.has_rounds()).try_for_each(|mesh| {
         if let Some(axes) = materials[mesh.material as usize].tangent_axes() {
             cancel.check()?;
             tangents::generate(mesh, axes, source);

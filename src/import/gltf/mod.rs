@@ -50,6 +50,7 @@ mod ranges;
 mod references;
 mod registry;
 mod required;
+mod round_primitive;
 mod sheen;
 mod skin;
 mod sun_strengths;

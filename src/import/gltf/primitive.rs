@@ -30,7 +30,7 @@ impl PrimitiveId {
         doc.root().meshes.get(self.mesh)?.primitives.get(self.primitive)
     }
 
-    fn location(&self) -> String {
+    pub(super) fn location(&self) -> String {
         format!("meshes[{}].primitives[{}]", self.mesh, self.primitive)
     }
 }
@@ -61,7 +61,9 @@ pub(super) fn max_size(doc: &Document<'_>, primitive: &Primitive) -> MeshSize {
         let vertices = draco::max_count(positions).saturating_mul(copies);
         return MeshSize { vertices, triangles: draco::max_count(triangles) };
     }
-    MeshSize { vertices: positions.min(drawn).saturating_mul(copies), triangles }
+    // Points that are used twice are two vertices.
+    let used = if mode(primitive) == Mode::Points { drawn } else { positions.min(drawn) };
+    MeshSize { vertices: used.saturating_mul(copies), triangles }
 }
 
 /// Reads a primitive of triangles; `None`, with a warning, if it has nothing to draw.
@@ -172,6 +174,37 @@ fn decode_draco(
     }
 }
 
+/// Reads the order in which a primitive uses its vertices. The incomplete triangles and other parts of a truncated file
+/// are left out.
+pub(super) fn read_order(
+    doc: &Document<'_>,
+    json: &Primitive,
+    location: &str,
+    vertices: usize,
+    warnings: &mut Warnings,
+) -> Result<VertexOrder, LoadError> {
+    let Some(index) = json.indices else { return Ok(VertexOrder::Sequential(vertices as u32)) };
+    let accessor = Accessor::open(doc, index.value(), warnings)?;
+    if accessor.components != 1 {
+        return Err(LoadError::invalid(format_args!("{location}.indices"), "indices are not SCALAR"));
+    }
+    let indices: Vec<[u32; 1]> = accessor.integers(Elements::First(accessor.count));
+    let mut indices = indices.into_flattened();
+    if doc.is_truncated() {
+        let is_complete = |part: &&[u32]| part.iter().all(|&v| (v as usize) < vertices);
+        let size = match mode(json) {
+            Mode::Triangles => 3,
+            Mode::Lines => 2,
+            Mode::Points => 1,
+            Mode::TriangleStrip | Mode::TriangleFan | Mode::LineStrip | Mode::LineLoop => 0,
+        };
+        if size > 0 {
+            indices = indices.chunks_exact(size).filter(is_complete).flatten().copied().collect();
+        }
+    }
+    Ok(VertexOrder::Indexed { indices, restart: accessor.restart_index() })
+}
+
 fn read_triangles(
     doc: &Document<'_>,
     json: &Primitive,
@@ -179,34 +212,13 @@ fn read_triangles(
     vertices: usize,
     warnings: &mut Warnings,
 ) -> Result<Vec<[u32; 3]>, LoadError> {
-    let path = || format!("{location}.indices");
-    let order = match json.indices {
-        None => VertexOrder::Sequential(vertices as u32),
-        Some(index) => {
-            let accessor = Accessor::open(doc, index.value(), warnings)?;
-            if accessor.components != 1 {
-                return Err(LoadError::invalid(path(), "indices are not SCALAR"));
-            }
-            let indices: Vec<[u32; 1]> = accessor.integers(Elements::First(accessor.count));
-            let mut indices = indices.into_flattened();
-            if doc.is_truncated() && mode(json) == Mode::Triangles {
-                let triangles =
-                    indices.chunks_exact(3).filter(|t| t.iter().all(|&v| (v as usize) < vertices));
-                indices = triangles.flatten().copied().collect();
-            }
-            VertexOrder::Indexed { indices, restart: accessor.restart_index() }
-        }
-    };
-    let count = match &order {
-        VertexOrder::Sequential(n) => *n as usize,
-        VertexOrder::Indexed { indices, .. } => indices.len(),
-    };
-    let mode = mode(json);
+    let order = read_order(doc, json, location, vertices, warnings)?;
+    let (mode, count) = (mode(json), order.len());
     if mode == Mode::Triangles && count % 3 != 0 {
         let message = format!("ignored the last {} of {count} vertices, which form no triangle", count % 3);
         warnings.add(location, message);
     }
-    topology::triangles(mode, &order, vertices as u32, &path)
+    topology::triangles(mode, &order, vertices as u32, &|| format!("{location}.indices"))
 }
 
 /// Renumbers the vertices if the triangles use only a few of them. Returns the old numbers of the used

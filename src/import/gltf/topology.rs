@@ -13,6 +13,26 @@ pub(super) enum VertexOrder {
     Indexed { indices: Vec<u32>, restart: u32 },
 }
 
+impl VertexOrder {
+    /// Number of vertices, each as often as it is used.
+    pub fn len(&self) -> usize {
+        match self {
+            VertexOrder::Sequential(n) => *n as usize,
+            VertexOrder::Indexed { indices, .. } => indices.len(),
+        }
+    }
+
+    /// Checks that all indices are below `vertices` or restart a strip.
+    fn check(&self, vertices: u32, location: &dyn Fn() -> String) -> Result<(), LoadError> {
+        let VertexOrder::Indexed { indices, restart } = self else { return Ok(()) };
+        let is_invalid = |&i: &u32| i >= vertices && i != *restart;
+        let Some(at) = indices.iter().position(is_invalid) else { return Ok(()) };
+        let message =
+            format!("element {at} is index {}, but there are only {vertices} vertices", indices[at]);
+        Err(LoadError::invalid(location(), message))
+    }
+}
+
 /// Numbers of vertices and triangles.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct MeshSize {
@@ -25,9 +45,15 @@ pub(super) fn is_surface(mode: Mode) -> bool {
     matches!(mode, Mode::Triangles | Mode::TriangleStrip | Mode::TriangleFan)
 }
 
-/// Upper bound of the triangles of `count` vertices.
+/// Upper bound of the triangles or lines of `count` vertices.
 pub(super) fn max_triangles(mode: Mode, count: u64) -> u64 {
-    if mode == Mode::Triangles { count / 3 } else { count.saturating_sub(2) }
+    match mode {
+        Mode::Triangles => count / 3,
+        Mode::TriangleStrip | Mode::TriangleFan => count.saturating_sub(2),
+        Mode::Lines => count / 2,
+        Mode::LineStrip | Mode::LineLoop => count,
+        Mode::Points => 0,
+    }
 }
 
 /// Assembles the triangles; all their indices are below `vertices`. Degenerate triangles of strips and fans
@@ -41,13 +67,8 @@ pub(super) fn triangles(
     let mut out = Vec::new();
     match order {
         VertexOrder::Sequential(n) => assemble(mode, *n as usize, |i| i as u32, &mut out),
-        VertexOrder::Indexed { indices, restart } => {
-            let is_invalid = |&i: &u32| i >= vertices && i != *restart;
-            if let Some(at) = indices.iter().position(is_invalid) {
-                let message =
-                    format!("element {at} is index {}, but there are only {vertices} vertices", indices[at]);
-                return Err(LoadError::invalid(location(), message));
-            }
+        VertexOrder::Indexed { indices, .. } => {
+            order.check(vertices, location)?;
             for run in indices.split(|&i| i >= vertices) {
                 assemble(mode, run.len(), |i| run[i], &mut out);
             }
@@ -70,6 +91,54 @@ fn assemble(mode: Mode, count: usize, at: impl Fn(usize) -> u32, out: &mut Vec<[
             out.extend((0..count.saturating_sub(2)).map(corner).filter(is_distinct));
         }
         Mode::Points | Mode::Lines | Mode::LineLoop | Mode::LineStrip => {}
+    }
+}
+
+/// Returns the vertices of points, each as often as it is used.
+pub(super) fn points(
+    order: &VertexOrder,
+    vertices: u32,
+    location: &dyn Fn() -> String,
+) -> Result<Vec<u32>, LoadError> {
+    order.check(vertices, location)?;
+    Ok(match order {
+        VertexOrder::Sequential(n) => (0..*n).collect(),
+        VertexOrder::Indexed { indices, .. } => indices.iter().copied().filter(|&i| i < vertices).collect(),
+    })
+}
+
+/// Assembles line segments; all their indices are below `vertices`.
+pub(super) fn lines(
+    mode: Mode,
+    order: &VertexOrder,
+    vertices: u32,
+    location: &dyn Fn() -> String,
+) -> Result<Vec<[u32; 2]>, LoadError> {
+    order.check(vertices, location)?;
+    let mut out = Vec::new();
+    match order {
+        VertexOrder::Sequential(n) => assemble_lines(mode, *n as usize, |i| i as u32, &mut out),
+        VertexOrder::Indexed { indices, .. } => {
+            for run in indices.split(|&i| i >= vertices) {
+                assemble_lines(mode, run.len(), |i| run[i], &mut out);
+            }
+        }
+    }
+    Ok(out)
+}
+
+/// Assembles the segments of one line strip, loop or list.
+fn assemble_lines(mode: Mode, count: usize, at: impl Fn(usize) -> u32, out: &mut Vec<[u32; 2]>) {
+    match mode {
+        Mode::Lines => out.extend((0..count / 2).map(|i| [at(2 * i), at(2 * i + 1)])),
+        Mode::LineStrip | Mode::LineLoop => {
+            out.extend((1..count).map(|i| [at(i - 1), at(i)]));
+            // The loop of two vertices is their one segment.
+            if mode == Mode::LineLoop && count > 2 {
+                out.push([at(count - 1), at(0)]);
+            }
+        }
+        Mode::Points | Mode::Triangles | Mode::TriangleStrip | Mode::TriangleFan => {}
     }
 }
 
@@ -98,6 +167,20 @@ mod tests {
         assert_eq!(strip, [[0, 1, 2], [3, 4, 5]]);
         // 255 is an ordinary index if there are that many vertices.
         assert_eq!(indexed(Mode::Triangles, &[0, 1, 255], 256).unwrap(), [[0, 1, 255]]);
+    }
+
+    #[test]
+    fn lines_strips_and_loops_become_segments() {
+        let of = |mode, indices: &[u32]| {
+            let order = VertexOrder::Indexed { indices: indices.to_vec(), restart: 255 };
+            lines(mode, &order, 6, &String::new).unwrap()
+        };
+        assert_eq!(of(Mode::Lines, &[0, 1, 2, 3, 4]), [[0, 1], [2, 3]]);
+        assert_eq!(of(Mode::LineStrip, &[0, 1, 2, 255, 3, 4]), [[0, 1], [1, 2], [3, 4]]);
+        assert_eq!(of(Mode::LineLoop, &[0, 1, 2, 255, 3, 4]), [[0, 1], [1, 2], [2, 0], [3, 4]]);
+        let order = VertexOrder::Indexed { indices: vec![4, 255, 4, 1], restart: 255 };
+        assert_eq!(points(&order, 6, &String::new).unwrap(), [4, 4, 1]);
+        assert!(lines(Mode::Lines, &order, 4, &String::new).is_err());
     }
 
     #[test]

@@ -143,6 +143,9 @@ impl Content {
             range.into_iter().all(|index| columns.iter().flatten().any(|(column, _)| *column == index))
         };
         let (has_normals, has_colors, has_uvs) = (has(3..6), has(6..9), has(10..12));
+        let expected = self.mesh.positions.capacity();
+        self.mesh.normals.reserve_exact(if has_normals { expected } else { 0 });
+        self.colors.reserve_exact(if has_colors { expected } else { 0 });
         read_rows(element, values, cancel, |values| {
             let mut row = [0.0; 12];
             row[9] = 1.0;

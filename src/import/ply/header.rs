@@ -86,6 +86,13 @@ pub(super) struct Element {
     pub properties: Vec<Property>,
 }
 
+impl Header {
+    /// Returns the first element of a name.
+    pub fn element(&self, name: &str) -> Option<&Element> {
+        self.elements.iter().find(|element| element.name == name)
+    }
+}
+
 impl Element {
     /// Returns true if a property has one of `names`.
     pub fn has(&self, names: &[&str]) -> bool {

@@ -45,7 +45,10 @@ pub(super) fn load(
     check_size(&header, bytes, options, &budget)?;
     let mut warnings = Warnings::default();
     let mut content = read(&header, bytes, DVec3::ZERO, options, &mut warnings)?;
-    let origin = far_centre(content.mesh.corner_positions());
+    let origin = match content.mesh.faces {
+        0 => far_centre(content.mesh.positions.iter().copied()),
+        _ => far_centre(content.mesh.corner_positions()),
+    };
     if let Some(origin) = origin {
         // Free the first result before the second is read.
         drop(content);
@@ -56,8 +59,8 @@ pub(super) fn load(
     if degenerate > 0 {
         warnings.add("", format!("ignored {degenerate} faces with fewer than three vertices"));
     }
-    if mesh.faces == 0 {
-        return Err(no_faces_error(&header, mesh.positions.len()));
+    if mesh.faces == 0 && !is_cloud(&header, mesh.positions.len()) {
+        return Err(no_faces_error(&header));
     }
     for list in [&mut face_colors, &mut colors] {
         obj::displayed_to_linear(list, &mut warnings);
@@ -155,20 +158,22 @@ fn ignore_zero_alpha(colors: &mut [Vec4], warnings: &mut Warnings) {
     }
 }
 
-fn no_faces_error(header: &Header, points: usize) -> LoadError {
-    let element = |name: &str| header.elements.iter().find(|element| element.name == name);
-    let states_faces =
-        ["face", "tristrips"].iter().filter_map(|name| element(name)).any(|faces| faces.rows > 0);
-    let message = match element("vertex") {
-        Some(vertices) if SPLATS.iter().all(|name| vertices.has(&[name])) => {
+/// Returns true for a file of points: without faces, and without 3D Gaussian splats.
+fn is_cloud(header: &Header, points: usize) -> bool {
+    let states_faces = |name: &str| header.element(name).is_some_and(|faces| faces.rows > 0);
+    points > 0 && !states_faces("face") && !states_faces("tristrips") && !has_splats(header)
+}
+
+fn has_splats(header: &Header) -> bool {
+    header.element("vertex").is_some_and(|vertices| SPLATS.iter().all(|name| vertices.has(&[name])))
+}
+
+fn no_faces_error(header: &Header) -> LoadError {
+    let message = match has_splats(header) {
+        true => {
             "the file has 3D Gaussian splats and no faces, and splats are not drawn; convert them to a mesh"
-                .into()
         }
-        Some(_) if points > 0 && !states_faces => format!(
-            "the file has {points} points and no faces, and points are not drawn; make a mesh of them, for example in \
-             MeshLab (Filters > Remeshing > Screened Poisson)"
-        ),
-        _ => "the file has no faces to render".into(),
+        false => "the file has no faces to render",
     };
     LoadError::invalid("PLY", message)
 }

@@ -5,7 +5,7 @@ use std::path::Path;
 use glam::{Vec2, Vec3, Vec4};
 
 use crate::{Limits, LoadError, LoadOptions, UpAxis, Warning, load_bytes};
-use blinn_scene::{AlphaMode, Scene, SourceFormat};
+use blinn_scene::{AlphaMode, Reflectance, Scene, SourceFormat};
 
 fn load_with(bytes: &[u8], options: &LoadOptions) -> Result<(Scene, Vec<Warning>), LoadError> {
     load_bytes(bytes, Path::new("a.ply"), options)
@@ -148,6 +148,31 @@ fn files_that_end_early_have_their_first_faces() {
 }
 
 #[test]
+fn vertices_without_faces_are_points() {
+    let colors = "property uchar red\nproperty uchar green\nproperty uchar blue\n";
+    let text = SQUARE.replace("element face", &format!("{colors}element face")).replace("face 1", "face 0");
+    let text = text.replace(
+        "\n0 0 0\n1 0 0\n1 1 0\n0 1 0\n",
+        "\n0 0 0 255 0 0\n1 0 0 0 255 0\n1 1 0 0 0 0\n0 1 0 9 9 9\n",
+    );
+    let (scene, warnings) = load(text.as_bytes());
+    assert!(warnings.is_empty(), "{warnings:?}");
+    let mesh = &scene.meshes[0];
+    assert_eq!((mesh.point_count(), mesh.colors[1]), (4, Vec4::new(0.0, 1.0, 0.0, 1.0)));
+    assert_eq!(scene.materials[mesh.material as usize].reflectance, Reflectance::Unlit);
+    // Normals are lit by.
+    let text = SQUARE.replace(
+        "property float z\n",
+        "property float z\nproperty float nx\nproperty float ny\nproperty float nz\n",
+    );
+    let text =
+        text.replace("face 1", "face 0").replace(" 0\n", " 0 0 0 2\n").replace("face 0 0 0 2", "face 0");
+    let (scene, _) = load(text.as_bytes());
+    assert_eq!(scene.meshes[0].normals, [Vec3::Z; 4]);
+    assert_ne!(scene.materials[0].reflectance, Reflectance::Unlit);
+}
+
+#[test]
 fn defects_are_errors_that_name_the_row() {
     error(
         &SQUARE.replace("4 0 1 2 3", "4 0 1 2 4"),
@@ -156,7 +181,6 @@ fn defects_are_errors_that_name_the_row() {
     error(&SQUARE.replace("4 0 1 2 3", "4 0 1 2 -1"), "is out of range");
     error(&SQUARE.replace("1 1 0\n", "1 one 0\n"), "vertex 2: 'one' is not a number");
     error(&SQUARE.replace("4 0 1 2 3", "-4 0 1 2 3"), "face 0: 'a list of -4 items' is not a number");
-    error(&SQUARE.replace("face 1", "face 0"), "points are not drawn");
     let splats = SQUARE
         .replace("face 1", "face 0")
         .replace("property float z\n", "property float z\nproperty float f_dc_0\nproperty float rot_0\n");

@@ -8,7 +8,7 @@ use super::vertex_dedup::{NO_INDEX, VertexDeduplicator};
 use crate::Limits;
 use crate::error::{LoadError, Warnings};
 use blinn_core::cancellation::CancelToken;
-use blinn_scene::Mesh;
+use blinn_scene::{Mesh, Rounds};
 
 /// Number of faces between two looks at the cancellation.
 const CANCEL_INTERVAL: usize = 1 << 16;
@@ -70,6 +70,14 @@ impl PolygonMesh {
     /// Returns the positions of the corners of all faces. Corners of vertices that do not exist are left out.
     pub fn corner_positions(&self) -> impl Iterator<Item = Vec3> {
         self.corners.iter().filter_map(|&vertex| self.positions.get(vertex as usize).copied())
+    }
+
+    /// Returns the vertices of a mesh without faces as points.
+    pub fn into_points(self) -> Mesh {
+        let PolygonMesh { positions, mut normals, colors, uvs, .. } = self;
+        normals.iter_mut().for_each(|n| *n = n.as_dvec3().normalize_or_zero().as_vec3());
+        let uvs = if uvs.is_empty() { Vec::new() } else { vec![uvs] };
+        Mesh { positions, normals, colors, uvs, rounds: Rounds::Points, ..Mesh::default() }
     }
 
     /// Returns the meshes of the parts that have triangles.

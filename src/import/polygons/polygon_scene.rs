@@ -2,11 +2,12 @@
 
 use glam::{DAffine3, DVec3};
 
-use super::polygon_mesh::PolygonMesh;
+use super::polygon_mesh::{Part, PolygonMesh};
 use crate::error::{LoadError, Warnings};
 use crate::finite_uvs::replace_nonfinite;
 use crate::obj::TexturedMaterials;
 use crate::options::{LoadOptions, UpAxis};
+use crate::unlit_rounds::show_unlit;
 use blinn_scene::{AlphaMode, Instance, LocalTransform, Node, Scene, Source, SourceFormat};
 
 /// A file of one polygon mesh.
@@ -43,10 +44,12 @@ pub(crate) fn build_scene(
     if scene.objects.is_empty() {
         scene.objects.push("default".into());
     }
+    let meshes = match mesh.faces {
+        0 => vec![(Part::default(), mesh.into_points())],
+        _ => mesh.into_meshes(&options.limits, &options.cancel, warnings)?,
+    };
     let mut nonfinite_uvs = 0;
-    for (i, (part, mut mesh)) in
-        mesh.into_meshes(&options.limits, &options.cancel, warnings)?.into_iter().enumerate()
-    {
+    for (i, (part, mut mesh)) in meshes.into_iter().enumerate() {
         mesh.name = scene.objects[part.object as usize].clone();
         mesh.material = part.material;
         nonfinite_uvs += mesh.uvs.iter_mut().map(|uvs| replace_nonfinite(uvs)).sum::<usize>();
@@ -57,6 +60,7 @@ pub(crate) fn build_scene(
         let object = part.object + 1;
         scene.instances.push(Instance { node: 0, mesh: i as u32, object, ..Instance::default() });
     }
+    show_unlit(&mut scene);
     if nonfinite_uvs > 0 {
         warnings.add("", format!("{nonfinite_uvs} texture coordinates are not finite; used 0"));
     }

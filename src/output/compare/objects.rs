@@ -6,7 +6,7 @@ use glam::{Vec2, Vec3, Vec4};
 
 use super::canonical_material::MaterialDescriber;
 use blinn_core::geometry::{Aabb, HitId};
-use blinn_scene::PosedScene;
+use blinn_scene::{Mesh, PosedScene};
 
 /// An object that differs between two scenes.
 #[derive(Clone, Debug, PartialEq)]
@@ -117,14 +117,14 @@ impl<'a> Objects<'a> {
     }
 
     fn mesh_size(&self, instance: u32) -> usize {
-        self.posed.mesh(instance).triangles.len()
+        primitive_count(self.posed.mesh(instance))
     }
 
     fn material(&self, instance: u32) -> &str {
         self.materials.get(self.posed.mesh(instance).material as usize).map_or("", String::as_str)
     }
 
-    /// The corners of a triangle, relative to the centre.
+    /// The corners of a triangle, point or line, relative to the centre.
     fn corners(&self, instance: u32, triangle: usize) -> [Vec3; 3] {
         self.posed.world_triangle(HitId { instance, triangle: triangle as u32 })
     }
@@ -146,6 +146,11 @@ impl<'a> Objects<'a> {
         let centre = self.posed.centre;
         if bounds.is_empty() { bounds } else { Aabb { min: bounds.min + centre, max: bounds.max + centre } }
     }
+}
+
+/// Number of triangles, points and lines of a mesh.
+fn primitive_count(mesh: &Mesh) -> usize {
+    mesh.triangles.len() + mesh.point_count() + mesh.lines().len()
 }
 
 fn compare_object(
@@ -206,21 +211,21 @@ fn has_same_attributes(old: &PosedScene, a: u32, new: &PosedScene, b: u32) -> bo
         let pairs = mesh.uvs.iter().zip(&other.uvs);
         let flat = |uv: &Vec2| uv.extend(0.0).extend(0.0);
         mesh.uvs.len() == other.uvs.len()
-            && pairs.into_iter().all(|(x, y)| same_at_corners(&mesh.triangles, x, &other.triangles, y, flat))
+            && pairs.into_iter().all(|(x, y)| same_at_corners(mesh, x, other, y, flat))
     };
     let wide = |v: &Vec3| v.extend(0.0);
     let whole = |v: &Vec4| *v;
     color(old, a) == color(new, b)
         && same_uvs()
-        && same_at_corners(&mesh.triangles, old.normals(a), &other.triangles, new.normals(b), wide)
-        && same_at_corners(&mesh.triangles, old.tangents(a), &other.triangles, new.tangents(b), whole)
-        && same_at_corners(&mesh.triangles, &mesh.colors, &other.triangles, &other.colors, whole)
+        && same_at_corners(mesh, old.normals(a), other, new.normals(b), wide)
+        && same_at_corners(mesh, old.tangents(a), other, new.tangents(b), whole)
+        && same_at_corners(mesh, &mesh.colors, other, &other.colors, whole)
 }
 
 fn same_at_corners<T>(
-    triangles: &[[u32; 3]],
+    mesh: &Mesh,
     values: &[T],
-    other_triangles: &[[u32; 3]],
+    other: &Mesh,
     others: &[T],
     to_vec4: impl Fn(&T) -> Vec4,
 ) -> bool {
@@ -228,8 +233,9 @@ fn same_at_corners<T>(
         return values.is_empty() == others.is_empty();
     }
     let at = |values: &[T], i: u32| values.get(i as usize).map(|v| to_vec4(v).to_array().map(f32::to_bits));
-    let corners = triangles.iter().flatten().zip(other_triangles.iter().flatten());
-    corners.into_iter().all(|(&i, &j)| at(values, i) == at(others, j))
+    let count = primitive_count(mesh).min(primitive_count(other)) as u32;
+    let mut corners = (0..count).flat_map(|k| mesh.corners(k).into_iter().zip(other.corners(k)));
+    corners.all(|(i, j)| at(values, i) == at(others, j))
 }
 
 #[cfg(test)]

@@ -68,7 +68,7 @@ pub fn trace_mattes(
     for _ in 0..MAX_SURFACES_PER_RAY {
         rays.intersect(frame);
         for eye in rays.iter().filter(|eye| !eye.hit.is_miss()) {
-            let surface = SurfacePoint::at(frame.posed, eye.hit.id, eye.ray);
+            let surface = SurfacePoint::at(frame.posed, &eye.hit, eye.ray);
             let material = &frame.posed.materials[surface.material as usize];
             let open = &mut open[eye.path];
             let coverage = *open * opacity(frame.posed, material, &surface.ctx);

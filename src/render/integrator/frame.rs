@@ -9,7 +9,7 @@ use crate::integrator::material::coefficients::{Coefficients, MaterialOverrides}
 use crate::integrator::media::{Crossing, Medium, MediumStack, Wavelength};
 use crate::integrator::sample::Sample;
 use crate::integrator::surface::triangle_plane::TrianglePlane;
-use blinn_accel::{Accel, Coherence, RayBatch};
+use blinn_accel::{Accel, Coherence, RayBatch, RoundSizes};
 use blinn_core::geometry::{HitId, RayDifferential, Rgb};
 use blinn_core::simd::SimdLevel;
 use blinn_scene::{
@@ -63,6 +63,8 @@ pub struct Frame<'a> {
     pub ambient_occlusion: Option<AmbientOcclusion>,
     /// A ground plane below the scene.
     pub ground: Option<Ground>,
+    /// The sizes of points and lines along eye rays: they are not drawn in a new frame.
+    pub rounds: RoundSizes,
     /// From the scene to the world: the identity unless [`Frame::with_scene_motion`] has moved it.
     pub scene_to_world: DAffine3,
 }
@@ -104,6 +106,7 @@ impl<'a> Frame<'a> {
             unlit_scale: 1.0,
             ambient_occlusion: None,
             ground: None,
+            rounds: RoundSizes::NONE,
             scene_to_world: DAffine3::IDENTITY,
         }
     }
@@ -137,6 +140,7 @@ impl<'a> Frame<'a> {
     pub(crate) fn generate_eye_rays(&self, samples: &[Sample], rays: &mut RayBatch) {
         rays.clear();
         rays.cull_back_faces = self.cull_back_faces;
+        rays.rounds = self.rounds;
         let depth_per_t = self.camera.depth_per_t();
         rays.t_min = (self.camera.clip.near / depth_per_t) as f32;
         rays.t_max = (self.camera.clip.far / depth_per_t) as f32;

@@ -66,10 +66,11 @@ fn compute_surface_points<'s>(
     let mut traits = LastTraits(None);
     for (id, first) in hits_by_triangle.iter() {
         let triangle = traits.triangle(frame.posed, id);
+        let is_round = triangle.is_round();
         let start = points.len();
         let mut next = Some(first);
         while let Some(hit) = next {
-            let capacity = if rays.is_secondary { 1 } else { HIT_LANES.min(soa.free_lanes()) };
+            let capacity = if rays.is_secondary || is_round { 1 } else { HIT_LANES.min(soa.free_lanes()) };
             let differential = footprints.differential(hit);
             let mut count = 0;
             while let Some(hit) = next.filter(|&hit| count < capacity && footprints.is_current(hit)) {
@@ -78,6 +79,12 @@ fn compute_surface_points<'s>(
                 points.push(ShadingPoint { path, id, is_shadow_catcher: false });
                 count += 1;
                 next = hits_by_triangle.next(hit);
+            }
+            if is_round {
+                let (ray, t) = (ray8.get(0), rays.hits()[hit as usize].t);
+                let (block, lane) = soa.append(count);
+                block.store_hit(lane, ray.d, &triangle.round_hit(ray, t));
+                continue;
             }
             triangle.append_hits(frame.simd(), &ray8, count, differential, soa);
             if frame.traces_full_paths() {

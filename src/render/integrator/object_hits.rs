@@ -29,7 +29,7 @@ pub fn trace_objects(
     for _ in 0..MAX_SURFACES_PER_RAY {
         rays.intersect(frame);
         for eye in rays.iter().filter(|eye| !eye.hit.is_miss()) {
-            let surface = SurfacePoint::at(frame.posed, eye.hit.id, eye.ray);
+            let surface = SurfacePoint::at(frame.posed, &eye.hit, eye.ray);
             if is_hole(frame, &surface) {
                 continue;
             }

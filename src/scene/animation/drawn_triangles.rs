@@ -34,9 +34,12 @@ pub(super) fn has_area(corners: &[DVec3; 3]) -> bool {
     let a = corners[1] - corners[0];
     let b = corners[2] - corners[0];
     let limit = MIN_SINE * MIN_SINE * a.length_squared() * b.length_squared();
-    let in_range = |p: &DVec3| p.abs().cmple(DVec3::splat(MAX_COORDINATE)).all();
     // False for NaN.
     a.cross(b).length_squared() > limit && corners.iter().all(in_range)
+}
+
+fn in_range(p: &DVec3) -> bool {
+    p.abs().cmple(DVec3::splat(MAX_COORDINATE)).all()
 }
 
 /// The dimensions that a transform keeps.
@@ -75,8 +78,11 @@ pub(super) struct InstanceShape<'a, P> {
 }
 
 impl<P: FnMut(u32) -> Vec3> InstanceShape<'_, P> {
-    /// Returns true if a triangle that can be seen attains a part of `extremes`, as `vertex` does.
+    /// Returns true if a triangle, point or line that can be seen attains a part of `extremes`, as `vertex` does.
     pub fn attains<E: Extremes>(&mut self, extremes: &E, part: usize, vertex: u32) -> bool {
+        if self.mesh.has_rounds() {
+            return in_range(&self.point(vertex));
+        }
         if self.is_drawn(vertex, usize::MAX) {
             return true;
         }
@@ -139,7 +145,7 @@ fn alternate<T>(
     })
 }
 
-/// Includes the corners of all triangles that can be seen.
+/// Includes the corners of all triangles, and the vertices of all points and lines, that can be seen.
 pub(super) fn add_drawn_triangles<E: Extremes>(
     scene: &Scene,
     mesh: &Mesh,
@@ -148,6 +154,11 @@ pub(super) fn add_drawn_triangles<E: Extremes>(
     alpha: &ClipAlpha,
     extremes: &mut E,
 ) {
+    if mesh.has_rounds() {
+        let points = positions.iter().map(|p| to_world.transform_point3(p.as_dvec3()));
+        points.filter(in_range).for_each(|p| extremes.add(p, VertexAt::default()));
+        return;
+    }
     for corners in &mesh.triangles {
         let points = corners.map(|v| to_world.transform_point3(positions[v as usize].as_dvec3()));
         let mut bounds = Aabb::EMPTY;
@@ -188,6 +199,11 @@ impl DrawnPoints {
 
 /// Returns the drawn vertices of a mesh at rest; `None` if all are drawn.
 fn drawn_points(scene: &Scene, mesh: &Mesh, alpha: &ClipAlpha) -> Option<Vec<Vec3>> {
+    if mesh.has_rounds() {
+        let is_in_range = |p: &&Vec3| in_range(&p.as_dvec3());
+        let all_in_range = mesh.positions.iter().all(|p| is_in_range(&p));
+        return (!all_in_range).then(|| mesh.positions.iter().filter(is_in_range).copied().collect());
+    }
     let is_drawn: Vec<AtomicBool> = mesh.positions.iter().map(|_| AtomicBool::new(false)).collect();
     let may_hide = alpha.may_hide(mesh);
     mesh.triangles.par_chunks(MARK_BLOCK).for_each(|triangles| {

@@ -113,7 +113,7 @@ impl<'s> PosedScene<'s> {
     pub fn local_triangle(&self, id: HitId) -> [Vec3; 3] {
         let positions = self.positions(id.instance);
         // Not `map`, which is not always inlined: BVH builds call this for every triangle.
-        let [a, b, c] = self.mesh(id.instance).triangles[id.triangle as usize];
+        let [a, b, c] = self.mesh(id.instance).corners(id.triangle);
         [positions[a as usize], positions[b as usize], positions[c as usize]]
     }
 

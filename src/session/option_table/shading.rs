@@ -2,6 +2,7 @@
 
 use super::{Choices, Effect, Heading, OptionDef, choose, names, store};
 use crate::options::BackFaceCulling;
+use crate::round_sizes::RoundWidth;
 use crate::values::{self, whole};
 use blinn_render::integrator::Stage;
 
@@ -16,7 +17,7 @@ const INTEGRATORS: Choices<Stage, 4> = [
 const CULLING: Choices<BackFaceCulling, 3> =
     [("auto", BackFaceCulling::SingleSided), ("back", BackFaceCulling::All), ("off", BackFaceCulling::Off)];
 
-pub static SHADING: [OptionDef; 8] = [
+pub static SHADING: [OptionDef; 10] = [
     OptionDef {
         name: "integrator",
         value_name: "INTEGRATOR",
@@ -85,6 +86,22 @@ pub static SHADING: [OptionDef; 8] = [
         help: "Maximum reflections along a path, and three times as many surfaces of glass; 0 disables reflections and \
                refraction",
         effect: Effect::Value(|options, text| store(&mut options.bounces, whole(text, 0..=64))),
+        ..BASE
+    },
+    OptionDef {
+        name: "point-size",
+        value_name: "SIZE",
+        default: Some("auto"),
+        help: "Diameter of points: pixels such as 3px, metres such as .01, auto for what closes the gaps of the cloud, or off",
+        effect: Effect::Value(|options, text| store(&mut options.point_size, RoundWidth::parse(text))),
+        ..BASE
+    },
+    OptionDef {
+        name: "line-width",
+        value_name: "WIDTH",
+        default: Some("auto"),
+        help: "Width of lines: pixels such as 2px, metres such as .01, auto for a pixel, or off",
+        effect: Effect::Value(|options, text| store(&mut options.line_width, RoundWidth::parse(text))),
         ..BASE
     },
     OptionDef {

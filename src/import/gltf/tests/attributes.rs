@@ -4,6 +4,8 @@ use glam::{Vec2, Vec3, Vec4};
 use serde_json::json;
 
 use super::super::fixture::{Fixture, bytes_of};
+use crate::LoadOptions;
+use blinn_scene::{Mesh, Reflectance};
 
 #[test]
 fn a_triangle_is_loaded() {
@@ -51,15 +53,39 @@ fn unused_vertices_are_removed_from_large_buffers() {
 }
 
 #[test]
-fn points_and_lines_are_ignored_with_a_warning() {
+fn points_and_lines_are_read_in_every_mode() {
     let mut fixture = Fixture::triangle();
+    let indices = fixture.indices(&[2, 0, 2]);
     for mode in [0, 1, 2, 3] {
         let primitive = json!({"attributes": {"POSITION": 0}, "mode": mode});
-        fixture.json["meshes"][0]["primitives"].as_array_mut().unwrap().push(primitive);
+        fixture.json["meshes"][0]["primitives"].as_array_mut().unwrap().push(primitive.clone());
+        let mut indexed = primitive;
+        indexed["indices"] = json!(indices);
+        fixture.json["meshes"][0]["primitives"].as_array_mut().unwrap().push(indexed);
     }
     let (scene, warnings) = fixture.load();
-    assert_eq!(scene.meshes.len(), 1);
-    assert_eq!(warnings, ["meshes: ignored 4 primitives of points or lines"]);
+    let [triangle, rounds @ ..] = &scene.meshes[..] else { panic!() };
+    let counts = |mesh: &Mesh| (mesh.positions.len(), mesh.point_count(), mesh.lines().len());
+    let expected = [(3, 3, 0), (3, 3, 0), (2, 0, 1), (2, 0, 1), (3, 0, 3), (2, 0, 3), (3, 0, 2), (2, 0, 2)];
+    assert_eq!(rounds.iter().map(counts).collect::<Vec<_>>(), expected);
+    assert_eq!(rounds[5].lines(), [[1, 0], [0, 1], [1, 1]]);
+    assert_eq!(warnings.len(), 2, "{warnings:?}");
+    assert!(warnings[0].contains("ignored the last of 3 vertices, which forms no line"), "{warnings:?}");
+    // The triangle keeps its material.
+    let material = |mesh: &Mesh| scene.materials[mesh.material as usize].reflectance;
+    assert!(rounds.iter().all(|mesh| material(mesh) == Reflectance::Unlit));
+    assert_ne!(material(triangle), Reflectance::Unlit);
+}
+
+#[test]
+fn points_and_lines_with_indices_out_of_range_are_errors() {
+    for mode in [0, 1, 2, 3] {
+        let mut fixture = Fixture::triangle();
+        let indices = fixture.indices(&[0, 3]);
+        *fixture.primitive() = json!({"attributes": {"POSITION": 0}, "indices": indices, "mode": mode});
+        let error = fixture.try_load_with(&LoadOptions::default()).unwrap_err().to_string();
+        assert!(error.contains("is index 3, but there are only 3 vertices"), "{error}");
+    }
 }
 
 #[test]

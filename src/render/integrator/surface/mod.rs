@@ -18,6 +18,7 @@ pub(crate) mod mesh_triangle;
 pub(crate) mod point_block;
 pub(crate) mod points_soa;
 pub(crate) mod ray_differentials;
+pub(crate) mod round_hit;
 pub(crate) mod shading_triangle;
 pub(crate) mod shadow_terminator;
 pub(crate) mod soa;

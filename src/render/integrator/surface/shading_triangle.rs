@@ -19,7 +19,7 @@ use crate::integrator::surface::surface_hit::{Ray8, SurfaceHit, SurfaceHit8};
 use crate::integrator::surface::surface_point::SurfacePoint;
 use crate::integrator::surface::texture_eval::TextureEvalContext;
 use crate::integrator::surface::triangle_plane::TrianglePlane;
-use blinn_core::geometry::{HitId, Ray, RayDifferential, offset_ray_origin, point_error};
+use blinn_core::geometry::{Hit, HitId, Ray, RayDifferential, offset_ray_origin, point_error};
 use blinn_core::simd::{AutovecKernel, SimdLevel};
 use blinn_scene::{Material, PosedScene};
 
@@ -79,7 +79,7 @@ impl<'s> ShadingTriangle<'s> {
     /// The triangle `id`, whose material has these traits.
     pub fn with_traits(posed: &PosedScene<'s>, id: HitId, traits: &MaterialTraits) -> ShadingTriangle<'s> {
         let mesh = posed.mesh(id.instance);
-        let corners = mesh.triangles[id.triangle as usize];
+        let corners = mesh.corners(id.triangle);
         let transform = &posed.instances[id.instance as usize].transform;
         let positions = posed.positions(id.instance);
         let local = corners.map(|c| positions[c as usize]);
@@ -162,6 +162,16 @@ impl<'s> ShadingTriangle<'s> {
         }
     }
 
+    /// The corners.
+    pub fn vertices(&self) -> [DVec3; 3] {
+        self.plane.vertices
+    }
+
+    /// Vertex normals, as they are interpolated; 0 in a mesh without normals.
+    pub fn vertex_normals(&self) -> [DVec3; 3] {
+        self.vertex_normals
+    }
+
     #[inline(always)]
     fn hit(&self, front_normal: DVec3, ray: Ray, differential: Option<&RayDifferential>) -> SurfaceHit {
         let plane_hit = self.plane.intersect(front_normal, ray);
@@ -236,10 +246,13 @@ impl<'s> TriangleSurface<'s> {
 }
 
 impl<'s> SurfacePoint<'s> {
-    /// The surface point of `ray` on triangle `id`, which it is known to hit. Its textures are evaluated at their finest
-    /// level.
-    pub fn at(posed: &PosedScene<'s>, id: HitId, ray: Ray) -> SurfacePoint<'s> {
-        ShadingTriangle::new(posed, id).surface_point(ray, None)
+    /// The surface point of the hit of `ray`. Its textures are evaluated at their finest level.
+    pub fn at(posed: &PosedScene<'s>, hit: &Hit, ray: Ray) -> SurfacePoint<'s> {
+        let triangle = ShadingTriangle::new(posed, hit.id);
+        if triangle.is_round() {
+            return triangle.surface.surface_from_hit(&triangle.round_hit(ray, hit.t));
+        }
+        triangle.surface_point(ray, None)
     }
 
     /// Origin of a shadow ray in direction `l`: outside the error bounds of the point, and offset to the smooth surface

@@ -4,6 +4,7 @@ use glam::{Vec2, Vec3, Vec4};
 
 use crate::integrator::surface::mesh_triangle::{MeshTriangle, TextureCoords, interpolate_uv};
 use crate::integrator::surface::ray_differentials::{BarycentricDifferentials, TriangleCoords};
+use crate::integrator::surface::round_hit::axis_barycentrics;
 use crate::integrator::surface::triangle_plane::barycentrics;
 use blinn_core::geometry::{HitId, Ray};
 use blinn_scene::{PosedScene, ScalarInput, TexelSemantics, TextureRef};
@@ -23,9 +24,13 @@ impl<'s> TextureEvalContext<'s> {
     /// The point where `ray` hits triangle `id`, which it is known to hit. Textures are evaluated at their finest level.
     pub fn at(posed: &PosedScene<'s>, id: HitId, ray: Ray) -> TextureEvalContext<'s> {
         let mesh = posed.mesh(id.instance);
-        let b = barycentrics(posed.world_triangle(id), ray).map(|b| b as f32);
+        let corners = posed.world_triangle(id);
+        let b = match mesh.has_rounds() {
+            true => axis_barycentrics(corners.map(|v| v.as_dvec3()), ray),
+            false => barycentrics(corners, ray).map(|b| b as f32),
+        };
         TextureEvalContext {
-            triangle: MeshTriangle { mesh, corners: mesh.triangles[id.triangle as usize] },
+            triangle: MeshTriangle { mesh, corners: mesh.corners(id.triangle) },
             coords: TriangleCoords { b, differentials: BarycentricDifferentials::POINT },
             tint: posed.scene.instances[id.instance as usize].color,
             sampled_normal: None,

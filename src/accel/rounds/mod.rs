@@ -1,0 +1,130 @@
+//! Points and lines, traced as spheres and capsules in BVHs of their own.
+//!
+//! The primitives of all instances are kept in world space, points and line segments apart. Their radii are not part of
+//! the BVHs: they belong to the rays, because a size in pixels grows with the distance from the eye.
+
+mod items;
+mod round_bvh;
+mod size;
+#[cfg(test)]
+mod tests;
+mod traverse;
+
+pub use size::{RoundSize, RoundSizes};
+
+use crate::ray_batch::{HitBatch, HitFilter, RayBatch};
+use blinn_core::cancellation::{CancelToken, Cancelled};
+use blinn_core::geometry::HitId;
+use blinn_core::simd::SimdLevel;
+use blinn_scene::{AlphaMode, PosedScene};
+use items::{PointItem, SegmentItem};
+use round_bvh::RoundBvh;
+use traverse::IntersectRounds;
+
+/// The points and lines of a posed scene.
+#[derive(Debug)]
+pub(crate) struct Rounds {
+    points: RoundBvh<PointItem>,
+    lines: RoundBvh<SegmentItem>,
+    ids: InstanceIds,
+    point_spacing: Option<f32>,
+}
+
+/// The instances with points or lines, by the numbers of their primitives.
+#[derive(Debug, Default)]
+pub(crate) struct InstanceIds(Vec<InstanceRange>);
+
+#[derive(Debug)]
+struct InstanceRange {
+    /// Number of the first primitive.
+    first: u32,
+    instance: u32,
+    /// True if an alpha mask may hide it.
+    has_mask: bool,
+}
+
+impl InstanceIds {
+    /// Returns the instance and the index in its mesh of a primitive, and true if an alpha mask may hide it.
+    fn hit_id(&self, primitive: u32) -> (HitId, bool) {
+        let after = self.0.partition_point(|range| range.first <= primitive);
+        match after.checked_sub(1).map(|i| &self.0[i]) {
+            Some(range) => {
+                let id = HitId { instance: range.instance, triangle: primitive - range.first };
+                (id, range.has_mask)
+            }
+            None => (HitId::NONE, false),
+        }
+    }
+}
+
+impl Rounds {
+    /// Builds the BVHs; `None` if nothing visible has points or lines.
+    pub fn build(posed: &PosedScene, cancel: &CancelToken) -> Result<Option<Rounds>, Cancelled> {
+        let has_rounds = |i: &u32| posed.instances[*i as usize].visible && posed.mesh(*i).has_rounds();
+        let instances: Vec<u32> = (0..posed.instances.len() as u32).filter(has_rounds).collect();
+        if instances.is_empty() {
+            return Ok(None);
+        }
+        let count = |count: &dyn Fn(u32) -> usize| instances.iter().map(|&i| count(i)).sum();
+        let mut points = Vec::with_capacity(count(&|i| posed.mesh(i).point_count()));
+        let mut lines = Vec::with_capacity(count(&|i| posed.mesh(i).lines().len()));
+        let mut ids = InstanceIds::default();
+        let mut next = 0u32;
+        for instance in instances {
+            let mesh = posed.mesh(instance);
+            let primitives = mesh.point_count() + mesh.lines().len();
+            // More have no numbers, and do not fit in memory.
+            let Some(end) = u32::try_from(primitives).ok().and_then(|n| next.checked_add(n)) else { break };
+            let has_mask = matches!(posed.materials[mesh.material as usize].alpha_mode, AlphaMode::Mask(_));
+            ids.0.push(InstanceRange { first: next, instance, has_mask });
+            cancel.check()?;
+            let transform = &posed.instances[instance as usize].transform;
+            let positions = posed.positions(instance);
+            let world = |vertex: u32| transform.point(positions[vertex as usize]);
+            let of_points = (0..mesh.point_count() as u32).map(|v| PointItem { p: world(v), id: next + v });
+            points.extend(of_points.filter(PointItem::is_drawn));
+            let of_lines = mesh.lines().iter().zip(next..);
+            let of_lines = of_lines.map(|(&[a, b], id)| SegmentItem { a: world(a), b: world(b), id });
+            lines.extend(of_lines.filter(SegmentItem::is_drawn));
+            next = end;
+        }
+        let (points, lines) = rayon::join(|| RoundBvh::build(points), || RoundBvh::build(lines));
+        cancel.check()?;
+        let point_spacing = items::spacing(points.items());
+        Ok(Some(Rounds { points, lines, ids, point_spacing }))
+    }
+
+    /// Replaces hits by those of points and lines that come first.
+    pub fn intersect(&self, simd: SimdLevel, rays: &RayBatch, filter: &dyn HitFilter, hits: &mut HitBatch) {
+        let ids = &self.ids;
+        let RoundSizes { points, lines } = rays.rounds;
+        if points.is_drawn() && !self.points.is_empty() {
+            simd.run(IntersectRounds {
+                bvh: &self.points,
+                ids,
+                size: points,
+                rays,
+                filter,
+                hits: &mut *hits,
+            });
+        }
+        if lines.is_drawn() && !self.lines.is_empty() {
+            simd.run(IntersectRounds { bvh: &self.lines, ids, size: lines, rays, filter, hits });
+        }
+    }
+
+    /// Returns the typical distance from a point to its fourth-nearest neighbour; `None` unless there are five points.
+    pub fn point_spacing(&self) -> Option<f32> {
+        self.point_spacing
+    }
+
+    /// Returns the number of points and of lines.
+    pub fn counts(&self) -> [usize; 2] {
+        [self.points.items().len(), self.lines.items().len()]
+    }
+
+    /// Returns the size in bytes.
+    pub fn bytes(&self) -> usize {
+        self.points.bytes() + self.lines.bytes()
+    }
+}

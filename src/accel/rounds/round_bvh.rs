@@ -1,0 +1,155 @@
+//! An eight-wide BVH without pointers over points or line segments.
+//!
+//! The items are sorted so that each aligned group of eight, of 64, of 512 and so on is compact: they are halved about a
+//! median along the longest side of their bounds, again and again. A leaf is a group of eight. The nodes of a level lie in a row,
+//! and node i has the children 8 i to 8 i + 7 of the level below.
+
+use std::cmp::Ordering;
+
+use glam::Vec3;
+use rayon::prelude::*;
+
+use super::items::RoundItem;
+
+/// Items of a leaf, and children of a node.
+pub(super) const WIDTH: usize = 8;
+/// Items that one thread sorts.
+const MIN_PARALLEL: usize = 1 << 13;
+
+/// The boxes of the children of a node; empty boxes where it has none.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct RoundNode {
+    pub min: [[f32; WIDTH]; 3],
+    pub max: [[f32; WIDTH]; 3],
+}
+
+impl RoundNode {
+    const EMPTY: RoundNode =
+        RoundNode { min: [[f32::INFINITY; WIDTH]; 3], max: [[f32::NEG_INFINITY; WIDTH]; 3] };
+
+    fn set(&mut self, child: usize, [min, max]: [Vec3; 2]) {
+        for axis in 0..3 {
+            self.min[axis][child] = min[axis];
+            self.max[axis][child] = max[axis];
+        }
+    }
+
+    fn bounds(&self) -> [Vec3; 2] {
+        let least = |row: &[f32; WIDTH]| row.iter().copied().fold(f32::INFINITY, f32::min);
+        let most = |row: &[f32; WIDTH]| row.iter().copied().fold(f32::NEG_INFINITY, f32::max);
+        [Vec3::from(self.min.each_ref().map(least)), Vec3::from(self.max.each_ref().map(most))]
+    }
+}
+
+/// The BVH.
+#[derive(Debug)]
+pub(super) struct RoundBvh<T> {
+    items: Vec<T>,
+    /// The nodes by level, from those above leaves to the root.
+    levels: Vec<Vec<RoundNode>>,
+    /// The largest coordinate.
+    extent: f32,
+}
+
+impl<T: RoundItem> RoundBvh<T> {
+    /// Builds the BVH. It depends on the order of the items, but on no threads.
+    pub fn build(mut items: Vec<T>) -> RoundBvh<T> {
+        sort(&mut items);
+        let mut levels: Vec<Vec<RoundNode>> = Vec::new();
+        if !items.is_empty() {
+            let node = |items: &[T]| {
+                let mut node = RoundNode::EMPTY;
+                let leaves = items.chunks(WIDTH).enumerate();
+                leaves.for_each(|(child, leaf)| node.set(child, bounds(leaf)));
+                node
+            };
+            levels.push(items.par_chunks(WIDTH * WIDTH).map(node).collect());
+        }
+        while let Some(below) = levels.last().filter(|level| level.len() > 1) {
+            let node = |nodes: &[RoundNode]| {
+                let mut node = RoundNode::EMPTY;
+                nodes.iter().enumerate().for_each(|(child, below)| node.set(child, below.bounds()));
+                node
+            };
+            levels.push(below.par_chunks(WIDTH).map(node).collect());
+        }
+        let root = levels.last().and_then(|level| level.first());
+        let extent = root.map_or(0.0, |root| {
+            let [min, max] = root.bounds();
+            min.abs().max(max.abs()).max_element()
+        });
+        RoundBvh { items, levels, extent }
+    }
+
+    pub fn is_empty(&self) -> bool {
+        self.items.is_empty()
+    }
+
+    pub fn items(&self) -> &[T] {
+        &self.items
+    }
+
+    /// Returns the items of a leaf.
+    #[inline(always)]
+    pub fn leaf(&self, leaf: usize) -> &[T] {
+        &self.items[leaf * WIDTH..self.items.len().min((leaf + 1) * WIDTH)]
+    }
+
+    /// Returns the number of levels of nodes.
+    #[inline(always)]
+    pub fn level_count(&self) -> usize {
+        self.levels.len()
+    }
+
+    /// Returns a node.
+    #[inline(always)]
+    pub fn node(&self, level: usize, index: usize) -> &RoundNode {
+        &self.levels[level][index]
+    }
+
+    /// Returns the largest coordinate.
+    pub fn extent(&self) -> f32 {
+        self.extent
+    }
+
+    pub fn bytes(&self) -> usize {
+        let nodes: usize = self.levels.iter().map(Vec::len).sum();
+        size_of_val(&self.items[..]) + nodes * size_of::<RoundNode>()
+    }
+}
+
+fn bounds<T: RoundItem>(items: &[T]) -> [Vec3; 2] {
+    let empty = [Vec3::INFINITY, Vec3::NEG_INFINITY];
+    items.iter().fold(empty, |[min, max], item| {
+        let [low, high] = item.bounds();
+        [min.min(low), max.max(high)]
+    })
+}
+
+/// Sorts items so that aligned groups are compact.
+fn sort<T: RoundItem>(items: &mut [T]) {
+    if items.len() <= WIDTH {
+        return;
+    }
+    let half = (WIDTH * items.len().div_ceil(WIDTH).next_power_of_two()) / 2;
+    let [min, max] = bounds(items);
+    let axis = (max - min).max_position();
+    let key = |item: &T| {
+        let [low, high] = item.bounds();
+        low[axis] + high[axis]
+    };
+    let order = |a: &T, b: &T| match key(a).total_cmp(&key(b)) {
+        Ordering::Equal => a.id().cmp(&b.id()),
+        order => order,
+    };
+    items.select_nth_unstable_by(half, order);
+    let is_large = items.len() > MIN_PARALLEL;
+    let (left, right) = items.split_at_mut(half);
+    // Halves: as deep as the logarithm of their number.
+    if is_large {
+        rayon::join(|| sort(left), || sort(right));
+    } else {
+        sort(left);
+        sort(right);
+    }
+}

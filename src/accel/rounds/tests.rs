@@ -1,0 +1,212 @@
+//! Points and lines against every primitive, and against closed forms.
+
+use glam::{DVec3, Vec3};
+
+use super::items::{PointItem, Ray64, RoundItem, SegmentItem, spacing};
+use super::*;
+use crate::{Accel, AccelSettings};
+use blinn_core::geometry::Hit;
+use blinn_scene::{Instance, Material, Mesh, Node, PoseSettings, Rounds as MeshRounds, Scene, pose};
+
+struct AcceptAll;
+
+impl HitFilter for AcceptAll {
+    fn accepts(&self, _: HitId, _: Vec3, _: Vec3) -> bool {
+        true
+    }
+
+    fn transmittance(&self, _: HitId, _: Vec3, _: Vec3) -> Vec3 {
+        Vec3::ZERO
+    }
+}
+
+/// A reproducible number from −1 to 1.
+fn number(i: u32) -> f32 {
+    (i.wrapping_mul(2_654_435_761).rotate_left(13).wrapping_mul(2_246_822_519) >> 8) as f32 / (1 << 23) as f32
+        - 1.0
+}
+
+fn vector(i: u32) -> Vec3 {
+    Vec3::new(number(3 * i), number(3 * i + 1), number(3 * i + 2))
+}
+
+/// A scene of points and of lines.
+fn scene(points: Vec<Vec3>, lines: Vec<Vec3>) -> Scene {
+    let segments = (0..lines.len() as u32 / 2).map(|i| [2 * i, 2 * i + 1]).collect();
+    let mesh = |positions, rounds| Mesh { positions, rounds, ..Mesh::default() };
+    let meshes = vec![mesh(points, MeshRounds::Points), mesh(lines, MeshRounds::Lines(segments))];
+    let instance = |mesh| Instance { node: 0, mesh, object: 1, ..Instance::default() };
+    Scene {
+        meshes,
+        materials: vec![Material::default()],
+        nodes: vec![Node { visible: true, ..Node::default() }],
+        instances: vec![instance(0), instance(1)],
+        ..Scene::default()
+    }
+}
+
+/// Rays from around the scene to points in it.
+fn rays(count: u32, rounds: RoundSizes) -> RayBatch {
+    let mut rays = RayBatch { rounds, ..RayBatch::default() };
+    for i in 0..count {
+        let o = vector(7 * i + 3).normalize_or(Vec3::X) * 4.0;
+        rays.push(o, (vector(5 * i + 1) - o) * 0.5);
+    }
+    rays
+}
+
+const SIZES: [RoundSize; 3] = [
+    RoundSize { in_scene: 0.02, min: 0.0, max: f32::INFINITY },
+    RoundSize { in_scene: 0.0, min: 0.004, max: 0.004 },
+    RoundSize { in_scene: 0.03, min: 0.002, max: 0.005 },
+];
+
+#[test]
+fn bvhs_find_the_same_hits_as_trying_all() {
+    let points: Vec<Vec3> = (0..3000).map(vector).collect();
+    let lines: Vec<Vec3> =
+        (0..1500).flat_map(|i| [vector(i + 9000), vector(i + 9000) + 0.2 * vector(i)]).collect();
+    let scene = scene(points, lines);
+    let posed = pose(&scene, &PoseSettings::default()).unwrap();
+    let rounds = Rounds::build(&posed, &CancelToken::default()).unwrap().unwrap();
+    let (mut found, mut behind) = (0, 0);
+    for size in SIZES {
+        let mut batch = rays(400, RoundSizes { points: size, lines: size });
+        for _ in 0..2 {
+            let mut hits = vec![Hit::MISS; batch.len()];
+            rounds.intersect(SimdLevel::default(), &batch, &AcceptAll, &mut hits);
+            for (i, hit) in hits.iter().enumerate() {
+                let (o, d) = (batch.origins[i].as_dvec3(), batch.directions[i].as_dvec3());
+                let ray = Ray64 { o, d, dd: d.length_squared() };
+                let all = |item: &dyn Fn() -> Option<f64>, id: u32| {
+                    let t = item()? as f32;
+                    let hit = Hit { t, id: rounds.ids.hit_id(id).0 };
+                    (t > 0.0 && batch.after(i).before(&hit)).then_some(hit)
+                };
+                let of_points = rounds.points.items().iter().map(|p| all(&|| p.enter(&ray, &size), p.id));
+                let of_lines = rounds.lines.items().iter().map(|l| all(&|| l.enter(&ray, &size), l.id));
+                let first =
+                    of_points.chain(of_lines).flatten().reduce(|a, b| if b.before(&a) { b } else { a });
+                assert_eq!(*hit, first.unwrap_or(Hit::MISS), "ray {i}");
+                found += usize::from(!hit.is_miss());
+                behind += usize::from(!hit.is_miss() && !batch.after.is_empty());
+            }
+            let hit: Vec<usize> = (0..hits.len()).filter(|&i| !hits[i].is_miss()).collect();
+            batch.continue_behind(&hit, &hits);
+        }
+    }
+    assert!(found > 500 && behind > 100, "{found} {behind}");
+}
+
+#[test]
+fn spheres_and_capsules_are_entered_where_closed_forms_say() {
+    let ray = |y: f64| {
+        let d = DVec3::new(0.0, 0.0, -2.0);
+        Ray64 { o: DVec3::new(0.0, y, 10.0), d, dd: d.length_squared() }
+    };
+    let size = RoundSize::in_scene(0.5);
+    let point = PointItem { p: Vec3::ZERO, id: 0 };
+    let along = SegmentItem { a: Vec3::new(-3.0, 0.0, 0.0), b: Vec3::new(3.0, 0.0, 0.0), id: 0 };
+    let to_eye = SegmentItem { a: Vec3::new(0.0, 0.0, -3.0), b: Vec3::new(0.0, 0.0, 2.0), id: 0 };
+    for y in [0.0f64, 0.1, 0.3, 0.49] {
+        let front = |z: f64| (10.0 - z - (0.25 - y * y).sqrt()) / 2.0;
+        for (t, expected) in [
+            (point.enter(&ray(y), &size), front(0.0)),
+            (along.enter(&ray(y), &size), front(0.0)),
+            (to_eye.enter(&ray(y), &size), front(2.0)),
+        ] {
+            assert!((t.unwrap() - expected).abs() < 1e-12, "{y}: {t:?} {expected}");
+        }
+    }
+    for item in [along, to_eye] {
+        assert_eq!(item.enter(&ray(0.5001), &size), None);
+    }
+    // Half a pixel at t is min · t: the same share of the view at every distance.
+    let cone = RoundSize { in_scene: 0.0, min: 0.05, max: 0.05 };
+    let far = PointItem { p: Vec3::new(0.0, 0.0, -90.0), id: 0 };
+    let near_hit = |y: f64| point.enter(&ray(y), &cone).is_some();
+    let far_hit = |y: f64| far.enter(&ray(y), &cone).is_some();
+    assert!(near_hit(0.249) && !near_hit(0.251) && far_hit(2.49) && !far_hit(2.51));
+}
+
+#[test]
+fn bad_points_and_lines_are_left_out_and_dots_are_hit() {
+    let far = Vec3::splat(1e30);
+    let points = vec![Vec3::ZERO, Vec3::NAN, Vec3::INFINITY, far, Vec3::ZERO];
+    let lines = vec![Vec3::X, Vec3::X, Vec3::X, Vec3::NAN, far, Vec3::X];
+    let scene = scene(points, lines);
+    let posed = pose(&scene, &PoseSettings { centre: Some(DVec3::ZERO), ..PoseSettings::default() }).unwrap();
+    let (accel, _) = Accel::build(&posed, &AccelSettings::default());
+    assert_eq!(accel.round_counts(), [2, 1]);
+    let size = RoundSize::in_scene(0.1);
+    let mut rays = RayBatch { rounds: RoundSizes { points: size, lines: size }, ..RayBatch::default() };
+    rays.push(Vec3::Z * 3.0, -Vec3::Z);
+    rays.push(Vec3::Z * 3.0 + Vec3::X, -Vec3::Z);
+    rays.push(Vec3::Z * 3.0 + Vec3::Y, -Vec3::Z);
+    // From inside and behind.
+    rays.push(Vec3::ZERO, -Vec3::Z);
+    rays.push(Vec3::Z * 3.0, Vec3::ZERO);
+    let mut hits = Vec::new();
+    accel.intersect(&rays, &AcceptAll, &mut hits);
+    let hit = |instance, triangle| Hit { t: 2.9, id: HitId { instance, triangle } };
+    assert_eq!(hits, [hit(0, 0), hit(1, 0), Hit::MISS, Hit::MISS, Hit::MISS]);
+    // The coincident point is behind it.
+    rays.continue_behind(&[0], &hits);
+    accel.intersect(&rays, &AcceptAll, &mut hits);
+    assert_eq!(hits, [hit(0, 4)]);
+}
+
+#[test]
+fn the_spacing_of_a_grid_is_its_cell() {
+    let grid = |count: u32| (0..count).map(|i| Vec3::new((i % 64) as f32, (i / 64) as f32, 0.0) * 0.25);
+    let items =
+        |points: Vec<Vec3>| RoundBvh::build((0..).zip(points).map(|(id, p)| PointItem { p, id }).collect());
+    let of = |points: Vec<Vec3>| spacing(items(points).items());
+    assert_eq!(of(grid(4096).collect()), Some(0.25));
+    // A far outlier and repeated points change nothing.
+    let repeated = grid(4096).flat_map(|p| [p; 2]).chain([Vec3::splat(1e6)]).collect();
+    assert_eq!(of(repeated), Some(0.25));
+    assert_eq!(of(vec![Vec3::ONE; 100]), None);
+    assert_eq!(of(grid(4).collect()), None);
+}
+
+#[test]
+fn bvhs_do_not_depend_on_threads() {
+    let points: Vec<PointItem> = (0..50_000).map(|id| PointItem { p: vector(id), id }).collect();
+    let ids = |threads: usize| {
+        let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
+        let bvh = pool.install(|| RoundBvh::build(points.clone()));
+        bvh.items().iter().map(|point| point.id).collect::<Vec<u32>>()
+    };
+    let one = ids(1);
+    assert!(one == ids(2) && one == ids(7));
+}
+
+/// The share of a grid of parallel rays over a square of side 4 that hit, as an area.
+fn covered_area(scene: &Scene, size: RoundSize) -> f64 {
+    const SIDE: u32 = 400;
+    let posed = pose(scene, &PoseSettings::default()).unwrap();
+    let (accel, _) = Accel::build(&posed, &AccelSettings::default());
+    let mut rays = RayBatch { rounds: RoundSizes { points: size, lines: size }, ..RayBatch::default() };
+    for i in 0..SIDE * SIDE {
+        let at = |k: u32| (f64::from(k) + 0.5) * 4.0 / f64::from(SIDE) - 2.0;
+        rays.push(Vec3::new(at(i % SIDE) as f32, at(i / SIDE) as f32, 5.0), -Vec3::Z);
+    }
+    let mut hits = Vec::new();
+    accel.intersect(&rays, &AcceptAll, &mut hits);
+    let count = hits.iter().filter(|hit| !hit.is_miss()).count();
+    16.0 * count as f64 / f64::from(SIDE * SIDE)
+}
+
+#[test]
+fn spheres_and_capsules_cover_the_area_of_discs_and_stadiums() {
+    use std::f64::consts::PI;
+    let size = RoundSize::in_scene(0.5);
+    let sphere = scene(vec![Vec3::new(0.3, -0.2, 1.0)], Vec::new());
+    let capsule = scene(Vec::new(), vec![Vec3::new(-1.0, 0.3, 0.0), Vec3::new(0.8, -0.5, -2.0)]);
+    let length = f64::hypot(1.8, 0.8);
+    for (scene, expected) in [(sphere, PI * 0.25), (capsule, length + PI * 0.25)] {
+        let area = covered_area(&scene, size);
+        assert!((area / expected - 1.0).abs() < 0.003, "{area} {expected}");
+    }
+}

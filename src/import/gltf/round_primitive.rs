@@ -1,0 +1,69 @@
+//! Reads a mesh primitive of points or lines.
+
+use ::gltf::json::mesh::{Mode, Semantic};
+
+use super::accessor::Elements;
+use super::attributes::{Attributes, attribute, normalize};
+use super::document::Document;
+use super::primitive::{PrimitiveId, mode, read_order};
+use super::topology;
+use super::topology::VertexOrder;
+use crate::compact::compact;
+use crate::error::{LoadError, Warnings};
+use blinn_scene::{Mesh, Rounds};
+
+/// Reads a primitive of points or lines; `None`, with a warning, if it has nothing to draw.
+pub(super) fn read(
+    doc: &Document<'_>,
+    id: PrimitiveId,
+    warnings: &mut Warnings,
+) -> Result<Option<Mesh>, LoadError> {
+    let Some(json) = id.json(doc) else { return Ok(None) };
+    let location = id.location();
+    let Some(positions) = attribute(doc, json, None, Semantic::Positions, warnings)? else {
+        warnings.add(&location, "ignored primitive without POSITION");
+        return Ok(None);
+    };
+    if positions.components != 3 {
+        let message = format!("has {} components per element; expected 3", positions.components);
+        return Err(LoadError::invalid(format_args!("{location}.attributes.POSITION"), message));
+    }
+    let order = read_order(doc, json, &location, positions.count, warnings)?;
+    let path = || format!("{location}.indices");
+    let (used, rounds) = match mode(json) {
+        Mode::Points => match order {
+            VertexOrder::Sequential(_) => (None, Rounds::Points),
+            VertexOrder::Indexed { .. } => {
+                (Some(topology::points(&order, positions.count as u32, &path)?), Rounds::Points)
+            }
+        },
+        mode => {
+            if mode == Mode::Lines && order.len() % 2 != 0 {
+                let message = format!("ignored the last of {} vertices, which forms no line", order.len());
+                warnings.add(&location, message);
+            }
+            let mut lines = topology::lines(mode, &order, positions.count as u32, &path)?;
+            (Some(compact(&mut lines)), Rounds::Lines(lines))
+        }
+    };
+    let elements = used.as_ref().map_or(Elements::First(positions.count), |used| Elements::At(used));
+    if elements.len() == 0 {
+        warnings.add(&location, "ignored primitive without points or lines");
+        return Ok(None);
+    }
+    let vertices = positions.count;
+    let attributes = Attributes { doc, json, decoded: None, location: &location, vertices, elements };
+    let mut mesh = Mesh {
+        name: doc.root().meshes[id.mesh].name.clone().unwrap_or_default(),
+        positions: positions.floats(elements),
+        rounds,
+        normals: attributes.vec3(Semantic::Normals, warnings)?,
+        uvs: attributes.uvs(warnings)?,
+        colors: attributes.colors(warnings)?,
+        influences: attributes.influences(warnings)?,
+        ..Mesh::default()
+    };
+    mesh.normals.iter_mut().for_each(|n| *n = normalize(*n));
+    attributes.morph_targets(id.mesh, &mut mesh, warnings)?;
+    Ok(Some(mesh))
+}

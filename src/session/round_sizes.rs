@@ -1,0 +1,99 @@
+//! Sizes of points and lines in a picture, from options in pixels or metres.
+
+use blinn_accel::{Accel, RoundSize, RoundSizes};
+use blinn_scene::{Camera, Projection};
+
+/// Diameters in pixels between which points close the gaps of their cloud.
+const AUTO_PIXELS: [f64; 2] = [2.0, 12.0];
+/// Larger sizes are those of everything in view. Coordinates have the same limit.
+const MAX_SIZE: f64 = 1e18;
+
+/// A diameter of points or width of lines.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub enum RoundWidth {
+    /// What suits the picture: a pixel for lines, and for points what closes the gaps between neighbours.
+    #[default]
+    Auto,
+    /// Pixels.
+    Pixels(f64),
+    /// Metres in the world.
+    Metres(f64),
+    /// Not drawn.
+    Off,
+}
+
+impl RoundWidth {
+    /// Reads a width: a number of metres, or of pixels such as `2px`, `auto` or `off`.
+    ///
+    /// # Errors
+    /// The form that is expected.
+    pub(crate) fn parse(text: &str) -> Result<RoundWidth, String> {
+        let form = "expected pixels such as 3px, metres such as 0.01, auto or off";
+        let (number, is_pixels) = match text {
+            "auto" => return Ok(RoundWidth::Auto),
+            "off" => return Ok(RoundWidth::Off),
+            _ => (text.strip_suffix("px").unwrap_or(text), text.ends_with("px")),
+        };
+        let size: f64 = number.trim().parse().map_err(|_| form.to_string())?;
+        match size {
+            _ if !(size > 0.0 && size <= MAX_SIZE) => {
+                Err(format!("must be greater than 0 and at most {MAX_SIZE:e}; off leaves them out"))
+            }
+            _ if is_pixels => Ok(RoundWidth::Pixels(size)),
+            _ => Ok(RoundWidth::Metres(size)),
+        }
+    }
+}
+
+/// Returns the sizes of points and lines that `camera` sees in a picture of `height` pixels.
+pub(crate) fn round_sizes(
+    points: RoundWidth,
+    lines: RoundWidth,
+    accel: &Accel,
+    camera: &Camera,
+    height: u32,
+) -> RoundSizes {
+    // Half a pixel, for a unit of t.
+    let half_pixel = 0.5 * camera.view_height / f64::from(height.max(1));
+    let pixels = |least: f64, most: f64, in_scene: f64| {
+        let (min, max) = (half_pixel * least, half_pixel * most);
+        match camera.projection {
+            Projection::Perspective => {
+                RoundSize { in_scene: in_scene as f32, min: min as f32, max: max as f32 }
+            }
+            // The same at every distance.
+            Projection::Orthographic => RoundSize::in_scene(in_scene.clamp(min, max) as f32),
+        }
+    };
+    let size = |width: RoundWidth, auto: RoundSize| match width {
+        RoundWidth::Auto => auto,
+        RoundWidth::Pixels(width) => pixels(width, width, 0.0),
+        RoundWidth::Metres(width) => RoundSize::in_scene((0.5 * width) as f32),
+        RoundWidth::Off => RoundSize::NONE,
+    };
+    let [least, most] = AUTO_PIXELS;
+    let spacing = f64::from(accel.point_spacing().unwrap_or(f32::MAX));
+    RoundSizes {
+        points: size(points, pixels(least, most, spacing)),
+        lines: size(lines, pixels(1.0, 1.0, 0.0)),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn widths_are_pixels_or_metres() {
+        assert_eq!(RoundWidth::parse("3px"), Ok(RoundWidth::Pixels(3.0)));
+        assert_eq!(RoundWidth::parse(".01"), Ok(RoundWidth::Metres(0.01)));
+        assert_eq!(RoundWidth::parse("auto"), Ok(RoundWidth::Auto));
+        assert_eq!(RoundWidth::parse("off"), Ok(RoundWidth::Off));
+        for wrong in ["0", "-1px", "1e30", "nan", "inf", "0px"] {
+            assert!(RoundWidth::parse(wrong).unwrap_err().contains("must be greater than 0"), "{wrong}");
+        }
+        for wrong in ["", "px", "3 pixels", "wide"] {
+            assert!(RoundWidth::parse(wrong).unwrap_err().contains("expected pixels such as 3px"), "{wrong}");
+        }
+    }
+}
