@@ -188,6 +188,7 @@ impl Accel {
         for (mesh, blas) in &self.bvh.mesh_blases {
             report.add(blas.report, self.plan.instanced[mesh].instances.len() as u64);
         }
+        report.non_finite_rounds = self.rounds.as_ref().map_or(0, Rounds::non_finite);
         report
     }
 

@@ -6,6 +6,8 @@
 pub struct BuildReport {
     /// Rejected: a vertex is not finite, or has a coordinate beyond ±1e18.
     pub non_finite: u64,
+    /// Points and lines that were rejected for the same reason.
+    pub non_finite_rounds: u64,
     /// Rejected: no area.
     pub zero_area: u64,
     /// Merged: coincident with a triangle of a lower id, of either winding. They share a leaf entry, and all can
@@ -17,6 +19,7 @@ impl BuildReport {
     /// Adds the counts of a mesh with that many instances.
     pub(crate) fn add(&mut self, mesh: BuildReport, instances: u64) {
         self.non_finite += mesh.non_finite * instances;
+        self.non_finite_rounds += mesh.non_finite_rounds * instances;
         self.zero_area += mesh.zero_area * instances;
         self.coincident += mesh.coincident * instances;
     }

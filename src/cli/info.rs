@@ -22,7 +22,7 @@ use blinn_scene::pose;
 use blinn_scene::{
     AnimationChoice, FileProjection, PoseSettings, PosedScene, Reflectance, Scene, SourceFormat,
 };
-use blinn_session::{Options, ignored_triangles, load_limits};
+use blinn_session::{Options, ignored_primitives, load_limits};
 
 /// Properties of a scene by name, in the order in which they are printed.
 type Properties = Map<String, Value>;
@@ -75,7 +75,7 @@ fn read_properties(
     let warnings: Vec<Warning> = warnings
         .into_iter()
         .chain(
-            ignored_triangles(&report)
+            ignored_primitives(&report)
                 .map(|notice| Warning { location: String::new(), message: notice.to_string() }),
         )
         .collect();

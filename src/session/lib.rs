@@ -94,7 +94,7 @@ pub use picture::{ImageKind, Picture};
 pub use pipeline::run_pipeline;
 pub use plan::SessionPlan;
 pub use planned_frame::{DEFAULT_FPS, FrameRate, PlannedFrame};
-pub use posed_frame::{PosedFrame, SceneSetup, ignored_triangles};
+pub use posed_frame::{PosedFrame, SceneSetup, ignored_primitives};
 pub use round_sizes::RoundWidth;
 pub use scene::{Scene, prepare_scene};
 pub use scene_folder::{has_scene_extension, visit_scenes};

@@ -11,6 +11,8 @@ use crate::empty_reason::EmptyReason;
 pub enum Notice {
     /// Triangles with coordinates that are not finite numbers are not rendered.
     NonFiniteTriangles(u64),
+    /// Points and lines with coordinates that are not finite numbers are not rendered.
+    NonFiniteRounds(u64),
     /// No node of the file has triangles.
     NoTriangles,
     /// The selection of objects excludes all of them.
@@ -144,6 +146,9 @@ impl fmt::Display for Notice {
         match self {
             Notice::NonFiniteTriangles(count) => {
                 write!(f, "ignored {count} triangles with vertices that are not finite numbers")
+            }
+            Notice::NonFiniteRounds(count) => {
+                write!(f, "ignored {count} points and lines with vertices that are not finite numbers")
             }
             Notice::NoTriangles => {
                 f.write_str("nothing to render: no node of the scene has a mesh with triangles")

@@ -108,7 +108,7 @@ impl SceneSetup<'_> {
             count => format!("{count} triangles without area"),
         };
         self.log.stage_since(stage, start, &zero_area);
-        ignored_triangles(report).map_or(Ok(()), |notice| self.log.warn(notice))
+        ignored_primitives(report).try_for_each(|notice| self.log.warn(notice))
     }
 
     /// The frame as `camera` sees it, without ground.
@@ -183,9 +183,10 @@ impl SceneSetup<'_> {
     }
 }
 
-/// Warning about triangles that are not rendered. Triangles without area cause none: they cover no pixel, and nearly
-/// every exporter writes some.
-pub fn ignored_triangles(report: &BuildReport) -> Option<Notice> {
-    let count = report.non_finite;
-    (count > 0).then_some(Notice::NonFiniteTriangles(count))
+/// Returns warnings about triangles, points and lines that are not rendered. Triangles without area cause none: they cover
+/// no pixel, and nearly every exporter writes some.
+pub fn ignored_primitives(report: &BuildReport) -> impl Iterator<Item = Notice> {
+    let (triangles, rounds) = (report.non_finite, report.non_finite_rounds);
+    let triangles = (triangles > 0).then_some(Notice::NonFiniteTriangles(triangles));
+    triangles.into_iter().chain((rounds > 0).then_some(Notice::NonFiniteRounds(rounds)))
 }

@@ -133,7 +133,7 @@ fn shadows(frame: &Frame, eye: &RayBatch) -> Vec<ShadowRayBatch> {
         .enumerate()
         .filter(|(_, hit)| !hit.is_miss())
         .map(|(i, hit)| {
-            SurfacePoint::at(frame.posed, hit.id, Ray { o: eye.origins[i], d: eye.directions[i] })
+            SurfacePoint::at(frame.posed, hit, Ray { o: eye.origins[i], d: eye.directions[i] })
         })
         .collect();
     let batch = |light: &blinn::scene::PosedLight| {

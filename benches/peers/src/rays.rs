@@ -220,7 +220,7 @@ impl Rays {
                 }
                 squares.push(tile.squares[i]);
                 let ray = Ray { o: perspective.origins[i], d: perspective.directions[i] };
-                let surface = SurfacePoint::at(posed, hit.id, ray);
+                let surface = SurfacePoint::at(posed, hit, ray);
                 let mut n = surface.n_g.as_vec3();
                 let from = |towards: Vec3| offset_ray_origin(surface.p, surface.p_error, n, towards);
                 shadow.push(from(light - surface.p), light, hit.id);

@@ -51,7 +51,7 @@ impl RejectCounter {
         BuildReport {
             non_finite: self.non_finite.into_inner(),
             zero_area: self.zero_area.into_inner(),
-            coincident: 0,
+            ..BuildReport::default()
         }
     }
 }

@@ -9,13 +9,14 @@ use crate::build::mesh_flags::MeshFlags;
 use crate::bvh::blas::Blas;
 use crate::bvh::triangle_ids::TriangleIdMap;
 use crate::report::BuildReport;
+use crate::rounds::Rounds;
 use crate::settings::{FlattenBudget, Preset};
 use blinn_core::cancellation::{CancelToken, Cancelled};
 use blinn_core::geometry::Transform;
 use blinn_scene::PosedScene;
 
 impl BuildReport {
-    /// Counts the triangles that a build would reject, without building. Does not count coincident ones.
+    /// Counts the triangles, points and lines that a build would reject, without building. Does not count coincident ones.
     pub fn count_degenerate(posed: &PosedScene) -> BuildReport {
         let flags = |mesh| MeshFlags::by_material(posed, mesh);
         let plan = InstancingPlan::new(posed, FlattenBudget::DEFAULT, flags);
@@ -29,6 +30,7 @@ impl BuildReport {
             let rejected = count_rejected(count, mesh_triangles(posed, mesh, &instanced.flags));
             report.add(rejected, instanced.instances.len() as u64);
         }
+        report.non_finite_rounds = Rounds::count_non_finite(posed);
         report
     }
 }

@@ -28,6 +28,8 @@ pub(crate) struct Rounds {
     lines: RoundBvh<SegmentItem>,
     ids: InstanceIds,
     point_spacing: Option<f32>,
+    /// Number of points and lines that are left out: a vertex is not finite, or too far away.
+    non_finite: u64,
 }
 
 /// The instances with points or lines, by the numbers of their primitives.
@@ -88,10 +90,11 @@ impl Rounds {
             lines.extend(of_lines.filter(SegmentItem::is_drawn));
             next = end;
         }
+        let non_finite = u64::from(next) - (points.len() + lines.len()) as u64;
         let (points, lines) = rayon::join(|| RoundBvh::build(points), || RoundBvh::build(lines));
         cancel.check()?;
         let point_spacing = items::spacing(points.items());
-        Ok(Some(Rounds { points, lines, ids, point_spacing }))
+        Ok(Some(Rounds { points, lines, ids, point_spacing, non_finite }))
     }
 
     /// Replaces hits by those of points and lines that come first.
@@ -121,6 +124,25 @@ impl Rounds {
     /// Returns the number of points and of lines.
     pub fn counts(&self) -> [usize; 2] {
         [self.points.items().len(), self.lines.items().len()]
+    }
+
+    /// Counts the points and lines that a build would leave out, without building.
+    pub fn count_non_finite(posed: &PosedScene) -> u64 {
+        let of_instance = |i: u32| {
+            let (mesh, positions) = (posed.mesh(i), posed.positions(i));
+            let transform = &posed.instances[i as usize].transform;
+            let world = |vertex: u32| transform.point(positions[vertex as usize]);
+            let points = (0..mesh.point_count() as u32).map(|v| PointItem { p: world(v), id: v });
+            let lines = mesh.lines().iter().map(|&[a, b]| SegmentItem { a: world(a), b: world(b), id: a });
+            points.filter(|point| !point.is_drawn()).count() + lines.filter(|line| !line.is_drawn()).count()
+        };
+        let is_shown = |i: &u32| posed.instances[*i as usize].visible && posed.mesh(*i).has_rounds();
+        (0..posed.instances.len() as u32).filter(is_shown).map(|i| of_instance(i) as u64).sum()
+    }
+
+    /// Returns the number of points and lines that are left out, because a vertex is not finite or too far away.
+    pub fn non_finite(&self) -> u64 {
+        self.non_finite
     }
 
     /// Returns the size in bytes.

@@ -4,7 +4,7 @@ use glam::{DVec3, Vec3};
 
 use super::items::{PointItem, Ray64, RoundItem, SegmentItem, spacing};
 use super::*;
-use crate::{Accel, AccelSettings};
+use crate::{Accel, AccelSettings, BuildReport};
 use blinn_core::geometry::Hit;
 use blinn_scene::{Instance, Material, Mesh, Node, PoseSettings, Rounds as MeshRounds, Scene, pose};
 
@@ -136,8 +136,9 @@ fn bad_points_and_lines_are_left_out_and_dots_are_hit() {
     let lines = vec![Vec3::X, Vec3::X, Vec3::X, Vec3::NAN, far, Vec3::X];
     let scene = scene(points, lines);
     let posed = pose(&scene, &PoseSettings { centre: Some(DVec3::ZERO), ..PoseSettings::default() }).unwrap();
-    let (accel, _) = Accel::build(&posed, &AccelSettings::default());
+    let (accel, report) = Accel::build(&posed, &AccelSettings::default());
     assert_eq!(accel.round_counts(), [2, 1]);
+    assert_eq!((report.non_finite_rounds, BuildReport::count_degenerate(&posed).non_finite_rounds), (5, 5));
     let size = RoundSize::in_scene(0.1);
     let mut rays = RayBatch { rounds: RoundSizes { points: size, lines: size }, ..RayBatch::default() };
     rays.push(Vec3::Z * 3.0, -Vec3::Z);
