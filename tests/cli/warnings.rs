@@ -45,7 +45,10 @@ fn many_warnings_of_a_kind_are_a_few_lines_and_a_count() {
     assert_eq!(lines(&runs(&at, &format!("{render} --verbose"))), COUNT);
     assert_eq!(lines(&runs(&at, &format!("{render} --progress json"))), COUNT);
     runs(&at, &format!("{render} --report r.html"));
-    assert_eq!(fs::read_to_string(at.join("r.html")).unwrap().matches("class=\"warning\"").count(), COUNT);
+    assert_eq!(
+        fs::read_to_string(at.join("r.html")).unwrap().matches("class=\"caution\">warning: ").count(),
+        COUNT
+    );
     let info = |flags: &str| String::from_utf8(blinn(&at, &format!("info a.glb {flags}")).stdout).unwrap();
     assert!(info("").contains("use --json to print all"));
     let all: Value = serde_json::from_str(&info("--json")).unwrap();

@@ -120,7 +120,7 @@ fn pyvista_writes_opacities_and_displayed_colors() {
     assert!(warnings.is_empty(), "{warnings:?}");
     assert_eq!((material.alpha.factor, material.alpha_mode), (0.25, AlphaMode::Blend));
     assert!((material.base_color.factor - Vec3::new(1.0, 0.376, 0.0)).length() < 1e-3);
-    assert_eq!((scene.meshes[0].normals.len(), scene.meshes[0].uvs.len()), (4, 4));
+    assert_eq!((scene.meshes[0].normals.len(), scene.meshes[0].uvs[0].len()), (4, 4));
 }
 
 /// Materials that are named by their displayed colours, in files that name no program.
@@ -194,7 +194,8 @@ fn numbers_of_missing_normals_are_left_out() {
     for (obj, uvs) in [(p5, 3), (stackgl, 0)] {
         let (scene, warnings) = read(obj, "");
         assert!(warnings.is_empty(), "{warnings:?}");
-        assert_eq!((scene.meshes[0].triangles.len(), scene.meshes[0].uvs.len()), (1, uvs));
+        let mesh = &scene.meshes[0];
+        assert_eq!((mesh.triangles.len(), mesh.uv_set(0).map_or(0, <[_]>::len)), (1, uvs));
     }
 }
 

@@ -1,6 +1,6 @@
 //! Every formula of the lecture, with known answers.
 
-use blinn::accel::{Accel, AccelSettings};
+use blinn::accel::{Accel, AccelSettings, RoundSizes};
 use blinn::geometry::Rgb;
 use blinn::integrator::{Frame, MaterialOverrides, Phong, Stage};
 use blinn::render::{RenderSettings, render};
@@ -76,6 +76,7 @@ fn radiance_under_sky(
         camera,
         lights: lights.to_vec(),
         area_lights: Vec::new(),
+        rounds: RoundSizes::NONE,
         emitters: None,
         ambient,
         sky,

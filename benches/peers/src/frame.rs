@@ -132,9 +132,7 @@ fn shadows(frame: &Frame, eye: &RayBatch) -> Vec<ShadowRayBatch> {
         .iter()
         .enumerate()
         .filter(|(_, hit)| !hit.is_miss())
-        .map(|(i, hit)| {
-            SurfacePoint::at(frame.posed, hit, Ray { o: eye.origins[i], d: eye.directions[i] })
-        })
+        .map(|(i, hit)| SurfacePoint::at(frame.posed, hit, Ray { o: eye.origins[i], d: eye.directions[i] }))
         .collect();
     let batch = |light: &blinn::scene::PosedLight| {
         let shared = match light.kind {
