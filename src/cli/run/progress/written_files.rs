@@ -30,6 +30,8 @@ struct State {
 #[derive(Debug, Default)]
 struct SceneFiles {
     count: u64,
+    /// The first.
+    file: PathBuf,
     /// The folder that has all of them.
     folder: PathBuf,
 }
@@ -54,7 +56,11 @@ impl WrittenFiles {
         state.unlisted += 1;
         let folder = file.parent().unwrap_or(Path::new(""));
         let scene = &mut state.scene;
-        scene.folder = if scene.count == 0 { folder.into() } else { common_folder(&scene.folder, folder) };
+        if scene.count == 0 {
+            (scene.file, scene.folder) = (file.into(), folder.into());
+        } else {
+            scene.folder = common_folder(&scene.folder, folder);
+        }
         scene.count += 1;
         false
     }
@@ -62,11 +68,14 @@ impl WrittenFiles {
     /// Ends a scene. Returns the line about its files that have none of their own.
     pub fn end_scene(&self) -> Option<String> {
         let mut state = self.state();
-        let SceneFiles { count, folder } = std::mem::take(&mut state.scene);
+        let SceneFiles { count, file, folder } = std::mem::take(&mut state.scene);
         if count == 0 {
             return None;
         }
         state.scenes += 1;
+        if count == 1 {
+            return Some(format!("wrote {}", file.display()));
+        }
         let folder = if folder.as_os_str().is_empty() { Path::new(".") } else { &folder };
         Some(format!("wrote {} to {}", number_of(count, "file"), folder.join("").display()))
     }
@@ -105,7 +114,7 @@ mod tests {
         assert_eq!(files.end_scene().unwrap(), "wrote 2 files to out/a/");
         assert_eq!((files.end_scene(), files.totals()), (None, None));
         files.add(Path::new("1.png"));
-        assert_eq!(files.end_scene().unwrap(), "wrote 1 file to ./");
+        assert_eq!(files.end_scene().unwrap(), "wrote 1.png");
         assert!(files.totals().unwrap().starts_with("wrote 3 files in all, "));
     }
 
