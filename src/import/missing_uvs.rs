@@ -62,3 +62,28 @@ impl Lacking<'_> {
 fn described(kind: &str, name: &str) -> String {
     if name.is_empty() { format!("a {kind}") } else { format!("{kind} '{}'", printable(name)) }
 }
+
+#[cfg(test)]
+mod tests {
+    use blinn_scene::{Anisotropy, Material};
+    use glam::Vec4;
+
+    use super::*;
+
+    #[test]
+    fn anisotropy_without_tangents_is_a_warning() {
+        let scene = |strength: f32, tangents: Vec<Vec4>| {
+            let anisotropy = Some(Anisotropy { strength, rotation: 0.0, texture: None });
+            let material = Material { name: "steel".into(), anisotropy, ..Material::default() };
+            let mesh = Mesh { tangents, ..Mesh::default() };
+            Scene { materials: vec![material], meshes: vec![mesh], ..Scene::default() }
+        };
+        let warnings = anisotropy_warnings(&scene(1.0, Vec::new()));
+        assert_eq!(warnings.len(), 1);
+        let expected = "material 'steel': a mesh has neither tangents nor texture coordinates, so its highlights are round";
+        assert!(warnings[0].message.starts_with(expected), "{}", warnings[0].message);
+        for quiet in [scene(0.0, Vec::new()), scene(1.0, vec![Vec4::X])] {
+            assert!(anisotropy_warnings(&quiet).is_empty());
+        }
+    }
+}

@@ -175,20 +175,6 @@ fn anisotropy_and_sheen_are_read() {
 }
 
 #[test]
-fn anisotropy_without_texture_coordinates_is_a_warning() {
-    for (strength, expected) in [(1.0, true), (0.0, false)] {
-        let mut fixture = Fixture::triangle();
-        let material = json!({"name": "steel", "extensions": {"KHR_materials_anisotropy": {"anisotropyStrength": strength}}});
-        fixture.push("materials", material);
-        fixture.primitive()["material"] = json!(0);
-        let (_, warnings) = fixture.load();
-        let is_named =
-            |text: &String| text.starts_with("material 'steel': ") && text.contains("highlights are round");
-        assert_eq!(warnings.iter().any(is_named), expected, "{warnings:?}");
-    }
-}
-
-#[test]
 fn iridescence_is_read() {
     let film = json!({"iridescenceFactor": 0.75, "iridescenceTexture": {"index": 0}, "iridescenceIor": 1.8,
         "iridescenceThicknessMaximum": 600, "iridescenceThicknessTexture":
