@@ -228,6 +228,12 @@ class RenderOptions(TypedDict, total=False):
     bounces: Number | None
     """Maximum reflections along a path, and three times as many surfaces of glass; 0 disables reflections and refraction."""
 
+    point_size: Number | None
+    """Diameter of points: pixels such as 3px, metres such as .01, auto for what closes the gaps of the cloud, or off."""
+
+    line_width: Number | None
+    """Width of lines: pixels such as 2px, metres such as .01, auto for a pixel, or off."""
+
     cull: Literal["auto", "back", "off"] | None
     """Back faces that the camera sees through: those of single-sided materials (auto), of all materials (back), or none (off)."""
 
