@@ -21,16 +21,23 @@ Vector = Union[Sequence[float], str]
 Names = Union[str, Sequence[str]]
 "#;
 
+/// Options that are parameters of their own.
+const PARAMETERS: [&str; 2] = ["size", "samples"];
+
 /// Return the source of `blinn/_options.py`.
 #[pyfunction]
 pub fn option_types() -> String {
     let mut source = HEAD.to_string();
     for (set, class, doc) in [
         (OptionSet::Load, "LoadOptions", "Options of `load` and of the constructors of `Scene`."),
-        (OptionSet::Render, "RenderOptions", "Options of `Scene.render` and `Scene.render_many`."),
+        (
+            OptionSet::Render,
+            "RenderOptions",
+            "Options of `Scene.render` and `Scene.render_many`, but for size and samples.",
+        ),
     ] {
         source += &format!("\n\nclass {class}(TypedDict, total=False):\n    \"\"\"{doc}\"\"\"\n");
-        for def in option_defs().filter(|def| set.contains(def)) {
+        for def in option_defs().filter(|def| set.contains(def) && !PARAMETERS.contains(&def.name)) {
             source += &field(&def.name.replace('-', "_"), &python_type(def), def.summary());
         }
         if set == OptionSet::Load {

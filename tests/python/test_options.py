@@ -23,14 +23,15 @@ def test_the_types_are_those_of_the_table() -> None:
 def test_the_types_have_all_options() -> None:
     from blinn._options import LoadOptions, RenderOptions
 
-    assert sorted(RenderOptions.__annotations__) == blinn.render_options()
+    parameters = {"size", "samples"}
+    assert sorted({*RenderOptions.__annotations__, *parameters}) == blinn.render_options()
     assert {"format", "hide", "max_memory", "up"} <= set(LoadOptions.__annotations__)
 
 
 def test_type_checkers_know_options(tmp_path: Path) -> None:
     pytest.importorskip("mypy")
     lines = [
-        ('scene.render(sun=[(0, -1, 0, 2), "1,-1,0,2"], ao=16, background="transparent", view="agx")', ""),
+        ('scene.render(sun=[(0, -1, 0, 2), (1, -1, 0, 2)], point_light="0,1,0,5", ao=16, background="transparent", view="agx")', ""),
         ("scene.render(size=256, exposure=-1.5, no_shadows=True, clip=None, orbit=(30, 20))", ""),
         ('blinn.load("a.glb", hide=["wheel*"], up="z")', ""),
         ("scene.render(exposuer=0)", "exposuer"),

@@ -58,16 +58,10 @@ class LoadOptions(TypedDict, total=False):
 
 
 class RenderOptions(TypedDict, total=False):
-    """Options of `Scene.render` and `Scene.render_many`."""
-
-    size: Union[int, Vector] | None
-    """Width and height in pixels [default: 1280x720, or the aspect ratio of the file's camera]"""
+    """Options of `Scene.render` and `Scene.render_many`, but for size and samples."""
 
     max_size: Number | None
     """Longer side in pixels, for thumbnails: the image has the aspect ratio of the file's camera, or is square."""
-
-    samples: Number | None
-    """Samples per pixel; a single sample is at the pixel's centre."""
 
     quality: Literal["draft", "standard", "final"] | None
     """Samples and bounced light together: draft (samples='4', indirect='2'), standard (samples='16', indirect='4') or final (samples='128', indirect='8')."""
