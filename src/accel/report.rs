@@ -19,7 +19,6 @@ impl BuildReport {
     /// Adds the counts of a mesh with that many instances.
     pub(crate) fn add(&mut self, mesh: BuildReport, instances: u64) {
         self.non_finite += mesh.non_finite * instances;
-        self.non_finite_rounds += mesh.non_finite_rounds * instances;
         self.zero_area += mesh.zero_area * instances;
         self.coincident += mesh.coincident * instances;
     }

@@ -16,6 +16,7 @@ mod message_style;
 mod packaging;
 mod pager;
 mod plan;
+mod plural;
 mod rays;
 mod run;
 mod scene_file;

@@ -1,5 +1,7 @@
-//! Sizes of images that no option gives.
+//! Sizes of images that no option gives, and the region that is rendered.
 
+use crate::error::SessionError;
+use blinn_render::RenderSettings;
 use blinn_scene::Scene;
 
 /// Longer side of an image without a given size, in pixels.
@@ -32,4 +34,20 @@ pub fn natural_size(scene: &Scene, camera: Option<usize>) -> (u32, u32) {
             (w.round().max(1.0) as u32, h.round().max(1.0) as u32)
         }
     }
+}
+
+/// Checks that the region of `crop` lies inside the image.
+///
+/// # Errors
+/// It reaches beyond it.
+pub(crate) fn check_crop(settings: &RenderSettings) -> Result<(), SessionError> {
+    let (width, height) = (settings.width, settings.height);
+    if let Some(crop) = settings.crop
+        && (u64::from(crop.x) + u64::from(crop.width) > u64::from(width)
+            || u64::from(crop.y) + u64::from(crop.height) > u64::from(height))
+    {
+        let text = format!("`crop` reaches beyond the image of {width}x{height} pixels");
+        return Err(SessionError::Option(text));
+    }
+    Ok(())
 }

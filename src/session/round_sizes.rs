@@ -11,7 +11,7 @@ const MAX_SIZE: f64 = 1e18;
 /// A diameter of points or width of lines.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub enum RoundWidth {
-    /// What suits the picture: a pixel for lines, and for points what closes the gaps between neighbours.
+    /// A width that suits the picture: a pixel for lines, and for points what closes the gaps between neighbours.
     #[default]
     Auto,
     /// Pixels.

@@ -15,6 +15,7 @@ use crate::empty_reason::EmptyReason;
 use crate::error::SessionError;
 use crate::exposure::{ResolvedExposure, resolve_exposure};
 use crate::framing::Framing;
+use crate::image_size::check_crop;
 use crate::light_hints::{ImageLight, shows_surroundings};
 use crate::log::SessionLog;
 use crate::memory_estimate::bvh_triangles;
@@ -485,18 +486,6 @@ fn log_idle_animations(
             |list: &[Animation]| list.iter().map(|a| format!("'{}'", a.name)).collect::<Vec<_>>().join(", ");
         let (active, idle) = (names(active), names(idle));
         log.note(Notice::IdleAnimations { active, idle });
-    }
-    Ok(())
-}
-
-fn check_crop(settings: &RenderSettings) -> Result<(), SessionError> {
-    let (width, height) = (settings.width, settings.height);
-    if let Some(crop) = settings.crop
-        && (u64::from(crop.x) + u64::from(crop.width) > u64::from(width)
-            || u64::from(crop.y) + u64::from(crop.height) > u64::from(height))
-    {
-        let text = format!("`crop` reaches beyond the image of {width}x{height} pixels");
-        return Err(SessionError::Option(text));
     }
     Ok(())
 }

@@ -1,4 +1,4 @@
-//! Points and lines, traced as spheres and capsules in BVHs of their own.
+//! Points and lines, traced as spheres and capsules (Embree: sphere points and round linear curves) in BVHs of their own.
 //!
 //! The primitives of all instances are kept in world space, points and line segments apart. Their radii are not part of
 //! the BVHs: they belong to the rays, because a size in pixels grows with the distance from the eye.

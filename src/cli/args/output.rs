@@ -12,7 +12,7 @@ use super::values::{self, ShardSize};
 pub struct OutputArgs {
     /// Output file, a folder/, or - for a PNG on standard output [default: {stem}.png, {stem}_####.png]
     ///
-    /// Of several images, a name without an extension is a folder, too.
+    /// A name without an extension is a folder, too, if there are several images.
     ///
     /// The extension selects the format: .png, .exr, .jpg or .webp for an image of each frame; .gif, .apng, .mp4 or
     /// .html for one animation of all frames. {stem}, {parent} and {index} stand for the scene's name, folder and

@@ -1,4 +1,4 @@
-//! Tells changes of pictures from their noise.
+//! Noise of pictures, told from their changes.
 //!
 //! A picture with random light that is rendered again with other random numbers shows what noise does to each pixel. A
 //! difference is noise if it is no larger than that nearby, and has no trend either: the means over small windows differ

@@ -5,6 +5,7 @@ use serde_json::{Value, json};
 use super::comparison::{Comparison, Heading};
 use super::length::{LengthUnit, length_text};
 use crate::info::inline;
+use crate::plural::plural;
 use blinn_output::compare::{DifferenceSummary, JsonDifference, ObjectChange, ObjectDifference};
 use blinn_render::PixelRect;
 
@@ -61,7 +62,7 @@ fn rect_text(rect: &PixelRect) -> String {
 
 /// A change of an object as a part of a sentence.
 pub fn change_text(change: &ObjectChange, unit: LengthUnit) -> String {
-    let triangles = |count: u64| format!("{count} triangle{}", if count == 1 { "" } else { "s" });
+    let triangles = |count: u64| plural(count, "triangle");
     match change {
         ObjectChange::Added { triangles: count } => format!("added, {}", triangles(*count)),
         ObjectChange::Removed { triangles: count } => format!("removed, {}", triangles(*count)),

@@ -10,6 +10,7 @@ use anyhow::{Context, Result};
 use super::report_section::SectionContent;
 use crate::console::{finish_stdout, is_stdout};
 use crate::files::create_parent_folder;
+use crate::plural::plural;
 use blinn_output::{
     Overwrite, PAGE_STYLE, SaveError, check_writable, escape_html, unnamed_temp_file, write_atomically_with,
 };
@@ -94,7 +95,7 @@ impl Report {
         }
         let mut end = String::from("</div>\n");
         if kept > 0 {
-            end += &format!("<p>{} kept.</p>\n", plural(kept, "image"));
+            end += &format!("<p>{} kept.</p>\n", plural(kept as u64, "image"));
         }
         for warning in warnings {
             end += &format!("<p class=\"caution\">warning: {}</p>\n", escape_html(warning));
@@ -135,18 +136,19 @@ impl Report {
     /// The page before and after the sections.
     fn frame(&self) -> (String, &'static str) {
         let seconds = self.since.elapsed().as_secs_f64();
-        let mut facts = format!("{} in {seconds:.1} s", plural(self.images, "image"));
+        let mut facts = format!("{} in {seconds:.1} s", plural(self.images as u64, "image"));
         if self.failures > 0 {
-            facts += &format!(", <span class=\"bad\">{} failed</span>", plural(self.failures, "scene"));
+            facts +=
+                &format!(", <span class=\"bad\">{} failed</span>", plural(self.failures as u64, "scene"));
         }
         if self.warned > 0 {
-            let scenes = plural(self.warned, "scene");
+            let scenes = plural(self.warned as u64, "scene");
             facts += &format!(", <span class=\"caution\">{scenes} with warnings</span>");
         }
         let disabled = |count: usize| if count == 0 { " disabled" } else { "" }.to_string();
         let (head, tail) = PAGE.split_once("{{body}}").unwrap_or((PAGE, ""));
         let values = [
-            ("{{title}}", format!("blinn: {}", plural(self.scenes, "scene"))),
+            ("{{title}}", format!("blinn: {}", plural(self.scenes as u64, "scene"))),
             ("{{style}}", PAGE_STYLE.into()),
             ("{{facts}}", facts + "."),
             ("{{all}}", self.scenes.to_string()),
@@ -157,8 +159,4 @@ impl Report {
         ];
         (values.iter().fold(head.to_string(), |page, (name, value)| page.replace(name, value)), tail)
     }
-}
-
-fn plural(count: usize, noun: &str) -> String {
-    format!("{count} {noun}{}", if count == 1 { "" } else { "s" })
 }

@@ -58,7 +58,7 @@ impl Renderer {
     pub fn new(hub: Arc<Hub>, mut plans: PicturePlans) -> Result<Renderer> {
         let mut before = WatchedFiles::new(option_files(&plans));
         let mut loaded = load(&mut plans, 0);
-        // Of several scenes, the first that can be loaded is shown.
+        // Shows the first scene that can be loaded.
         for file in plans.files.clone().into_iter().skip(1) {
             if let Err(error) = &loaded {
                 print_error(&single_line(&scene_error(&plans.path, error)));

@@ -39,6 +39,28 @@ pub(super) fn attribute<'d>(
     index.map(|i| Accessor::open(doc, i.value(), warnings)).transpose()
 }
 
+/// Opens the positions of a primitive; `None`, with a warning, if it has none.
+///
+/// # Errors
+/// They are not vectors of three numbers, or cannot be read.
+pub(super) fn open_positions<'d>(
+    doc: &'d Document<'_>,
+    json: &Primitive,
+    decoded: Option<&'d DecodedPrimitive>,
+    location: &str,
+    warnings: &mut Warnings,
+) -> Result<Option<Accessor<'d>>, LoadError> {
+    let Some(positions) = attribute(doc, json, decoded, Semantic::Positions, warnings)? else {
+        warnings.add(location, "ignored primitive without POSITION");
+        return Ok(None);
+    };
+    if positions.components != 3 {
+        let message = format!("has {} components per element; expected 3", positions.components);
+        return Err(LoadError::invalid(format_args!("{location}.attributes.POSITION"), message));
+    }
+    Ok(Some(positions))
+}
+
 /// Normalizes a vector unless its length is 0 or not finite.
 pub(super) fn normalize(v: Vec3) -> Vec3 {
     v.try_normalize().unwrap_or(v)

@@ -8,12 +8,13 @@ use ::gltf::json::{self as gltf, Index};
 use glam::{Vec3, Vec4};
 
 use super::accessor::{Accessor, Elements};
-use super::attributes::{Attributes, attribute, normalize};
+use super::attributes::{Attributes, normalize, open_positions};
 use super::document::Document;
 use super::draco;
 use super::draco::DecodedPrimitive;
 use super::topology;
 use super::topology::{MeshSize, VertexOrder};
+use crate::compact::compact;
 use crate::error::{LoadError, Warnings};
 use crate::smooth::split_vertices;
 use blinn_scene::Mesh;
@@ -77,14 +78,7 @@ pub(super) fn read(
     let mut decoded = decode_draco(doc, json, &location, warnings)?;
     let decoded_triangles = decoded.as_mut().map(|p| std::mem::take(&mut p.triangles));
     let decoded = decoded.as_ref();
-    let Some(positions) = attribute(doc, json, decoded, Semantic::Positions, warnings)? else {
-        warnings.add(&location, "ignored primitive without POSITION");
-        return Ok(None);
-    };
-    if positions.components != 3 {
-        let message = format!("has {} components per element; expected 3", positions.components);
-        return Err(LoadError::invalid(format_args!("{location}.attributes.POSITION"), message));
-    }
+    let Some(positions) = open_positions(doc, json, decoded, &location, warnings)? else { return Ok(None) };
     if json.mode == Checked::Invalid {
         warnings.add(format_args!("{location}.mode"), "unknown mode; used TRIANGLES");
     }
@@ -97,9 +91,8 @@ pub(super) fn read(
         return Ok(None);
     }
     // Many primitives may each use a small part of one large vertex buffer.
-    let used = (json.indices.is_some() || decoded.is_some())
-        .then(|| compact(&mut triangles, positions.count))
-        .flatten();
+    let is_sparse = triangles.len().saturating_mul(3) < positions.count;
+    let used = (is_sparse && (json.indices.is_some() || decoded.is_some())).then(|| compact(&mut triangles));
     let elements = used.as_ref().map_or(Elements::First(positions.count), |used| Elements::At(used));
     let attributes =
         Attributes { doc, json, decoded, location: &location, vertices: positions.count, elements };
@@ -219,19 +212,4 @@ fn read_triangles(
         warnings.add(location, message);
     }
     topology::triangles(mode, &order, vertices as u32, &|| format!("{location}.indices"))
-}
-
-/// Renumbers the vertices if the triangles use only a few of them. Returns the old numbers of the used
-/// vertices.
-fn compact(triangles: &mut [[u32; 3]], vertices: usize) -> Option<Vec<u32>> {
-    if triangles.len().saturating_mul(3) >= vertices {
-        return None;
-    }
-    let mut used: Vec<u32> = triangles.as_flattened().to_vec();
-    used.sort_unstable();
-    used.dedup();
-    for corner in triangles.as_flattened_mut() {
-        *corner = used.partition_point(|u| u < corner) as u32;
-    }
-    Some(used)
 }

@@ -3,7 +3,7 @@
 use ::gltf::json::mesh::{Mode, Semantic};
 
 use super::accessor::Elements;
-use super::attributes::{Attributes, attribute, normalize};
+use super::attributes::{Attributes, normalize, open_positions};
 use super::document::Document;
 use super::primitive::{PrimitiveId, mode, read_order};
 use super::topology;
@@ -20,14 +20,7 @@ pub(super) fn read(
 ) -> Result<Option<Mesh>, LoadError> {
     let Some(json) = id.json(doc) else { return Ok(None) };
     let location = id.location();
-    let Some(positions) = attribute(doc, json, None, Semantic::Positions, warnings)? else {
-        warnings.add(&location, "ignored primitive without POSITION");
-        return Ok(None);
-    };
-    if positions.components != 3 {
-        let message = format!("has {} components per element; expected 3", positions.components);
-        return Err(LoadError::invalid(format_args!("{location}.attributes.POSITION"), message));
-    }
+    let Some(positions) = open_positions(doc, json, None, &location, warnings)? else { return Ok(None) };
     let order = read_order(doc, json, &location, positions.count, warnings)?;
     let path = || format!("{location}.indices");
     let (used, rounds) = match mode(json) {

@@ -28,7 +28,7 @@ impl<'a> Task<'a> {
     }
 }
 
-/// What has come of some jobs, in their order.
+/// Results of some jobs, in their order.
 #[derive(Default)]
 struct Results {
     outputs: Vec<usize>,

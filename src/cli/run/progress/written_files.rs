@@ -4,6 +4,8 @@ use std::path::{Path, PathBuf};
 use std::sync::{Mutex, MutexGuard};
 use std::time::Instant;
 
+use crate::plural::plural;
+
 /// Number of files up to which each has a line of its own.
 pub const LISTED: u64 = 50;
 
@@ -77,13 +79,13 @@ impl WrittenFiles {
             return Some(format!("wrote {}", file.display()));
         }
         let folder = if folder.as_os_str().is_empty() { Path::new(".") } else { &folder };
-        Some(format!("wrote {} to {}", number_of(count, "file"), folder.join("").display()))
+        Some(format!("wrote {} to {}", plural(count, "file"), folder.join("").display()))
     }
 
     /// One line about all files, if there are some without lines of their own.
     pub fn totals(&self) -> Option<String> {
         let state = self.state();
-        let files = number_of(state.listed + state.unlisted, "file");
+        let files = plural(state.listed + state.unlisted, "file");
         let seconds = self.since.elapsed().as_secs_f64();
         (state.scenes > 1).then(|| format!("wrote {files} in all, {seconds:.1} s"))
     }
@@ -91,10 +93,6 @@ impl WrittenFiles {
     fn state(&self) -> MutexGuard<'_, State> {
         self.state.lock().unwrap_or_else(|e| e.into_inner())
     }
-}
-
-fn number_of(count: u64, noun: &str) -> String {
-    format!("{count} {noun}{}", if count == 1 { "" } else { "s" })
 }
 
 fn common_folder(a: &Path, b: &Path) -> PathBuf {
