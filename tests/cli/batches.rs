@@ -384,7 +384,7 @@ fn a_trace_shows_the_stages_of_all_scenes() {
     refused(&at, "render objects/0/00.obj --watch --trace t.json", "--trace");
 }
 
-/// Of many files there is a line for each scene, and standard output has all paths if it is asked for.
+/// A line for each scene reports many files, and standard output has all paths if it is asked for.
 #[test]
 fn many_files_are_reported_by_scene() {
     let (_dir, at) = folder();
