@@ -31,10 +31,11 @@ use std::ffi::OsString;
 use std::process::ExitCode;
 
 use anyhow::Context;
-use clap::FromArgMatches;
 use clap::error::ErrorKind;
+use clap::{ColorChoice, FromArgMatches};
 
-use args::{Cli, Command};
+use args::{Cli, ColorArg, Command};
+use message_style::MessageStyle;
 use run::{panics, runtime};
 use summary::{EXIT_FAILURE, Summary};
 use usage::{EXIT_USAGE, UsageError};
@@ -65,6 +66,7 @@ fn run_arguments(argv: Vec<OsString>, host: Host) -> u8 {
 
 fn execute(argv: Vec<OsString>, host: Host) -> u8 {
     let command_line = args::argv::join_values(argv);
+    MessageStyle::set_color(args::argv::color(&command_line));
     if args::argv::asks_for_version(&command_line) {
         let version = concat!("blinn ", env!("CARGO_PKG_VERSION"), "\n");
         return Summary::of_output(console::print_stdout(version.as_bytes())).exit();
@@ -73,7 +75,12 @@ fn execute(argv: Vec<OsString>, host: Host) -> u8 {
         Ok(argv) => argv,
         Err(error) => return error.exit(&command_line),
     };
-    let matches = args::help::command(&argv).try_get_matches_from(&argv);
+    let color = match args::argv::color(&command_line) {
+        ColorArg::Auto => ColorChoice::Auto,
+        ColorArg::Always => ColorChoice::Always,
+        ColorArg::Never => ColorChoice::Never,
+    };
+    let matches = args::help::command(&argv).color(color).try_get_matches_from(&argv);
     let cli = match matches.and_then(|matches| Cli::from_arg_matches(&matches)) {
         Ok(cli) => cli,
         Err(error) => return exit_for_clap_error(&error, &argv, &command_line),
@@ -121,7 +128,11 @@ fn execute_command(command: &Command, argv: &[OsString], host: Host) -> Result<S
 fn exit_for_clap_error(error: &clap::Error, argv: &[OsString], command_line: &[OsString]) -> u8 {
     match error.kind() {
         ErrorKind::DisplayHelp if args::help::is_long(argv) => {
-            match pager::show(&error.render().ansi().to_string()) {
+            let help = match args::argv::color(command_line) {
+                ColorArg::Never => error.render().to_string(),
+                ColorArg::Auto | ColorArg::Always => error.render().ansi().to_string(),
+            };
+            match pager::show(&help) {
                 Ok(false) => Summary::of_output(console::finish_stdout(error.print())).exit(),
                 shown => Summary::of_output(shown.map(drop).context("the pager failed")).exit(),
             }

@@ -2,7 +2,15 @@
 
 use std::ffi::OsString;
 use std::io::{IsTerminal, stderr};
-use std::sync::OnceLock;
+use std::sync::atomic::{AtomicU8, Ordering};
+
+use crate::args::ColorArg;
+
+/// The choice of --color, one of the constants below.
+static COLOR: AtomicU8 = AtomicU8::new(AUTO);
+const AUTO: u8 = 0;
+const ALWAYS: u8 = 1;
+const NEVER: u8 = 2;
 
 /// The kind of a message.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -24,19 +32,36 @@ pub enum MessageStyle {
 }
 
 impl MessageStyle {
-    /// The style of standard error, found once for a process.
+    /// The style of standard error.
     pub fn of_stderr() -> MessageStyle {
-        static STYLE: OnceLock<MessageStyle> = OnceLock::new();
-        *STYLE.get_or_init(|| MessageStyle::new(stderr().is_terminal(), |name| std::env::var_os(name)))
+        let color = match COLOR.load(Ordering::Relaxed) {
+            ALWAYS => ColorArg::Always,
+            NEVER => ColorArg::Never,
+            _ => ColorArg::Auto,
+        };
+        MessageStyle::new(color, stderr().is_terminal(), |name| std::env::var_os(name))
     }
 
-    /// Chooses by the conventions of NO_COLOR, CLICOLOR and CLICOLOR_FORCE, in this order. `variable` returns the value of
-    /// an environment variable.
-    fn new(is_terminal: bool, variable: impl Fn(&str) -> Option<OsString>) -> MessageStyle {
+    /// Sets `--color` for the messages of this process.
+    pub fn set_color(color: ColorArg) {
+        let value = match color {
+            ColorArg::Auto => AUTO,
+            ColorArg::Always => ALWAYS,
+            ColorArg::Never => NEVER,
+        };
+        COLOR.store(value, Ordering::Relaxed);
+    }
+
+    /// Chooses by --color, else by the conventions of NO_COLOR, CLICOLOR and CLICOLOR_FORCE, in this order. `variable` returns
+    /// the value of an environment variable.
+    fn new(color: ColorArg, is_terminal: bool, variable: impl Fn(&str) -> Option<OsString>) -> MessageStyle {
         let is_set = |name: &str| variable(name).is_some_and(|value| !value.is_empty() && value != "0");
         let is = |name: &str, expected: &str| variable(name).is_some_and(|value| value == expected);
         let refuses_color = variable("NO_COLOR").is_some_and(|value| !value.is_empty());
         match is_terminal {
+            _ if color == ColorArg::Always => MessageStyle::Colors,
+            true if color == ColorArg::Never => MessageStyle::Words,
+            false if color == ColorArg::Never => MessageStyle::Plain,
             _ if is_set("CLICOLOR_FORCE") && !refuses_color => MessageStyle::Colors,
             false => MessageStyle::Plain,
             true if refuses_color || is("CLICOLOR", "0") || is("TERM", "dumb") => MessageStyle::Words,
@@ -85,7 +110,14 @@ mod tests {
                 let pairs = variables.split(' ').filter_map(|pair| pair.split_once('='));
                 pairs.into_iter().find(|(key, _)| *key == name).map(|(_, value)| value.into())
             };
-            assert_eq!(MessageStyle::new(is_terminal, find), expected, "{is_terminal} {variables}");
+            assert_eq!(
+                MessageStyle::new(ColorArg::Auto, is_terminal, find),
+                expected,
+                "{is_terminal} {variables}"
+            );
+            assert_eq!(MessageStyle::new(ColorArg::Always, is_terminal, find), Colors, "{variables}");
+            let never = if is_terminal { Words } else { Plain };
+            assert_eq!(MessageStyle::new(ColorArg::Never, is_terminal, find), never, "{variables}");
         }
     }
 

@@ -403,6 +403,8 @@ fn many_files_are_reported_by_scene() {
     let output = blinn(&at, &format!("{line} --only 3 --quiet --print-paths"));
     assert_eq!(String::from_utf8(output.stdout).unwrap(), "out/cube/3.png\nout/tower/3.png\n");
     assert!(output.stderr.is_empty());
+    let output = blinn(&at, &format!("{line} --only 3 --quiet --print-paths=null"));
+    assert_eq!(String::from_utf8(output.stdout).unwrap(), "out/cube/3.png\0out/tower/3.png\0");
     for out in ["-o -", "-o a.png --report -"] {
         refused(&at, &format!("render {cube} {out} --print-paths"), "--print-paths: standard output has");
     }

@@ -159,6 +159,107 @@ fn formats_lay_out_their_folders() {
     }
 }
 
+/// Scenes of a folder in one dataset, rendered at once, in shares, or after a failure.
+#[test]
+fn scenes_are_merged_into_one_dataset() {
+    let (_dir, at) = folder();
+    std::fs::create_dir(at.join("in")).unwrap();
+    for (file, from) in
+        [("a.glb", "tower/tower.glb"), ("b.obj", "tests/cube.obj"), ("c.glb", "assembly/assembly.glb")]
+    {
+        std::fs::copy(model(from), at.join("in").join(file)).unwrap();
+    }
+    let small = SMALL.trim_end_matches("-q");
+    let line = format!("turntable in --views 2 {small}--dataset coco,colmap,nerf --category scene --merge");
+    runs(&at, &format!("{line} -o whole/"));
+    let coco = json(&at.join("whole"), "annotations.json");
+    let column = |list: &str, key: &str| -> Vec<Value> {
+        coco[list].as_array().unwrap().iter().map(|row| row[key].clone()).collect()
+    };
+    assert_eq!(column("images", "id"), [1, 2, 3, 4, 5, 6]);
+    assert_eq!(column("images", "file_name")[3], "images/b/0002.png");
+    assert_eq!(column("categories", "name"), ["a", "b", "c"]);
+    let count = column("annotations", "id").len();
+    assert_eq!(column("annotations", "id"), (1..=count).collect::<Vec<_>>());
+    for row in coco["annotations"].as_array().unwrap() {
+        assert_eq!(row["category_id"].as_i64(), row["image_id"].as_i64().map(|id| (id + 1) / 2));
+    }
+    // The models of COLMAP share the folder of images and the numbers of images.
+    let images = std::fs::read_to_string(at.join("whole/sparse/2/images.txt")).unwrap();
+    let names: Vec<&str> = images
+        .lines()
+        .filter(|line| line.contains(".png"))
+        .map(|line| line.split(' ').next_back().unwrap())
+        .collect();
+    assert_eq!(names, ["c/0001.png", "c/0002.png"]);
+    assert!(images.lines().any(|line| line.starts_with("5 ")), "{images}");
+    assert!(at.join("whole/images/a/transforms.json").exists());
+    for share in 1..=3 {
+        let output = blinn(&at, &format!("{line} -o parts/ --chunk {share}/3 --progress none"));
+        let text = String::from_utf8(output.stderr).unwrap();
+        assert!(output.status.success() && text.contains("scenes are missing") == (share < 3), "{text}");
+    }
+    let whole = files(&at.join("whole"));
+    assert!(files(&at.join("parts")) == whole);
+    // A scene that fails is left out until it is repaired.
+    let good = std::fs::read(at.join("in/b.obj")).unwrap();
+    std::fs::write(at.join("in/b.obj"), "f 1 2 3\n").unwrap();
+    let output = blinn(&at, &format!("{line} -o mended/"));
+    assert_eq!(output.status.code(), Some(1));
+    assert_eq!(json(&at.join("mended"), "annotations.json")["images"].as_array().unwrap().len(), 4);
+    std::fs::write(at.join("in/b.obj"), good).unwrap();
+    runs(&at, &format!("{line} -o mended/ --resume"));
+    assert!(files(&at.join("mended")) == whole);
+    // A file that is not of this dataset stays.
+    std::fs::create_dir(at.join("foreign")).unwrap();
+    std::fs::write(at.join("foreign/annotations.json"), "mine").unwrap();
+    let output = blinn(&at, &format!("{line} -o foreign/ --no-overwrite"));
+    let text = String::from_utf8(output.stderr).unwrap();
+    assert!(
+        output.status.code() == Some(1) && text.contains("--merge: foreign/annotations.json exists"),
+        "{text}"
+    );
+    assert_eq!(std::fs::read(at.join("foreign/annotations.json")).unwrap(), b"mine");
+}
+
+/// BOP's scenes share a folder of models, whose numbers differ.
+#[test]
+fn merged_scenes_of_bop_have_objects_of_their_own() {
+    let (_dir, at) = folder();
+    let (tower, cube) = (model("tower/tower.glb"), model("tests/cube.obj"));
+    let line = format!("turntable {tower} {cube} --views 1 {SMALL} --merge");
+    runs(&at, &format!("{line} --dataset bop,coco,colmap-bin -o data/"));
+    let at = at.join("data");
+    let models = json(&at, "models/models_info.json");
+    let second = json(&at, "train/000002/scene_gt.json");
+    assert_eq!(second["1"][0]["obj_id"], 2001);
+    assert!(models["2001"]["diameter"].is_f64() && models["1001"]["diameter"].is_f64());
+    for object in models.as_object().unwrap().keys() {
+        assert!(at.join(format!("models/obj_{:0>6}.ply", object)).exists(), "{object}");
+    }
+    let coco = json(&at, "annotations.json");
+    assert_eq!(coco["images"][1]["file_name"], "train/000002/rgb/000001.png");
+    let images = std::fs::read(at.join("sparse/1/images.bin")).unwrap();
+    assert!(images.windows(28).any(|name| name == b"train/000002/rgb/000001.png\0"));
+}
+
+#[test]
+fn invalid_merges_are_refused() {
+    let (_dir, at) = folder();
+    let (cube, tower) = (model("tests/cube.obj"), model("tower/tower.glb"));
+    for (flags, message) in [
+        ("--merge -o a/", "--dataset"),
+        ("--dataset nerf --merge -o a/", "add coco, bop or colmap"),
+        ("--dataset coco --merge -o a/####.png", "would both write"),
+        ("--dataset coco --merge -o ####.png", "needs a folder of its own"),
+        ("--dataset colmap --merge -o {stem}/####.png", "FOLDER/images/{index:04}-{stem}/####.png"),
+        ("--dataset coco --merge -o {stem}/a/####.png", "in one folder of -o only"),
+        ("--dataset coco --merge -o x/{shard}.tar", "an archive holds images"),
+    ] {
+        refused(&at, &format!("turntable {cube} {tower} --views 2 {flags}"), message);
+    }
+}
+
 #[test]
 fn invalid_formats_are_refused() {
     let (_dir, at) = folder();

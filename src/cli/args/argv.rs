@@ -3,8 +3,9 @@
 use std::ffi::{OsStr, OsString};
 use std::path::Path;
 
-use clap::Command;
+use clap::{Command, ValueEnum};
 
+use super::choices::ColorArg;
 use super::command_tree::find_flag;
 use super::{help, values};
 use blinn_session::{FrameList, SCENE_EXTENSIONS};
@@ -40,6 +41,21 @@ pub fn join_values(argv: impl IntoIterator<Item = OsString>) -> Vec<OsString> {
 pub fn asks_for_version(argv: &[OsString]) -> bool {
     let mut flags = argv.iter().skip(1).take_while(|arg| *arg != "--");
     flags.any(|arg| arg == "--version" || arg == "-V")
+}
+
+/// The choice of --color, before the command line is parsed: its errors have colours, too.
+pub fn color(argv: &[OsString]) -> ColorArg {
+    let mut flags = argv.iter().skip(1).take_while(|arg| *arg != "--").map(|arg| arg.to_string_lossy());
+    let mut color = ColorArg::Auto;
+    while let Some(flag) = flags.next() {
+        let value = match flag.strip_prefix("--color=") {
+            Some(value) => Some(value.to_string()),
+            None if flag == "--color" => flags.next().map(|value| value.into_owned()),
+            None => continue,
+        };
+        color = value.and_then(|value| ColorArg::from_str(&value, false).ok()).unwrap_or(color);
+    }
+    color
 }
 
 /// True for a list of frames, and for text that is nothing else, so that its error mentions --frames.
@@ -90,6 +106,16 @@ mod tests {
             ["--version", "blinn render -v a.glb", "blinn render -- --version", "blinn info --version=1"]
         {
             assert!(!asks(line), "{line}");
+        }
+    }
+
+    #[test]
+    fn the_color_is_known_before_errors() {
+        let of = |line: &str| color(&line.split(' ').map(OsString::from).collect::<Vec<OsString>>());
+        assert_eq!(of("blinn render a.glb --color never --nonsense"), ColorArg::Never);
+        assert_eq!(of("blinn info --color=always a.glb"), ColorArg::Always);
+        for line in ["blinn render a.glb", "blinn render a.glb --color", "blinn info -- --color=always"] {
+            assert_eq!(of(line), ColorArg::Auto, "{line}");
         }
     }
 

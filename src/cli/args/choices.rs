@@ -17,4 +17,6 @@ choices! {
     LoopArg { Forever, Once }
     UnitShapeArg { UnitCube, UnitSphere }
     ProgressArg { Auto, Plain, Json, Openjd, None }
+    ColorArg { Auto, Always, Never }
+    PathsArg { Lines, Null }
 }

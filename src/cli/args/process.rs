@@ -4,7 +4,7 @@ use std::path::PathBuf;
 
 use clap::Args;
 
-use super::choices::ProgressArg;
+use super::choices::{ColorArg, PathsArg, ProgressArg};
 use super::option_args::{FileGroup, OptionArgs};
 use super::values;
 
@@ -47,9 +47,9 @@ pub struct ProcessArgs {
     /// Print all options as a --config file and exit
     #[arg(long)]
     pub print_config: bool,
-    /// Print the path of each written file on standard output, one a line
-    #[arg(long)]
-    pub print_paths: bool,
+    /// Print the path of each written file on standard output: one a line, or each ended by a NUL for xargs -0 [default: lines]
+    #[arg(long, value_enum, num_args = 0..=1, require_equals = true, default_missing_value = "lines")]
+    pub print_paths: Option<PathsArg>,
     /// Print the names of the output files and exit
     #[arg(long)]
     pub dry_run: bool,
@@ -82,6 +82,9 @@ pub struct CommonArgs {
     /// Print errors only
     #[arg(short, long)]
     pub quiet: bool,
+    /// Colours of messages on standard error, and of help; auto: on a terminal, unless NO_COLOR is set
+    #[arg(long, value_enum, default_value_t = ColorArg::Auto)]
+    pub color: ColorArg,
 }
 
 impl CommonArgs {

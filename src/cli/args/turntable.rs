@@ -79,13 +79,18 @@ pub struct TurnArgs {
     /// (object poses), coco or coco-polygons (annotations.json) [default: nerf]
     #[arg(long, value_name = "LIST", requires = "views", value_parser = values::dataset_formats)]
     pub dataset: Option<DatasetFormats>,
-    /// Categories of --dataset coco: object or material (their names), NAME=GLOB or NAME=material:GLOB (repeatable)
+    /// Categories of --dataset coco: object, material or scene (their names), NAME=GLOB or NAME=material:GLOB (repeatable)
     /// [default: object]
     ///
     /// GLOB matches object names and paths, as in --hide, or names of materials. The first rule that applies decides;
     /// objects without category are not annotated.
     #[arg(long, value_name = "RULE", requires = "dataset", value_parser = values::category_rule)]
     pub category: Vec<CategoryRule>,
+    /// Write one dataset of all scenes: one annotations.json, BOP's scenes with common models, COLMAP's models below one folder
+    ///
+    /// -o names a folder. Scenes that failed are left out until --resume renders them.
+    #[arg(long, requires = "dataset")]
+    pub merge: bool,
     #[command(flatten)]
     pub sampling: ViewSamplingArgs,
     /// Up axis of the world in transforms.json [default: z, as NeRF tools expect]

@@ -1,7 +1,8 @@
-//! `--dataset`: the formats of a dataset, and where their files are.
+//! `--dataset`: the formats of a dataset.
 
-use std::path::{Path, PathBuf};
+use std::path::Path;
 
+use super::dataset_folders::{DatasetFolders, MergedFolder};
 use super::outputs::{OutputKind, Outputs, Target};
 use crate::args::TurnArgs;
 use crate::args::values::{CategoryRule, DatasetFormat, DatasetFormats};
@@ -16,12 +17,11 @@ pub struct FormatsPlan {
     formats: DatasetFormats,
     /// The first rule that applies to an object decides its category. Never empty.
     pub categories: Vec<CategoryRule>,
+    /// True for one dataset of all scenes.
+    pub is_merged: bool,
 }
 
-/// The annotations of COCO.
-const ANNOTATIONS: &str = "annotations.json";
-/// The folder of images in datasets of COLMAP and BOP.
-const COLMAP_IMAGES: &str = "images";
+/// The folder of images in datasets of BOP.
 const BOP_IMAGES: &str = "rgb";
 
 impl FormatsPlan {
@@ -29,9 +29,13 @@ impl FormatsPlan {
         let formats = args.dataset.clone().unwrap_or_default();
         let has_categories = !args.category.is_empty();
         let categories = if has_categories { args.category.clone() } else { vec![CategoryRule::Object] };
-        let plan = FormatsPlan { formats, categories };
+        let plan = FormatsPlan { formats, categories, is_merged: args.merge };
         if has_categories && plan.coco_masks().is_none() {
             return Err(UsageError("--category applies only to --dataset coco; add it".into()));
+        }
+        if plan.is_merged && plan.formats.0 == [DatasetFormat::Nerf] {
+            let text = "--merge: transforms.json describes one scene; add coco, bop or colmap to --dataset";
+            return Err(UsageError(text.into()));
         }
         Ok(plan)
     }
@@ -43,7 +47,10 @@ impl FormatsPlan {
     /// The name of images in a folder, where the formats or several scenes need folders of their own. With BOP, whose folders
     /// are fixed, the other formats are beside its images.
     pub fn image_name(&self, is_batch: bool) -> Option<&'static str> {
-        match (self.has(DatasetFormat::Bop), self.colmap_form().is_some(), is_batch) {
+        let has_bop = self.has(DatasetFormat::Bop);
+        match (has_bop, self.colmap_form().is_some(), is_batch || self.is_merged) {
+            (true, ..) if self.is_merged => Some("train/{index:06}/rgb/######.png"),
+            (false, true, _) if self.is_merged => Some("images/{stem}/####.png"),
             (true, _, false) => Some("train/000001/rgb/######.png"),
             // Each scene has models of its own.
             (true, _, true) => Some("{stem}/train/000001/rgb/######.png"),
@@ -77,36 +84,6 @@ impl FormatsPlan {
         }
     }
 
-    /// A file that readers of COLMAP's model would read instead of it. `transforms` is the `transforms.json` of the scene.
-    pub fn preferred_model(&self, transforms: &Path) -> Option<PathBuf> {
-        self.colmap_form().filter(|form| *form == ColmapForm::Text)?;
-        let folder = colmap_folder(transforms);
-        ColmapForm::Binary.names().map(|name| folder.join(name)).into_iter().find(|file| file.exists())
-    }
-
-    /// The files that describe all views of a scene. Masks and models are not among them, as their number depends on the
-    /// scene. `transforms` is the `transforms.json` of the scene.
-    pub fn shared_files(&self, transforms: &Path) -> Vec<PathBuf> {
-        let mut files = Vec::new();
-        if self.has(DatasetFormat::Nerf) {
-            files.push(transforms.to_path_buf());
-        }
-        if self.coco_masks().is_some() {
-            files.push(coco_file(transforms));
-        }
-        if let Some(form) = self.colmap_form() {
-            let folder = colmap_folder(transforms);
-            files.extend(form.names().map(|name| folder.join(name)));
-        }
-        if self.has(DatasetFormat::Bop) {
-            let folders = BopFolders::of(transforms);
-            let names = ["scene_camera.json", "scene_gt.json", "scene_gt_info.json"];
-            files.extend(names.map(|name| folders.scene.join(name)));
-            files.push(folders.models.join("models_info.json"));
-        }
-        files
-    }
-
     /// Checks that the formats support the names and folders of images.
     pub fn check_names(
         &self,
@@ -115,13 +92,19 @@ impl FormatsPlan {
         index: usize,
         outputs: &Outputs,
     ) -> Result<(), UsageError> {
+        let merged = match self.is_merged {
+            true => Some(MergedFolder::of(&outputs.transforms_file(scene, index), self)?),
+            false => None,
+        };
         for number in [1, i64::from(dataset.count)] {
             let Target::File(image) = outputs.target(scene, index, &PlannedFrame::at(number, dataset.time))
             else {
                 continue;
             };
             if self.colmap_form().is_some() {
-                check_colmap_name(&image)?;
+                let relative =
+                    merged.as_ref().and_then(|merged| image.strip_prefix(&merged.colmap_images).ok());
+                check_colmap_name(relative.unwrap_or(Path::new(image.file_name().unwrap_or_default())))?;
             }
             if self.has(DatasetFormat::Bop) {
                 check_bop_name(&image, number, outputs)?;
@@ -144,49 +127,22 @@ impl FormatsPlan {
         Err(UsageError(format!("--dataset: {text}")))
     }
 
-    /// A path that only scenes with a file in common share. `transforms` is the `transforms.json` of the scene.
-    pub fn shared_path(&self, transforms: &Path) -> PathBuf {
-        if self.has(DatasetFormat::Bop) {
-            BopFolders::of(transforms).models
+    /// A path that only scenes with a file in common share.
+    pub fn shared_path<'f>(&self, folders: &'f DatasetFolders) -> &'f Path {
+        if self.is_merged {
+            &folders.transforms
+        } else if self.has(DatasetFormat::Bop) {
+            &folders.bop_models
         } else if self.colmap_form().is_some() {
-            colmap_folder(transforms)
+            &folders.colmap
         } else {
-            transforms.to_path_buf()
+            &folders.transforms
         }
     }
 }
 
-/// The annotations beside the images.
-pub fn coco_file(transforms: &Path) -> PathBuf {
-    transforms.with_file_name(ANNOTATIONS)
-}
-
-/// The folder of COLMAP's model: `sparse/0`, beside a folder `images`, else beside the images.
-pub fn colmap_folder(transforms: &Path) -> PathBuf {
-    let images = transforms.parent().unwrap_or(Path::new(""));
-    let folder = if images.ends_with(COLMAP_IMAGES) { images.parent().unwrap_or(images) } else { images };
-    folder.join("sparse/0")
-}
-
-/// The folders of a dataset for BOP whose images are `ROOT/SPLIT/SCENE/rgb/*`.
-pub struct BopFolders {
-    /// `ROOT/SPLIT/SCENE`.
-    pub scene: PathBuf,
-    /// `ROOT/models`.
-    pub models: PathBuf,
-}
-
-impl BopFolders {
-    pub fn of(transforms: &Path) -> BopFolders {
-        let up = |path: &Path| path.parent().unwrap_or(Path::new("")).to_path_buf();
-        let scene = up(&up(transforms));
-        let models = up(&up(&scene)).join("models");
-        BopFolders { scene, models }
-    }
-}
-
-fn check_colmap_name(image: &Path) -> Result<(), UsageError> {
-    let name = image.file_name().unwrap_or_default().to_string_lossy();
+fn check_colmap_name(name: &Path) -> Result<(), UsageError> {
+    let name = name.to_string_lossy();
     if name.contains(char::is_whitespace) {
         let text = format!(
             "--dataset colmap: COLMAP reads no spaces in names of images, such as {name}; set another name with -o"
@@ -210,22 +166,4 @@ fn check_bop_name(image: &Path, number: i64, outputs: &Outputs) -> Result<(), Us
          -o ROOT/train/000001/rgb/######.png"
             .into(),
     ))
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn folders_follow_from_that_of_the_images() {
-        assert_eq!(colmap_folder(Path::new("a/images/transforms.json")), Path::new("a/sparse/0"));
-        assert_eq!(colmap_folder(Path::new("images/transforms.json")), Path::new("sparse/0"));
-        assert_eq!(colmap_folder(Path::new("a/transforms.json")), Path::new("a/sparse/0"));
-        assert_eq!(colmap_folder(Path::new("transforms.json")), Path::new("sparse/0"));
-        let BopFolders { scene, models } =
-            BopFolders::of(Path::new("tower/train/000001/rgb/transforms.json"));
-        assert_eq!((scene, models), ("tower/train/000001".into(), "tower/models".into()));
-        let BopFolders { models, .. } = BopFolders::of(Path::new("train/000001/rgb/transforms.json"));
-        assert_eq!(models, Path::new("models"));
-    }
 }

@@ -8,6 +8,7 @@ mod check;
 mod clip_conflicts;
 mod command_files;
 mod dataset;
+mod dataset_folders;
 mod dataset_formats;
 mod frames;
 mod images;
@@ -39,7 +40,8 @@ use blinn_session::{
 pub use animation_output::{AnimationOutput, check_animation};
 pub use check::CheckPlan;
 pub use command_files::NumberedScene;
-pub use dataset_formats::{BopFolders, FormatsPlan, coco_file, colmap_folder};
+pub use dataset_folders::{DatasetFolders, MergedFolder};
+pub use dataset_formats::FormatsPlan;
 pub use frames::{FrameSet, frames_of_file};
 pub use images::ImagePolicy;
 pub use outputs::{OutputKind, Outputs, Target};
@@ -252,7 +254,29 @@ impl RenderPlan {
         if self.session.dataset.is_none() {
             return Vec::new();
         }
-        self.formats.shared_files(&self.outputs.transforms_file(scene, index))
+        self.dataset_folders(scene, index).files(&self.formats)
+    }
+
+    /// The folders of the dataset of the `index`-th scene, counted from 1.
+    pub fn dataset_folders(&self, scene: &Path, index: usize) -> DatasetFolders {
+        let transforms = self.outputs.transforms_file(scene, index);
+        let merged = self.formats.is_merged.then(|| MergedFolder::of(&transforms, &self.formats));
+        match merged {
+            Some(Ok(merged)) => DatasetFolders::of_merged(transforms, &merged, index),
+            _ => DatasetFolders::of_scene(transforms),
+        }
+    }
+
+    /// The folder of the dataset that all scenes share, if there is one.
+    ///
+    /// # Errors
+    /// The list of scenes cannot be read.
+    pub fn merged_folder(&self) -> Result<Option<MergedFolder>, UsageError> {
+        if !self.formats.is_merged {
+            return Ok(None);
+        }
+        let transforms = self.outputs.transforms_file(&self.scenes.first()?, 1);
+        MergedFolder::of(&transforms, &self.formats).map(Some)
     }
 
     /// Checks that no two outputs have the same name and that none is an input. `process` names files of the process.
@@ -267,7 +291,7 @@ impl RenderPlan {
         self.session.neighbours.check(options)?;
         self.outputs.check_stdout(self.scenes.len(), report.is_some_and(is_stdout))?;
         let has_report = report.is_some();
-        if process.is_some_and(|process| process.print_paths)
+        if process.is_some_and(|process| process.print_paths.is_some())
             && (self.outputs.is_stdout() || report.is_some_and(is_stdout))
         {
             let text = "--print-paths: standard output has the image or the page; name a file";

@@ -8,7 +8,7 @@ use std::path::{Path, PathBuf};
 use super::command_files::{NumberedScene, OptionFiles};
 use super::dataset::check_folder;
 use super::path_conflicts::{PathConflicts, Writer};
-use super::{FrameSet, Outputs, RenderPlan, ShardPlan, Target};
+use super::{FrameSet, MergedFolder, Outputs, RenderPlan, ShardPlan, Target};
 use crate::usage::UsageError;
 use blinn_import::has_tar_extension;
 use blinn_session::PlannedFrame;
@@ -40,6 +40,7 @@ impl RenderPlan {
                 check_folder(dataset, &path, number, &self.outputs)?;
                 self.formats.check_names(dataset, &path, number, &self.outputs)?;
             }
+            self.check_merged_folder()?;
         }
         let files = self.scenes.len().saturating_mul(frames.len());
         let scenes = if files <= EXACT_FILES {
@@ -67,6 +68,26 @@ impl RenderPlan {
         }
         for (flag, file) in &options.outputs {
             paths.add_output(file, Writer::Flag(flag)).map_err(UsageError)?;
+        }
+        for file in self.merged_folder()?.iter().flat_map(|merged| merged.files(&self.formats)) {
+            paths.add_output(&file, Writer::Flag("--merge")).map_err(UsageError)?;
+        }
+        Ok(())
+    }
+
+    /// Checks that the scenes of a merged dataset have one folder above theirs.
+    fn check_merged_folder(&self) -> Result<(), UsageError> {
+        let Some(merged) = self.merged_folder()? else { return Ok(()) };
+        for scene in self.numbered_scenes() {
+            let NumberedScene { number, path } = scene?;
+            let other = MergedFolder::of(&self.outputs.transforms_file(&path, number), &self.formats)?;
+            if other != merged {
+                return Err(UsageError(format!(
+                    "--merge: the images of {} would be outside {}; let scenes differ in one folder of -o only",
+                    path.display(),
+                    merged.root.display()
+                )));
+            }
         }
         Ok(())
     }
@@ -150,8 +171,7 @@ impl RenderPlan {
     fn name_key(&self, scene: &Path, number: usize) -> u64 {
         let mut hasher = DefaultHasher::new();
         if self.session.dataset.is_some() {
-            let transforms = self.outputs.transforms_file(scene, number);
-            self.formats.shared_path(&transforms).hash(&mut hasher);
+            self.formats.shared_path(&self.dataset_folders(scene, number)).hash(&mut hasher);
         } else if let Target::File(file) =
             self.outputs.target(scene, number, &PlannedFrame::at(PLACEHOLDER, 0.0))
         {
@@ -179,7 +199,7 @@ fn check_distinct(scenes: &[NumberedScene], outputs: &Outputs) -> Result<(), Usa
         let transforms = outputs.transforms_file(path, *number);
         if let Some(other) = transforms_files.insert(transforms.clone(), path) {
             return Err(UsageError(format!(
-                "{} and {} would both write {}; use {{stem}}/ in -o",
+                "{} and {} would both write {}; use {{stem}}/ or {{index:04}}-{{stem}}/ in -o",
                 other.display(),
                 path.display(),
                 transforms.display()

@@ -8,6 +8,7 @@ use anyhow::{Error, Result};
 
 use super::golden_check::GoldenNames;
 use super::ledger::{LedgerEntry, PastOutcome};
+use super::merged_dataset::write_merged;
 use super::progress::{Reporter, SceneLog};
 use super::report::Report;
 use super::scene_ledger::SceneLedger;
@@ -132,6 +133,12 @@ impl<'a> Batch<'a> {
         let is_whole = self.plan.is_whole_batch() && self.summary.not_started == 0;
         if let Some(check) = self.plan.check.as_ref().filter(|_| is_whole) {
             self.goldens.warn(check, self.reporter);
+        }
+        if !self.plan.dry_run && self.summary.not_started == 0 {
+            match write_merged(self.plan, self.reporter) {
+                Ok(files) => files.iter().for_each(|file| self.reporter.wrote(None, file)),
+                Err(error) => fail(self.summary, self.reporter, &error.context("--merge")),
+            }
         }
         match self.report.map(Report::finish) {
             None | Some(Ok(None)) => {}

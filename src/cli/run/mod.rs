@@ -13,6 +13,7 @@ mod ledger;
 mod limited_shards;
 pub(super) mod load_scene;
 mod malloc_tuning;
+mod merged_dataset;
 pub(super) mod panics;
 pub(super) mod progress;
 pub(super) mod render;

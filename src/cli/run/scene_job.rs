@@ -161,7 +161,9 @@ impl<'a> SceneJob<'a> {
             if self.plan.formats.has(DatasetFormat::Nerf) {
                 transforms.check()?;
             }
-            if let Some(file) = self.plan.formats.preferred_model(&transforms.file()) {
+            if let Some(file) =
+                self.plan.dataset_folders(self.path, self.index).preferred_model(&self.plan.formats)
+            {
                 let file = file.display();
                 bail!(
                     "--dataset colmap: readers would prefer {file} to the text files; remove it or write colmap-bin"

@@ -78,20 +78,21 @@ impl CocoDataset {
 
     /// The text of the file.
     pub fn to_json(&self) -> String {
-        let categories = self.categories.iter().enumerate();
-        let category = |(i, name)| json!({"id": i + 1, "name": name, "supercategory": ""}).to_string();
-        let categories: Vec<String> = categories.map(category).collect();
-        let lines = |lines: &[String]| match lines {
-            [] => "[]".into(),
-            _ => format!("[\n  {}\n]", lines.join(",\n  ")),
-        };
+        let head = CocoDataset::head(&self.categories, &self.images);
+        format!("{{\n{head},\n\"annotations\": {}\n}}\n", json_lines(&self.annotations))
+    }
+
+    /// The entries of a file before its annotations, from names of categories and lines of images.
+    pub(super) fn head(categories: &[String], images: &[String]) -> String {
+        let category =
+            |(i, name): (usize, &String)| json!({"id": i + 1, "name": name, "supercategory": ""}).to_string();
+        let categories: Vec<String> = categories.iter().enumerate().map(category).collect();
         let description = concat!("rendered by blinn ", env!("CARGO_PKG_VERSION"));
         format!(
-            "{{\n\"info\": {},\n\"licenses\": [],\n\"categories\": {},\n\"images\": {},\n\"annotations\": {}\n}}\n",
+            "\"info\": {},\n\"licenses\": [],\n\"categories\": {},\n\"images\": {}",
             json!({"description": description}),
-            lines(&categories),
-            lines(&self.images),
-            lines(&self.annotations)
+            json_lines(&categories),
+            json_lines(images)
         )
     }
 
@@ -103,6 +104,14 @@ impl CocoDataset {
             }
             CocoMasks::Polygons => json!(mask.outlines()),
         }
+    }
+}
+
+/// A list with a line for each value.
+fn json_lines(lines: &[String]) -> String {
+    match lines {
+        [] => "[]".into(),
+        _ => format!("[\n  {}\n]", lines.join(",\n  ")),
     }
 }
 

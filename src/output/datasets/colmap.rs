@@ -8,13 +8,16 @@ use super::colmap_text::text_files;
 
 use super::pinhole::{Pinhole, RigidPose};
 
-/// A model with the cameras of images, and points of the surface. Ids count from 1 in the order of the lists.
+/// A model with the cameras of images, and points of the surface. Ids count from 1 in the order of the lists, those of images
+/// and cameras behind the images of other models.
 #[derive(Clone, Debug, Default)]
 pub struct ColmapModel {
     /// All images.
     pub images: Vec<ColmapImage>,
     /// Points that at least two images see.
     pub points: Vec<ColmapPoint>,
+    /// Number of images of the models before.
+    pub first_image: u32,
 }
 
 /// An image of a model.
@@ -80,7 +83,7 @@ impl ColmapModel {
             let DQuat { x, y, z, w } = world_to_camera.quaternion();
             images.push(ImageRow {
                 name,
-                camera_id: camera as u32 + 1,
+                camera_id: self.first_image + camera as u32 + 1,
                 quaternion: [w, x, y, z].map(|v| v + 0.0),
                 translation: (world_to_camera.translation + DVec3::ZERO).to_array(),
                 points: Vec::new(),
@@ -91,14 +94,14 @@ impl ColmapModel {
             let mut track = Vec::with_capacity(point.observations.len());
             for &(image, pixel) in &point.observations {
                 if let Some(row) = images.get_mut(image) {
-                    track.push((image as u32 + 1, row.points.len() as u32));
+                    track.push((self.first_image + image as u32 + 1, row.points.len() as u32));
                     row.points.push((pixel, i as u64 + 1));
                 }
             }
             let position = (point.position + DVec3::ZERO).to_array();
             points.push(PointRow { position, color: point.color, track });
         }
-        ColmapTables { cameras, images, points }
+        ColmapTables { cameras, images, points, first_id: self.first_image + 1 }
     }
 }
 
@@ -125,6 +128,7 @@ mod tests {
         let model = ColmapModel {
             images: vec![image("a.png", 0.0), image("b.png", std::f64::consts::PI)],
             points: vec![point(&[1]), point(&[0, 1])],
+            first_image: 0,
         };
         let data = |text: &str| {
             let lines = text.lines().filter(|line| !line.starts_with('#'));
@@ -140,6 +144,28 @@ mod tests {
         assert_eq!(images[3], "1.5 2.5 1 1.5 2.5 2");
     }
 
+    #[test]
+    fn ids_count_on_behind_other_models() {
+        let pinhole = Pinhole { fx: 10.0, fy: 11.0, cx: 4.0, cy: 3.5, width: 8, height: 7 };
+        let world_to_camera = RigidPose { rotation: DMat3::IDENTITY, translation: DVec3::ZERO };
+        let model = ColmapModel {
+            images: vec![ColmapImage { name: "b/a.png".into(), pinhole, world_to_camera }],
+            points: vec![ColmapPoint {
+                position: DVec3::ONE,
+                color: [1, 2, 3],
+                observations: vec![(0, DVec2::new(1.5, 2.5))],
+            }],
+            first_image: 12,
+        };
+        let [cameras, images, points] = text_files(&model.tables());
+        assert!(cameras.contains("\n13 PINHOLE 8"), "{cameras}");
+        assert!(images.contains("\n13 1 0 0 0 0 0 0 13 b/a.png\n1.5 2.5 1\n"), "{images}");
+        assert!(points.ends_with("\n1 1 1 1 1 2 3 0 13 0\n"), "{points}");
+        let [cameras, images, points] = model.files(ColmapForm::Binary);
+        assert_eq!((cameras[8], images[8]), (13, 13));
+        assert_eq!(points[points.len() - 8..], [13, 0, 0, 0, 0, 0, 0, 0]);
+    }
+
     /// Binary files hold the numbers of the text files, in the layout of COLMAP's `reconstruction_io.cc`.
     #[test]
     fn binary_files_have_the_layout_of_the_specification() {
@@ -152,6 +178,7 @@ mod tests {
                 color: [1, 2, 3],
                 observations: vec![(0, DVec2::new(1.5, 2.5))],
             }],
+            first_image: 0,
         };
         let bytes = |parts: &[&[u8]]| parts.concat();
         let floats = |values: &[f64]| values.iter().flat_map(|v| v.to_le_bytes()).collect::<Vec<u8>>();

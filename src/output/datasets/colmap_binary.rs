@@ -13,8 +13,8 @@ pub(super) fn binary_files(model: &ColmapTables) -> [Vec<u8>; 3] {
 
 fn cameras(model: &ColmapTables) -> Vec<u8> {
     let mut bytes = count(model.cameras.len());
-    for (i, Pinhole { fx, fy, cx, cy, width, height }) in model.cameras.iter().enumerate() {
-        bytes.extend((i as u32 + 1).to_le_bytes());
+    for (id, Pinhole { fx, fy, cx, cy, width, height }) in (model.first_id..).zip(&model.cameras) {
+        bytes.extend(id.to_le_bytes());
         bytes.extend(PINHOLE.to_le_bytes());
         bytes.extend(u64::from(*width).to_le_bytes());
         bytes.extend(u64::from(*height).to_le_bytes());
@@ -25,8 +25,8 @@ fn cameras(model: &ColmapTables) -> Vec<u8> {
 
 fn images(model: &ColmapTables) -> Vec<u8> {
     let mut bytes = count(model.images.len());
-    for (i, image) in model.images.iter().enumerate() {
-        bytes.extend((i as u32 + 1).to_le_bytes());
+    for (id, image) in (model.first_id..).zip(&model.images) {
+        bytes.extend(id.to_le_bytes());
         add_floats(&mut bytes, &image.quaternion);
         add_floats(&mut bytes, &image.translation);
         bytes.extend(image.camera_id.to_le_bytes());

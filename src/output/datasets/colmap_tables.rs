@@ -10,6 +10,8 @@ pub(super) struct ColmapTables<'m> {
     pub cameras: Vec<Pinhole>,
     pub images: Vec<ImageRow<'m>>,
     pub points: Vec<PointRow>,
+    /// The id of the first image, and of the first camera.
+    pub first_id: u32,
 }
 
 /// An image with what it sees.

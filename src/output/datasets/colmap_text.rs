@@ -15,9 +15,9 @@ fn cameras(model: &ColmapTables) -> String {
         "# Camera list with one line of data per camera:\n\
          #   CAMERA_ID, MODEL, WIDTH, HEIGHT, PARAMS[]\n",
     );
-    for (i, Pinhole { fx, fy, cx, cy, width, height }) in model.cameras.iter().enumerate() {
+    for (id, Pinhole { fx, fy, cx, cy, width, height }) in (model.first_id..).zip(&model.cameras) {
         // Writing to a string cannot fail.
-        let _ = writeln!(text, "{} PINHOLE {width} {height} {fx} {fy} {cx} {cy}", i + 1);
+        let _ = writeln!(text, "{id} PINHOLE {width} {height} {fx} {fy} {cx} {cy}");
     }
     text
 }
@@ -28,10 +28,9 @@ fn images(model: &ColmapTables) -> String {
          #   IMAGE_ID, QW, QX, QY, QZ, TX, TY, TZ, CAMERA_ID, NAME\n\
          #   POINTS2D[] as (X, Y, POINT3D_ID)\n",
     );
-    for (i, image) in model.images.iter().enumerate() {
+    for (id, image) in (model.first_id..).zip(&model.images) {
         let ([qw, qx, qy, qz], [tx, ty, tz]) = (image.quaternion, image.translation);
-        let _ =
-            writeln!(text, "{} {qw} {qx} {qy} {qz} {tx} {ty} {tz} {} {}", i + 1, image.camera_id, image.name);
+        let _ = writeln!(text, "{id} {qw} {qx} {qy} {qz} {tx} {ty} {tz} {} {}", image.camera_id, image.name);
         let points: Vec<String> =
             image.points.iter().map(|(pixel, id)| format!("{} {} {id}", pixel.x, pixel.y)).collect();
         let _ = writeln!(text, "{}", points.join(" "));

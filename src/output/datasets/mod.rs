@@ -3,6 +3,7 @@
 mod bop;
 mod bop_models;
 mod coco;
+mod coco_merge;
 mod colmap;
 mod colmap_binary;
 mod colmap_tables;
@@ -14,6 +15,7 @@ mod world_up;
 pub use bop::{BopModel, BopObject, BopScene};
 pub use bop_models::{PosedObject, posed_objects};
 pub use coco::{CocoDataset, CocoMasks, CocoObject};
+pub use coco_merge::{CocoMerge, CocoPart, CocoPartError};
 pub use colmap::{ColmapForm, ColmapImage, ColmapModel, ColmapPoint};
 pub use pinhole::{Pinhole, RigidPose};
 pub use transforms::{Dataset, DatasetView};

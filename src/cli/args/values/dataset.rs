@@ -77,17 +77,20 @@ pub enum CategoryRule {
     Object,
     /// The material of an object is its category.
     Material,
+    /// The file name of the scene, without extension, is the category of all its objects.
+    Scene,
     /// Objects whose name or path matches.
     Objects { category: String, glob: Glob },
     /// Objects with a material whose name matches.
     Materials { category: String, glob: Glob },
 }
 
-/// `object`, `material`, `NAME=GLOB` or `NAME=material:GLOB`.
+/// `object`, `material`, `scene`, `NAME=GLOB` or `NAME=material:GLOB`.
 pub fn category_rule(text: &str) -> Result<CategoryRule, String> {
     match (text, text.split_once('=')) {
         ("object", _) => Ok(CategoryRule::Object),
         ("material", _) => Ok(CategoryRule::Material),
+        ("scene", _) => Ok(CategoryRule::Scene),
         (_, Some((category, pattern))) if !category.is_empty() && !pattern.is_empty() => {
             let category = category.to_string();
             Ok(match pattern.strip_prefix("material:") {
@@ -95,7 +98,7 @@ pub fn category_rule(text: &str) -> Result<CategoryRule, String> {
                 None => CategoryRule::Objects { category, glob: glob(pattern)? },
             })
         }
-        _ => Err("expected object, material, NAME=GLOB or NAME=material:GLOB".into()),
+        _ => Err("expected object, material, scene, NAME=GLOB or NAME=material:GLOB".into()),
     }
 }
 
@@ -121,6 +124,7 @@ mod tests {
     fn category_rules_are_words_or_patterns() {
         assert_eq!(category_rule("object"), Ok(CategoryRule::Object));
         assert_eq!(category_rule("material"), Ok(CategoryRule::Material));
+        assert_eq!(category_rule("scene"), Ok(CategoryRule::Scene));
         assert!(
             matches!(category_rule("wheel=car/wheel*"), Ok(CategoryRule::Objects { category, .. }) if category == "wheel")
         );

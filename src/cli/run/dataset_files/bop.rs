@@ -4,13 +4,13 @@ use std::collections::BTreeMap;
 use std::fs;
 use std::path::PathBuf;
 
-use anyhow::{Context, Result};
+use anyhow::{Context, Result, bail};
 use glam::{DVec2, DVec3};
 use rayon::prelude::*;
 use serde_json::{Map, Value};
 
 use super::context::{DatasetContext, DatasetFiles, ImageMasks};
-use crate::plan::BopFolders;
+use crate::plan::DatasetFolders;
 use blinn_output::datasets::{
     BopObject, BopScene, DatasetView, Pinhole, PosedObject, RigidPose, WorldUp, posed_objects,
 };
@@ -18,24 +18,46 @@ use blinn_output::{LayerFolder, encode_mask};
 use blinn_render::integrator::{Aov, Frame};
 use blinn_render::{MaskRect, PixelMask, RenderSettings};
 
+/// Numbers of objects that each scene of a merged dataset has: scene 2 has objects from 2001 on.
+const OBJECTS_PER_SCENE: u32 = 1000;
+
 /// Writes the files of a scene.
 pub struct BopWriter<'a> {
     files: &'a DatasetFiles<'a>,
     context: &'a DatasetContext<'a>,
-    folders: BopFolders,
+    folders: DatasetFolders,
+    /// Added to the numbers of objects: each scene of a merged dataset has a thousand of its own.
+    first_object: u32,
     objects: BTreeMap<u32, PosedObject>,
     scene: BopScene,
 }
 
 impl<'a> BopWriter<'a> {
-    pub fn new(files: &'a DatasetFiles<'a>, context: &'a DatasetContext<'a>) -> BopWriter<'a> {
-        BopWriter {
+    /// Starts the files of a scene.
+    ///
+    /// # Errors
+    /// The scene has too many objects for a merged dataset.
+    pub fn new(files: &'a DatasetFiles<'a>, context: &'a DatasetContext<'a>) -> Result<BopWriter<'a>> {
+        let objects = posed_objects(context.frame.posed);
+        let is_merged = files.transforms.plan.formats.is_merged;
+        let last = objects.last_key_value().map_or(0, |(object, _)| *object);
+        if is_merged && last >= OBJECTS_PER_SCENE {
+            bail!(
+                "--merge: the scene has {last} objects, but a merged dataset of BOP numbers only {} in each; \
+                 remove --merge",
+                OBJECTS_PER_SCENE - 1
+            );
+        }
+        let index = if is_merged { files.transforms.index } else { 0 };
+        let first_object = u32::try_from(index).ok().and_then(|index| index.checked_mul(OBJECTS_PER_SCENE));
+        Ok(BopWriter {
             files,
             context,
-            folders: BopFolders::of(&files.transforms.file()),
-            objects: posed_objects(context.frame.posed),
+            folders: files.folders(),
+            first_object: first_object.context("--merge: there are too many scenes")?,
+            objects,
             scene: BopScene::default(),
-        }
+        })
     }
 
     /// Adds a view. Writes its masks and depth image if it is one of this task, and returns the files that were written.
@@ -53,7 +75,7 @@ impl<'a> BopWriter<'a> {
         let object = |mask: &ImageMasks| {
             let pose = to_world(&self.objects.get(&mask.object)?.pose);
             Some(BopObject {
-                object: mask.object,
+                object: self.first_object.saturating_add(mask.object),
                 model_to_camera: world_to_camera.after(&pose),
                 all_pixels: mask.all_pixels,
                 valid_pixels: mask.amodal.area(),
@@ -73,7 +95,7 @@ impl<'a> BopWriter<'a> {
             let name = format!("{number:06}_{k:06}.png");
             let write = |folder: &str, pixels: &PixelMask| {
                 let bytes = encode_mask(size, &pixels.to_bytes(size.0, size.1))?;
-                self.files.update_file(&self.folders.scene.join(folder).join(&name), &bytes)
+                self.files.update_file(&self.folders.bop_scene.join(folder).join(&name), &bytes)
             };
             Ok([write("mask", &mask.amodal)?, write("mask_visib", &mask.visible)?])
         };
@@ -88,7 +110,7 @@ impl<'a> BopWriter<'a> {
         let depth = LayerFolder::Layers.file(&image, Aov::Depth.name());
         let bytes = fs::read(&depth).with_context(|| format!("{} cannot be read", depth.display()))?;
         let name = format!("{number:06}.png");
-        self.files.update_file(&self.folders.scene.join("depth").join(name), &bytes)
+        self.files.update_file(&self.folders.bop_scene.join("depth").join(name), &bytes)
     }
 
     /// Writes the models and the files that describe all views. Returns those that were written.
@@ -100,15 +122,15 @@ impl<'a> BopWriter<'a> {
             if model.triangles.is_empty() {
                 continue;
             }
+            let object = self.first_object.saturating_add(*object);
             info.insert(object.to_string(), model.info());
-            let file = self.folders.models.join(format!("obj_{object:06}.ply"));
+            let file = self.folders.bop_models.join(format!("obj_{object:06}.ply"));
             written.extend(self.files.update_file(&file, &model.to_ply())?);
         }
         let info = format!("{:#}\n", Value::Object(info));
-        written
-            .extend(self.files.write_file(&self.folders.models.join("models_info.json"), info.as_bytes())?);
+        written.extend(self.files.write_file(&self.folders.models_info, info.as_bytes())?);
         for (name, text) in self.scene.files() {
-            written.extend(self.files.write_file(&self.folders.scene.join(name), text.as_bytes())?);
+            written.extend(self.files.write_file(&self.folders.bop_scene.join(name), text.as_bytes())?);
         }
         Ok(written)
     }

@@ -16,11 +16,17 @@ pub struct ObjectCategories {
 }
 
 impl ObjectCategories {
-    /// Applies `rules` to all objects that are drawn. The first rule that applies to an object decides.
+    /// Applies `rules` to all objects that are drawn. The first rule that applies to an object decides. `stem` is the name of
+    /// the scene. In a dataset of several scenes, a pattern need not match something in each.
     ///
     /// # Errors
     /// A pattern without a match.
-    pub fn new(scene: &Scene, rules: &[CategoryRule]) -> Result<ObjectCategories> {
+    pub fn new(
+        scene: &Scene,
+        stem: &str,
+        rules: &[CategoryRule],
+        is_merged: bool,
+    ) -> Result<ObjectCategories> {
         let mut categories = ObjectCategories { names: Vec::new(), by_object: BTreeMap::new() };
         for rule in rules {
             match rule {
@@ -39,15 +45,25 @@ impl ObjectCategories {
                         categories.set(instance.object, if name.is_empty() { &fallback } else { name });
                     }
                 }
+                CategoryRule::Scene => {
+                    for instance in &scene.instances {
+                        categories.set(instance.object, stem);
+                    }
+                }
                 CategoryRule::Objects { category, glob } => {
                     categories.index(category);
-                    for object in scene.matching_objects(glob)? {
+                    let objects = match scene.matching_objects(glob) {
+                        Err(_) if is_merged => Default::default(),
+                        objects => objects?,
+                    };
+                    for object in objects {
                         categories.set(object, category);
                     }
                 }
                 CategoryRule::Materials { category, glob } => {
                     categories.index(category);
-                    if !scene.materials.iter().any(|material| glob.matches_name(&material.name)) {
+                    if !is_merged && !scene.materials.iter().any(|material| glob.matches_name(&material.name))
+                    {
                         bail!("--category {category}: no material matches '{}'", glob.as_str());
                     }
                     for instance in &scene.instances {

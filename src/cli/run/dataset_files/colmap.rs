@@ -1,12 +1,11 @@
 //! The sparse model of COLMAP.
 
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
-use anyhow::Result;
+use anyhow::{Context, Result};
 use glam::DVec2;
 
 use super::context::{DatasetContext, DatasetFiles, NumberedView};
-use crate::plan::colmap_folder;
 use blinn_output::datasets::{ColmapForm, ColmapImage, ColmapModel, ColmapPoint, Pinhole, RigidPose};
 use blinn_render::trace_surface_tracks;
 use blinn_scene::{Camera, linear_to_srgb8};
@@ -20,8 +19,11 @@ impl DatasetFiles<'_> {
     /// Writes the model and returns its files.
     pub(super) fn write_colmap(&self, context: &DatasetContext, form: ColmapForm) -> Result<Vec<PathBuf>> {
         let DatasetContext { dataset, views, frame, settings, cancel } = context;
+        let folders = self.folders();
+        let image_folder =
+            folders.transforms.parent().and_then(|folder| folder.strip_prefix(&folders.colmap_images).ok());
         let image = |view: &NumberedView| ColmapImage {
-            name: view.view.file.clone(),
+            name: slashed(&image_folder.unwrap_or(Path::new("")).join(&view.view.file)),
             pinhole: Pinhole::new(&view.view.camera, dataset.size, dataset.window),
             world_to_camera: RigidPose::world_to_camera(&view.view.camera, dataset.up),
         };
@@ -38,12 +40,32 @@ impl DatasetFiles<'_> {
                 .map(|(view, pixel)| (view as usize * step, pixel - corner))
                 .collect(),
         });
-        let model = ColmapModel { points: points.collect(), images: views.iter().map(image).collect() };
-        let folder = colmap_folder(&self.transforms.file());
+        let model = ColmapModel {
+            points: points.collect(),
+            images: views.iter().map(image).collect(),
+            first_image: self.first_image(views.len())?,
+        };
         let mut written = Vec::new();
         for (name, bytes) in form.names().into_iter().zip(model.files(form)) {
-            written.extend(self.write_file(&folder.join(name), &bytes)?);
+            written.extend(self.write_file(&folders.colmap.join(name), &bytes)?);
         }
         Ok(written)
     }
+
+    /// The number of images of all scenes before this one of a merged dataset: each has as many, and their ids differ.
+    fn first_image(&self, views: usize) -> Result<u32> {
+        let before =
+            if self.transforms.plan.formats.is_merged { self.transforms.index.saturating_sub(1) } else { 0 };
+        // COLMAP's ids of images end at 2³¹ − 1.
+        let last = before.checked_add(1).and_then(|scenes| scenes.checked_mul(views));
+        last.and_then(|last| i32::try_from(last).ok())
+            .context("--merge: there are too many images for COLMAP")?;
+        Ok(u32::try_from(before * views)?)
+    }
+}
+
+/// A relative path with slashes.
+fn slashed(path: &Path) -> String {
+    let parts: Vec<_> = path.iter().map(|part| part.to_string_lossy()).collect();
+    parts.join("/")
 }

@@ -18,7 +18,8 @@ use self::bop::BopWriter;
 use self::categories::ObjectCategories;
 use self::context::{DatasetContext, ImageMasks, NumberedView};
 use crate::args::values::DatasetFormat;
-use crate::plan::coco_file;
+use crate::plan::DatasetFolders;
+use crate::run::dataset::TransformsFile;
 use blinn_accel::Accel;
 use blinn_core::cancellation::CancelToken;
 use blinn_output::datasets::{CocoDataset, CocoObject};
@@ -63,6 +64,12 @@ impl DatasetFiles<'_> {
         Ok(written)
     }
 
+    /// Where the files are.
+    fn folders(&self) -> DatasetFolders {
+        let TransformsFile { plan, path, index, .. } = *self.transforms;
+        plan.dataset_folders(path, index)
+    }
+
     /// The posed scene with the faces that eye rays hit.
     fn frame<'p>(&self, posed: &'p PosedScene<'p>, accel: &'p Accel, camera: Camera) -> Frame<'p> {
         let options = &self.transforms.plan.session.options;
@@ -76,11 +83,16 @@ impl DatasetFiles<'_> {
         let plan = self.transforms.plan;
         let scene = self.transforms.scene;
         let window = MaskRect::from(context.dataset.window);
-        let categories = ObjectCategories::new(scene, &plan.formats.categories)?;
+        let stem = self.transforms.path.file_stem().unwrap_or_default().to_string_lossy();
+        let categories =
+            ObjectCategories::new(scene, &stem, &plan.formats.categories, plan.formats.is_merged)?;
         let form = plan.formats.coco_masks();
         let mut coco =
             form.map(|form| CocoDataset::new((window.width, window.height), categories.names.clone(), form));
-        let mut bop = plan.formats.has(DatasetFormat::Bop).then(|| BopWriter::new(self, context));
+        let mut bop = match plan.formats.has(DatasetFormat::Bop) {
+            true => Some(BopWriter::new(self, context)?),
+            false => None,
+        };
         let own: BTreeSet<i64> =
             plan.frames.known().unwrap_or_default().iter().map(|frame| frame.number).collect();
         let mut written = Vec::new();
@@ -108,7 +120,7 @@ impl DatasetFiles<'_> {
             }
         }
         if let Some(coco) = coco {
-            written.extend(self.write_file(&coco_file(&self.transforms.file()), coco.to_json().as_bytes())?);
+            written.extend(self.write_file(&self.folders().annotations, coco.to_json().as_bytes())?);
         }
         if let Some(bop) = bop {
             written.extend(bop.finish()?);

@@ -16,7 +16,7 @@ use super::message::Message;
 use super::trace::Trace;
 use super::work_progress::WorkProgress;
 use super::written_files::WrittenFiles;
-use crate::args::{LogArgs, ProgressArg};
+use crate::args::{LogArgs, PathsArg, ProgressArg};
 use crate::console::{eprint_line, print_stdout, single_line, with_flags};
 use crate::message_style::{Level, MessageStyle};
 use crate::summary::Summary;
@@ -39,7 +39,7 @@ pub struct Reporter {
     wrote: AtomicU64,
     files: WrittenFiles,
     /// True to print the paths of written files on standard output.
-    prints_paths: bool,
+    paths: Option<PathsArg>,
     /// The first error of printing paths.
     paths_error: Mutex<Option<Error>>,
     /// True once totals are reported.
@@ -88,7 +88,7 @@ impl Reporter {
             steps: AtomicU64::new(0),
             wrote: AtomicU64::new(0),
             files: WrittenFiles::new(),
-            prints_paths: false,
+            paths: None,
             paths_error: Mutex::new(None),
             has_totals: AtomicBool::new(false),
             kept: AtomicU64::new(0),
@@ -97,9 +97,9 @@ impl Reporter {
         }
     }
 
-    /// Prints the paths of written files on standard output, one a line.
-    pub fn with_paths(mut self, prints_paths: bool) -> Reporter {
-        self.prints_paths = prints_paths;
+    /// Prints the paths of written files on standard output.
+    pub fn with_paths(mut self, paths: Option<PathsArg>) -> Reporter {
+        self.paths = paths;
         self
     }
 
@@ -216,10 +216,12 @@ impl Reporter {
 
     /// Prints the path of a written file for --print-paths.
     fn print_path(&self, file: &Path) {
-        if !self.prints_paths {
-            return;
-        }
-        let line = [file.as_os_str().as_encoded_bytes(), b"\n"].concat();
+        let end = match self.paths {
+            None => return,
+            Some(PathsArg::Lines) => b"\n",
+            Some(PathsArg::Null) => b"\0",
+        };
+        let line = [file.as_os_str().as_encoded_bytes(), end].concat();
         let printed = match &self.bar {
             Some(bar) if self.is_bar_drawn.load(Ordering::Relaxed) => bar.suspend(|| print_stdout(&line)),
             _ => print_stdout(&line),

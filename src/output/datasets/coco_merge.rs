@@ -1,0 +1,206 @@
+//! The annotations of several scenes as one dataset of COCO.
+
+use std::io::{self, Write};
+
+use serde_json::{Map, Value, json};
+
+use super::coco::CocoDataset;
+
+/// The annotations of several datasets of [`CocoDataset`], whose categories are united by their names. Categories and images are
+/// in memory, masks are not: the texts of all datasets are read twice.
+#[derive(Clone, Debug, Default)]
+pub struct CocoMerge {
+    categories: Vec<String>,
+    images: Vec<String>,
+    /// Number of annotations that were written.
+    annotations: u64,
+}
+
+/// The dataset of a scene.
+#[derive(Clone, Copy, Debug)]
+pub struct CocoPart<'t> {
+    /// The text of its file.
+    pub text: &'t str,
+    /// The folder of its images, relative to that of the merged file, with slashes.
+    pub folder: &'t str,
+    /// Added to the ids of its images.
+    pub first_image: i64,
+}
+
+/// A text that [`CocoDataset`] did not write.
+#[derive(Debug, thiserror::Error)]
+#[error("it is no annotations.json of blinn: {0}")]
+pub struct CocoPartError(String);
+
+impl CocoMerge {
+    /// Adds the categories and images of a scene.
+    ///
+    /// # Errors
+    /// The text has another form.
+    pub fn add_images(&mut self, part: CocoPart) -> Result<(), CocoPartError> {
+        let data = parse(part.text)?;
+        for category in names(&data)? {
+            if !self.categories.contains(&category) {
+                self.categories.push(category);
+            }
+        }
+        for mut image in objects(&data, "images")? {
+            let file = image.get("file_name").and_then(Value::as_str);
+            let file = file.ok_or_else(|| lacks("file_name"))?;
+            let file =
+                if part.folder.is_empty() { file.to_string() } else { format!("{}/{file}", part.folder) };
+            image.insert("file_name".into(), file.into());
+            shift(&mut image, "id", part.first_image)?;
+            self.images.push(Value::Object(image).to_string());
+        }
+        Ok(())
+    }
+
+    /// Writes the file up to its annotations.
+    ///
+    /// # Errors
+    /// Those of the writer.
+    pub fn begin(&self, out: &mut dyn Write) -> io::Result<()> {
+        write!(out, "{{\n{},\n\"annotations\": [", CocoDataset::head(&self.categories, &self.images))
+    }
+
+    /// Writes the annotations of a scene whose images were added.
+    ///
+    /// # Errors
+    /// The text has another form, and errors of the writer.
+    pub fn add_annotations(&mut self, part: CocoPart, out: &mut dyn Write) -> io::Result<()> {
+        let lines = self.annotation_lines(part).map_err(io::Error::other)?;
+        for line in lines {
+            let separator = if self.annotations == 0 { "" } else { "," };
+            write!(out, "{separator}\n  {line}")?;
+            self.annotations += 1;
+        }
+        Ok(())
+    }
+
+    /// Writes the rest of the file.
+    ///
+    /// # Errors
+    /// Those of the writer.
+    pub fn finish(&self, out: &mut dyn Write) -> io::Result<()> {
+        write!(out, "{}]\n}}\n", if self.annotations == 0 { "" } else { "\n" })
+    }
+
+    fn annotation_lines(&self, part: CocoPart) -> Result<Vec<String>, CocoPartError> {
+        let data = parse(part.text)?;
+        let names = names(&data)?;
+        let mut lines = Vec::new();
+        for (number, mut annotation) in (self.annotations + 1..).zip(objects(&data, "annotations")?) {
+            let category = annotation.get("category_id").and_then(Value::as_u64);
+            let name = category.and_then(|id| names.get(usize::try_from(id).ok()?.checked_sub(1)?));
+            let merged = name.and_then(|name| self.categories.iter().position(|known| known == name));
+            let merged = merged.ok_or_else(|| lacks("category_id"))?;
+            annotation.insert("category_id".into(), json!(merged + 1));
+            annotation.insert("id".into(), number.into());
+            shift(&mut annotation, "image_id", part.first_image)?;
+            lines.push(Value::Object(annotation).to_string());
+        }
+        Ok(lines)
+    }
+}
+
+fn parse(text: &str) -> Result<Value, CocoPartError> {
+    serde_json::from_str(text).map_err(|error| CocoPartError(error.to_string()))
+}
+
+/// The objects of a list.
+fn objects(data: &Value, key: &str) -> Result<Vec<Map<String, Value>>, CocoPartError> {
+    let list = data.get(key).and_then(Value::as_array).ok_or_else(|| lacks(key))?;
+    list.iter().map(|value| value.as_object().cloned().ok_or_else(|| lacks(key))).collect()
+}
+
+/// The names of categories, in the order of their ids.
+fn names(data: &Value) -> Result<Vec<String>, CocoPartError> {
+    let name = |category: Map<String, Value>| {
+        category.get("name").and_then(Value::as_str).map(str::to_string).ok_or_else(|| lacks("name"))
+    };
+    objects(data, "categories")?.into_iter().map(name).collect()
+}
+
+/// Adds to an id.
+fn shift(object: &mut Map<String, Value>, key: &str, by: i64) -> Result<(), CocoPartError> {
+    let id = object.get(key).and_then(Value::as_i64).and_then(|id| id.checked_add(by));
+    object.insert(key.into(), id.ok_or_else(|| lacks(key))?.into());
+    Ok(())
+}
+
+fn lacks(key: &str) -> CocoPartError {
+    CocoPartError(format!("a valid \"{key}\" is missing"))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::coco::{CocoMasks, CocoObject};
+    use super::*;
+    use blinn_render::PixelMask;
+
+    fn part(categories: &[&str], objects: &[usize]) -> String {
+        let mut mask = PixelMask::default();
+        mask.add(1, 1);
+        let categories = categories.iter().map(|name| name.to_string()).collect();
+        let mut data = CocoDataset::new((4, 3), categories, CocoMasks::RunLengths);
+        for id in 1..=2 {
+            let object =
+                |&category| CocoObject { object: 1, name: "n", category, visible: &mask, amodal: &mask };
+            data.add_image(id, &format!("{id}.png"), objects.iter().map(object));
+        }
+        data.to_json()
+    }
+
+    #[test]
+    fn ids_and_categories_are_united() {
+        let texts = [part(&["cup", "pot"], &[0, 1]), part(&[], &[]), part(&["lid", "cup"], &[1])];
+        let parts = ["a", "", "b"].into_iter().zip(&texts).zip([0, 2, 4]);
+        let parts = parts.map(|((folder, text), first_image)| CocoPart { text, folder, first_image });
+        let mut merge = CocoMerge::default();
+        parts.clone().for_each(|part| merge.add_images(part).unwrap());
+        let mut bytes = Vec::new();
+        merge.begin(&mut bytes).unwrap();
+        parts.for_each(|part| merge.add_annotations(part, &mut bytes).unwrap());
+        merge.finish(&mut bytes).unwrap();
+        let data: Value = serde_json::from_slice(&bytes).unwrap();
+        let column = |list: &str, key: &str| -> Vec<Value> {
+            data[list].as_array().unwrap().iter().map(|row| row[key].clone()).collect()
+        };
+        assert_eq!(column("categories", "name"), ["cup", "pot", "lid"]);
+        assert_eq!(column("images", "id"), [1, 2, 3, 4, 5, 6]);
+        assert_eq!(
+            column("images", "file_name"),
+            ["a/1.png", "a/2.png", "1.png", "2.png", "b/1.png", "b/2.png"]
+        );
+        assert_eq!(column("annotations", "id"), [1, 2, 3, 4, 5, 6]);
+        assert_eq!(column("annotations", "image_id"), [1, 1, 2, 2, 5, 6]);
+        assert_eq!(column("annotations", "category_id"), [1, 2, 1, 2, 1, 1]);
+    }
+
+    /// One dataset, merged, is that dataset.
+    #[test]
+    fn a_merged_dataset_has_the_form_of_one() {
+        for text in [part(&["cup"], &[0]), part(&[], &[])] {
+            let part = CocoPart { text: &text, folder: "", first_image: 0 };
+            let mut merge = CocoMerge::default();
+            merge.add_images(part).unwrap();
+            let mut bytes = Vec::new();
+            merge.begin(&mut bytes).unwrap();
+            merge.add_annotations(part, &mut bytes).unwrap();
+            merge.finish(&mut bytes).unwrap();
+            assert_eq!(String::from_utf8(bytes).unwrap(), text);
+        }
+    }
+
+    #[test]
+    fn other_files_are_refused() {
+        for text in ["", "[]", "{\"categories\": []}", "{\"categories\": [{}], \"images\": []}"] {
+            let part = CocoPart { text, folder: "", first_image: 0 };
+            assert!(CocoMerge::default().add_images(part).is_err(), "{text}");
+        }
+        let text = part(&["cup"], &[0]).replace("\"id\":1,", "\"id\":9223372036854775807,");
+        let part = CocoPart { text: &text, folder: "", first_image: 1 };
+        assert!(CocoMerge::default().add_images(part).is_err());
+    }
+}
