@@ -10,6 +10,9 @@ use blinn_import::SCENE_EXTENSIONS;
 /// Deepest level of folders that is searched.
 const MAX_DEPTH: usize = 64;
 
+/// The file that marks the folder of models of a dataset in BOP's format.
+const MODELS_INFO: &str = "models_info.json";
+
 /// Returns true if a name has one of [`SCENE_EXTENSIONS`], in any case.
 pub fn has_scene_extension(path: &Path) -> bool {
     let extension = path.extension().map(OsStr::to_ascii_lowercase).unwrap_or_default();
@@ -24,7 +27,7 @@ fn is_blend_file(path: &Path) -> bool {
 /// Calls `found` for each scene file in `folder` and below, in the order of their names, byte by byte, with a folder's
 /// content at the place of its name. A .blend file is found unless a scene file of the same name is beside it, which it was
 /// probably exported to. Names that begin with a dot are skipped. Links to files are followed, links to
-/// folders are not. A file that cannot be examined, such as a link to nothing, is found: reading it reports why.
+/// folders are not, nor are the models of BOP's datasets, which blinn writes. A file that cannot be examined, such as a link to nothing, is found: reading it reports why.
 ///
 /// # Errors
 /// A folder cannot be read, folders are nested too deeply, and errors of `found`.
@@ -61,7 +64,9 @@ fn visit(folder: &Path, depth: usize, found: &mut dyn FnMut(&Path) -> io::Result
             continue;
         }
         let path: PathBuf = folder.join(name);
-        if is_folder {
+        if is_folder && path.join(MODELS_INFO).is_file() {
+            continue;
+        } else if is_folder {
             visit(&path, depth + 1, found)?;
         } else if path.metadata().map_or(true, |metadata| metadata.is_file()) {
             found(&path)?;
@@ -88,6 +93,8 @@ mod tests {
             "d/e.blend1",
             "c.glb",
             ".git/x.glb",
+            "out/models/obj_000001.ply",
+            "out/models/models_info.json",
             "B.obj",
         ] {
             let file = dir.path().join(name);

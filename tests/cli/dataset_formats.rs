@@ -117,6 +117,17 @@ fn categories_follow_rules() {
         materials["annotations"].as_array().unwrap().len(),
         by_object["annotations"].as_array().unwrap().len()
     );
+    // A list of rules serves many scenes.
+    let tower = model("tower/tower.glb");
+    runs(
+        &at,
+        &format!("turntable {scene} {tower} --views 1 {SMALL} --dataset coco --category first={name} -o c/"),
+    );
+    let second = json(&at.join("c"), "tower/annotations.json");
+    assert_eq!(
+        (categories(&second), second["annotations"].as_array().unwrap().len()),
+        (vec!["first".into()], 0)
+    );
     let line = format!("turntable {scene} --views 1 {SMALL} --dataset coco -o b/#.png");
     for (rule, message) in
         [("x=nothing", "no node or object matches"), ("x=material:nothing", "no material matches")]
@@ -268,6 +279,8 @@ fn invalid_formats_are_refused() {
         ("--views 2 --dataset kitti", "expected nerf, colmap, colmap-bin, bop, coco, coco-polygons"),
         ("--views 2 --dataset colmap,colmap-bin", "two forms of one format; choose one"),
         ("--dataset coco", "--views"),
+        ("--count 2 --dataset coco", "--dataset applies only to datasets; add --views N"),
+        ("--count 2 --on random", "--on applies only to datasets; add --views N"),
         ("--views 2 --category object", "--dataset"),
         ("--views 2 --dataset nerf --category object", "only to --dataset coco"),
         ("--views 2 --dataset coco --category =x", "NAME=GLOB"),

@@ -246,7 +246,10 @@ fn invalid_datasets_are_refused() {
         ("--views 4 -o a.gif", "a dataset consists of images"),
         ("--views 4 -o #/a.png", "in one folder"),
         ("--views 4 -o -", "several frames"),
-        ("--views 4 box.obj -o ds/{index}_#.png", "would both write ds/transforms.json"),
+        (
+            "--views 4 box.obj -o ds/{index}_#.png",
+            "would both write their dataset to ds; let their folders differ, as in -o '{index:05}/####.png'",
+        ),
         ("--world-up y", "--views"),
     ] {
         refused(&at, &format!("turntable box.obj {flags}"), message);

@@ -38,6 +38,15 @@ def test_scenes_in_memory_and_of_files_have_folders_of_their_own(
     assert blinn.write_dataset(scenes[1:2], tmp_path / "tower", views=1, resume=True, name="x.png", **SMALL)
 
 
+def test_scenes_are_merged(quad: blinn.Scene, tmp_path: Path) -> None:
+    blinn.write_dataset([quad, quad], tmp_path, views=1, formats="coco", merge=True, **SMALL)
+    assert {name for name in names(tmp_path) if name.endswith("annotations.json")} == {
+        "annotations.json",
+        "arrays-00001/annotations.json",
+        "arrays-00002/annotations.json",
+    }
+
+
 def test_resumed_datasets_write_only_what_is_missing(models: Path, tmp_path: Path) -> None:
     def write() -> list[Path]:
         return blinn.write_dataset([models / "tests/cube.obj"], tmp_path, views=2, resume=True, **SMALL)
@@ -56,6 +65,8 @@ def test_errors_are_exceptions(models: Path, tmp_path: Path, quad: blinn.Scene) 
     with pytest.raises(blinn.RenderError, match="missing.glb"):
         blinn.write_dataset([cube, tmp_path / "missing.glb"], tmp_path / "b", views=1, **SMALL)
     assert "cube/0001.png" in names(tmp_path / "b"), "others are written"
+    with pytest.raises(ValueError, match="use formats"):
+        blinn.write_dataset(cube, tmp_path, views=1, dataset="coco")
     with pytest.raises(ValueError, match="no scenes"):
         blinn.write_dataset([], tmp_path, views=1)
     with pytest.raises(ValueError, match="time 0"):

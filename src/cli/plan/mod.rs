@@ -137,6 +137,7 @@ impl RenderPlan {
     /// The plan of `blinn turntable`.
     pub fn for_turntable(args: &TurntableArgs) -> Result<RenderPlan, UsageError> {
         let mut options = picture_options(&args.scene, &args.options, &args.time, &args.common)?;
+        turntable::check_dataset_options(&args.turn)?;
         let dataset = args.turn.views.map(|count| dataset_plan(count, args, &mut options)).transpose()?;
         if dataset.is_none() {
             options.rotation = Some(turntable::rotation(&args.turn));

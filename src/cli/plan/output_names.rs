@@ -198,13 +198,25 @@ fn check_distinct(scenes: &[NumberedScene], outputs: &Outputs) -> Result<(), Usa
     for NumberedScene { number, path } in scenes {
         let transforms = outputs.transforms_file(path, *number);
         if let Some(other) = transforms_files.insert(transforms.clone(), path) {
+            let folder = transforms.parent().filter(|folder| !folder.as_os_str().is_empty());
             return Err(UsageError(format!(
-                "{} and {} would both write {}; use {{stem}}/ or {{index:04}}-{{stem}}/ in -o",
+                "{} and {} would both write their dataset to {}; let their folders differ, as in -o '{}/####.png'",
                 other.display(),
                 path.display(),
-                transforms.display()
+                folder.unwrap_or(Path::new(".")).display(),
+                distinguishing(path, other)
             )));
         }
     }
     Ok(())
+}
+
+/// The placeholder of a folder's name that differs between two scenes.
+fn distinguishing(a: &Path, b: &Path) -> &'static str {
+    let folder = |path: &Path| path.parent().and_then(Path::file_name).map(OsString::from);
+    match () {
+        () if a.file_stem() != b.file_stem() => "{stem}",
+        () if folder(a) != folder(b) => "{parent}",
+        () => "{index:05}",
+    }
 }

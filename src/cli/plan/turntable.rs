@@ -33,6 +33,27 @@ pub fn place_camera(args: &TurnArgs, options: &mut Options) -> Result<(), UsageE
     Ok(())
 }
 
+/// Returns an error for an option of datasets without --views. The parser finds them only if nothing excludes --views.
+pub fn check_dataset_options(args: &TurnArgs) -> Result<(), UsageError> {
+    let sampling = &args.sampling;
+    let options = [
+        ("--dataset", args.dataset.is_some()),
+        ("--world-up", args.world_up.is_some()),
+        ("--on", sampling.on.is_some()),
+        ("--elevation-range", sampling.elevation_range.is_some()),
+        ("--distance-range", sampling.distance_range.is_some()),
+        ("--roll", sampling.roll.is_some()),
+        ("--look-at-jitter", sampling.look_at_jitter.is_some()),
+        ("--random-lights", sampling.random_lights),
+        ("--random-hdri", sampling.random_hdri),
+        ("--normalize", sampling.normalize.is_some()),
+    ];
+    match options.iter().find(|(_, is_given)| *is_given && args.views.is_none()) {
+        Some((flag, _)) => Err(UsageError(format!("{flag} applies only to datasets; add --views N"))),
+        None => Ok(()),
+    }
+}
+
 /// The frames of a turn, all at the same time of the animation. `chunk` is the part of them to render.
 pub fn frames(
     args: &TurnArgs,

@@ -64,7 +64,7 @@ impl MergedDataset<'_> {
                 .add_images(part)
                 .with_context(|| format!("{} cannot be merged", scene.folders.annotations.display()))?;
         }
-        self.write(&file, |out| {
+        let written = self.write(&file, |out| {
             merge.begin(out)?;
             for scene in &scenes {
                 let text = read(&scene.folders.annotations).map_err(io::Error::other)?;
@@ -72,7 +72,11 @@ impl MergedDataset<'_> {
                 merge.add_annotations(CocoPart { text: &text, folder: &folder, first_image }, out)?;
             }
             merge.finish(out)
-        })
+        })?;
+        for category in merge.unused_categories() {
+            self.reporter.warn(&file, &format!("no image shows an object of category '{category}'"));
+        }
+        Ok(written)
     }
 
     /// The folder of a scene's images, relative to that of the dataset, and the number of images of all scenes before.

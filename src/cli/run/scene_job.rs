@@ -8,7 +8,7 @@ use std::time::Instant;
 use anyhow::{Context, Error, Result, bail};
 
 use super::dataset::{TransformsFile, note_view};
-use super::dataset_files::DatasetFiles;
+use super::dataset_files::{DatasetFiles, categories};
 use super::frame_filter::FrameFilter;
 use super::golden_check;
 use super::image_sink::{AnimationSink, ArchiveSink, FileSink, ImageSink, SceneOutput};
@@ -158,6 +158,9 @@ impl<'a> SceneJob<'a> {
             self.filter().check_not_kept(&files)?;
         }
         if let Some(transforms) = self.transforms_file(scene, views) {
+            if self.plan.formats.coco_masks().is_some() {
+                categories(self.plan, scene, self.path)?;
+            }
             if self.plan.formats.has(DatasetFormat::Nerf) {
                 transforms.check()?;
             }

@@ -14,6 +14,8 @@ pub struct CocoMerge {
     images: Vec<String>,
     /// Number of annotations that were written.
     annotations: u64,
+    /// For each category, true if an annotation has it.
+    is_used: Vec<bool>,
 }
 
 /// The dataset of a scene.
@@ -69,6 +71,7 @@ impl CocoMerge {
     /// # Errors
     /// The text has another form, and errors of the writer.
     pub fn add_annotations(&mut self, part: CocoPart, out: &mut dyn Write) -> io::Result<()> {
+        self.is_used.resize(self.categories.len(), false);
         let lines = self.annotation_lines(part).map_err(io::Error::other)?;
         for line in lines {
             let separator = if self.annotations == 0 { "" } else { "," };
@@ -86,7 +89,13 @@ impl CocoMerge {
         write!(out, "{}]\n}}\n", if self.annotations == 0 { "" } else { "\n" })
     }
 
-    fn annotation_lines(&self, part: CocoPart) -> Result<Vec<String>, CocoPartError> {
+    /// The categories that no annotation has.
+    pub fn unused_categories(&self) -> impl Iterator<Item = &str> {
+        let is_used = |i: usize| self.is_used.get(i).copied().unwrap_or(false);
+        self.categories.iter().enumerate().filter(move |(i, _)| !is_used(*i)).map(|(_, name)| name.as_str())
+    }
+
+    fn annotation_lines(&mut self, part: CocoPart) -> Result<Vec<String>, CocoPartError> {
         let data = parse(part.text)?;
         let names = names(&data)?;
         let mut lines = Vec::new();
@@ -95,6 +104,7 @@ impl CocoMerge {
             let name = category.and_then(|id| names.get(usize::try_from(id).ok()?.checked_sub(1)?));
             let merged = name.and_then(|name| self.categories.iter().position(|known| known == name));
             let merged = merged.ok_or_else(|| lacks("category_id"))?;
+            self.is_used[merged] = true;
             annotation.insert("category_id".into(), json!(merged + 1));
             annotation.insert("id".into(), number.into());
             shift(&mut annotation, "image_id", part.first_image)?;
@@ -168,6 +178,7 @@ mod tests {
             data[list].as_array().unwrap().iter().map(|row| row[key].clone()).collect()
         };
         assert_eq!(column("categories", "name"), ["cup", "pot", "lid"]);
+        assert_eq!(merge.unused_categories().collect::<Vec<_>>(), ["lid"]);
         assert_eq!(column("images", "id"), [1, 2, 3, 4, 5, 6]);
         assert_eq!(
             column("images", "file_name"),

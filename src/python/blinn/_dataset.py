@@ -54,6 +54,9 @@ def write_dataset(
     Raises ValueError for options that the command does not take, and `RenderError` if a scene fails; all others are
     written by then.
     """
+    for option, instead in (("dataset", "formats"), ("output", "folder and name"), ("aov", "layers")):
+        if option in options:
+            raise ValueError(f"{option} is no option of write_dataset; use {instead}")
     flags = [f"--views={views}", f"--dataset={_list(formats)}"]
     if layers:
         flags.append(f"--aov={_list(layers)}")
@@ -62,7 +65,7 @@ def write_dataset(
     for key, value in options.items():
         flags += _flags(key, value)
     with tempfile.TemporaryDirectory(prefix="blinn-") as written:
-        files = [_file(scene, Path(written), i) for i, scene in enumerate(_several(scenes))]
+        files = _files(_several(scenes), Path(written))
         if not files:
             raise ValueError("there are no scenes")
         out = os.path.join(folder, name or "")
@@ -77,7 +80,15 @@ def _several(scenes: Scenes) -> list[str | os.PathLike[str] | Scene]:
     return list(scenes)
 
 
-def _file(scene: str | os.PathLike[str] | Scene, folder: Path, index: int) -> str:
+def _files(scenes: Sequence[str | os.PathLike[str] | Scene], folder: Path) -> list[str]:
+    """Return the files of scenes. Scenes in memory that have the same name get their number, so that their datasets differ."""
+    sources = [scene._source for scene in scenes if isinstance(scene, Scene) and scene._source is not None]
+    names = [source.name for source in sources if not isinstance(source.source, str)]
+    is_repeated = len(set(names)) < len(names)
+    return [_file(scene, folder, i, is_repeated) for i, scene in enumerate(scenes)]
+
+
+def _file(scene: str | os.PathLike[str] | Scene, folder: Path, index: int, is_numbered: bool) -> str:
     """Return the file of a scene; one that is in memory is written to a folder."""
     if not isinstance(scene, Scene):
         return os.fspath(scene)
@@ -87,7 +98,8 @@ def _file(scene: str | os.PathLike[str] | Scene, folder: Path, index: int) -> st
     if isinstance(source.source, str):
         return source.source
     name = Path(source.name if source.name is not None else "scene")
-    path = folder / f"{index:05}" / f"{name.stem}{name.suffix or '.glb'}"
+    number = f"-{index + 1:05}" if is_numbered else ""
+    path = folder / f"{index:05}" / f"{name.stem}{number}{name.suffix or '.glb'}"
     path.parent.mkdir()
     path.write_bytes(source.source)
     return str(path)

@@ -17,15 +17,15 @@ pub struct ObjectCategories {
 
 impl ObjectCategories {
     /// Applies `rules` to all objects that are drawn. The first rule that applies to an object decides. `stem` is the name of
-    /// the scene. In a dataset of several scenes, a pattern need not match something in each.
+    /// the scene. A pattern need not match something in each of several scenes.
     ///
     /// # Errors
-    /// A pattern without a match.
+    /// A pattern without a match in a single scene.
     pub fn new(
         scene: &Scene,
         stem: &str,
         rules: &[CategoryRule],
-        is_merged: bool,
+        is_batch: bool,
     ) -> Result<ObjectCategories> {
         let mut categories = ObjectCategories { names: Vec::new(), by_object: BTreeMap::new() };
         for rule in rules {
@@ -53,7 +53,7 @@ impl ObjectCategories {
                 CategoryRule::Objects { category, glob } => {
                     categories.index(category);
                     let objects = match scene.matching_objects(glob) {
-                        Err(_) if is_merged => Default::default(),
+                        Err(_) if is_batch => Default::default(),
                         objects => objects?,
                     };
                     for object in objects {
@@ -62,7 +62,7 @@ impl ObjectCategories {
                 }
                 CategoryRule::Materials { category, glob } => {
                     categories.index(category);
-                    if !is_merged && !scene.materials.iter().any(|material| glob.matches_name(&material.name))
+                    if !is_batch && !scene.materials.iter().any(|material| glob.matches_name(&material.name))
                     {
                         bail!("--category {category}: no material matches '{}'", glob.as_str());
                     }

@@ -9,7 +9,7 @@ mod colmap;
 mod context;
 
 use std::collections::BTreeSet;
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 use std::time::Instant;
 
 use anyhow::Result;
@@ -18,17 +18,26 @@ use self::bop::BopWriter;
 use self::categories::ObjectCategories;
 use self::context::{DatasetContext, ImageMasks, NumberedView};
 use crate::args::values::DatasetFormat;
-use crate::plan::DatasetFolders;
+use crate::plan::{DatasetFolders, RenderPlan};
 use crate::run::dataset::TransformsFile;
 use blinn_accel::Accel;
 use blinn_core::cancellation::CancelToken;
 use blinn_output::datasets::{CocoDataset, CocoObject};
 use blinn_render::integrator::Frame;
 use blinn_render::{MaskRect, render_object_masks};
-use blinn_scene::{Camera, PosedScene};
+use blinn_scene::{Camera, PosedScene, Scene};
 use blinn_session::BackFaceCulling;
 
 pub use self::context::DatasetFiles;
+
+/// The categories of the objects of the scene in a file.
+///
+/// # Errors
+/// A rule does not suit the scene.
+pub fn categories(plan: &RenderPlan, scene: &Scene, file: &Path) -> Result<ObjectCategories> {
+    let stem = file.file_stem().unwrap_or_default().to_string_lossy();
+    ObjectCategories::new(scene, &stem, &plan.formats.categories, plan.scenes.is_batch())
+}
 
 impl DatasetFiles<'_> {
     /// Writes all files and returns those that describe all views.
@@ -83,9 +92,7 @@ impl DatasetFiles<'_> {
         let plan = self.transforms.plan;
         let scene = self.transforms.scene;
         let window = MaskRect::from(context.dataset.window);
-        let stem = self.transforms.path.file_stem().unwrap_or_default().to_string_lossy();
-        let categories =
-            ObjectCategories::new(scene, &stem, &plan.formats.categories, plan.formats.is_merged)?;
+        let categories = categories(plan, scene, self.transforms.path)?;
         let form = plan.formats.coco_masks();
         let mut coco =
             form.map(|form| CocoDataset::new((window.width, window.height), categories.names.clone(), form));
