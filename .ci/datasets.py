@@ -240,6 +240,40 @@ def check_bop(root, views):
     check_projection("bop", views, cameras)
 
 
+def check_merged(folder):
+    """One dataset of two scenes: ids differ, names lead to images, and the masks of COCO and BOP are the same."""
+    root = folder / "merged"
+    scenes = [MODELS / "assembly" / "assembly.glb", MODELS / "tower" / "tower.glb"]
+    size = ["--size", f"{W}x{H}", "-s", 1]
+    blinn("turntable", *scenes, "--views", 2, *size, "--dataset", "coco,bop,colmap", "--category", "scene", "--merge", "-o", f"{root}/")
+    with contextlib.redirect_stdout(io.StringIO()):
+        data = COCO(str(root / "annotations.json"))
+    assert [row["name"] for row in data.loadCats(data.getCatIds())] == ["assembly", "tower"]
+    assert sorted(data.getImgIds()) == [1, 2, 3, 4]
+    info = json.loads((root / "models" / "models_info.json").read_text())
+    count = 0
+    for image in data.loadImgs(data.getImgIds()):
+        scene, view = divmod(image["id"] - 1, 2)
+        folder, name = root / "train" / f"{scene + 1:06}", f"{view + 1:06}"
+        assert image["file_name"] == f"train/{scene + 1:06}/rgb/{name}.png"
+        assert Image.open(root / image["file_name"]).size == (W, H)
+        poses = json.loads((folder / "scene_gt.json").read_text())[str(view + 1)]
+        masks = {
+            pose["obj_id"]: np.array(Image.open(folder / "mask_visib" / f"{name}_{gt:06}.png")) > 0
+            for gt, pose in enumerate(poses)
+        }
+        assert all(str(i) in info and (root / "models" / f"obj_{i:06}.ply").is_file() for i in masks)
+        for annotation in data.loadAnns(data.getAnnIds(imgIds=[image["id"]])):
+            assert annotation["category_id"] == scene + 1
+            mask = masks[1000 * (scene + 1) + annotation["object_id"]]
+            assert (data.annToMask(annotation) == mask).all()
+            count += 1
+    ids = [set(pycolmap.Reconstruction(str(root / "sparse" / str(k))).images) for k in (0, 1)]
+    names = [image.name for k in (0, 1) for image in pycolmap.Reconstruction(str(root / "sparse" / str(k))).images.values()]
+    assert ids == [{1, 2}, {3, 4}] and all((root / name).is_file() for name in names)
+    print(f"  merged: {count} annotations of two scenes have the masks of BOP")
+
+
 def bilinear(image, x, y):
     x, y = x - 0.5, y - 0.5
     i, j = (np.clip(np.floor(v).astype(int), 0, n - 2) for v, n in ((x, image.shape[1]), (y, image.shape[0])))
@@ -304,6 +338,7 @@ def main():
         blinn(*common, "--dataset", "nerf,colmap-bin,coco-polygons", "-o", forms / "######.png")
         check_forms(rgb, forms)
         check_bop(folder / "set", views)
+        check_merged(folder)
         check_flow(["render", MODELS / "figure" / "figure.glb", "--frames=5-6"], (5, 6), folder / "walk")
         check_flow(["turntable", scene, "--count", 36, "--only", "36,1"], (36, 1), folder / "turn")
 
