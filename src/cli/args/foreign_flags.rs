@@ -27,7 +27,7 @@ static FLAGS: [(&[&str], Equivalent); 42] = [
     (&["--animation-index"], Use("--animation INDEX")),
     (&["--animation-time"], Use("--time SECONDS")),
     (&["--grid", "--floor"], Use("--ground plane")),
-    (&["--color", "--diffuse"], Use("--kd COLOR")),
+    (&["--diffuse"], Use("--kd COLOR")),
     (&["--specular"], Use("--ks COLOR")),
     (&["--roughness", "--metallic", "--exponent"], Use("--shininess P")),
     (&["--translucency-support", "--raytracing", "--rt"], Unneeded("it is always enabled")),
