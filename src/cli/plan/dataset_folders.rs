@@ -82,6 +82,19 @@ impl DatasetFolders {
         files
     }
 
+    /// A path that only scenes with a file in common share.
+    pub fn shared_path(&self, formats: &FormatsPlan) -> &Path {
+        if formats.is_merged {
+            &self.transforms
+        } else if formats.has(DatasetFormat::Bop) {
+            &self.bop_models
+        } else if formats.colmap_form().is_some() {
+            &self.colmap
+        } else {
+            &self.transforms
+        }
+    }
+
     /// A file that readers of a text model of COLMAP would read instead of it.
     pub fn preferred_model(&self, formats: &FormatsPlan) -> Option<PathBuf> {
         formats.colmap_form().filter(|form| *form == ColmapForm::Text)?;
@@ -95,7 +108,7 @@ pub struct MergedFolder {
     /// The folder of the files that describe all scenes.
     pub root: PathBuf,
     /// The folder that names in COLMAP's models are relative to.
-    pub colmap_images: PathBuf,
+    colmap_images: PathBuf,
 }
 
 impl MergedFolder {

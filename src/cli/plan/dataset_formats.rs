@@ -2,7 +2,6 @@
 
 use std::path::Path;
 
-use super::dataset_folders::{DatasetFolders, MergedFolder};
 use super::outputs::{OutputKind, Outputs, Target};
 use crate::args::TurnArgs;
 use crate::args::values::{CategoryRule, DatasetFormat, DatasetFormats};
@@ -84,27 +83,24 @@ impl FormatsPlan {
         }
     }
 
-    /// Checks that the formats support the names and folders of images.
+    /// Checks that the formats support the names and folders of images. Names in COLMAP's model are relative to
+    /// `colmap_images`.
     pub fn check_names(
         &self,
         dataset: &DatasetPlan,
         scene: &Path,
         index: usize,
         outputs: &Outputs,
+        colmap_images: &Path,
     ) -> Result<(), UsageError> {
-        let merged = match self.is_merged {
-            true => Some(MergedFolder::of(&outputs.transforms_file(scene, index), self)?),
-            false => None,
-        };
         for number in [1, i64::from(dataset.count)] {
             let Target::File(image) = outputs.target(scene, index, &PlannedFrame::at(number, dataset.time))
             else {
                 continue;
             };
             if self.colmap_form().is_some() {
-                let relative =
-                    merged.as_ref().and_then(|merged| image.strip_prefix(&merged.colmap_images).ok());
-                check_colmap_name(relative.unwrap_or(Path::new(image.file_name().unwrap_or_default())))?;
+                let name = image.strip_prefix(colmap_images).unwrap_or(&image);
+                check_colmap_name(name)?;
             }
             if self.has(DatasetFormat::Bop) {
                 check_bop_name(&image, number, outputs)?;
@@ -125,19 +121,6 @@ impl FormatsPlan {
             () => return Ok(()),
         };
         Err(UsageError(format!("--dataset: {text}")))
-    }
-
-    /// A path that only scenes with a file in common share.
-    pub fn shared_path<'f>(&self, folders: &'f DatasetFolders) -> &'f Path {
-        if self.is_merged {
-            &folders.transforms
-        } else if self.has(DatasetFormat::Bop) {
-            &folders.bop_models
-        } else if self.colmap_form().is_some() {
-            &folders.colmap
-        } else {
-            &folders.transforms
-        }
     }
 }
 

@@ -38,7 +38,8 @@ impl RenderPlan {
             for scene in self.numbered_scenes() {
                 let NumberedScene { number, path } = scene?;
                 check_folder(dataset, &path, number, &self.outputs)?;
-                self.formats.check_names(dataset, &path, number, &self.outputs)?;
+                let folders = self.dataset_folders(&path, number);
+                self.formats.check_names(dataset, &path, number, &self.outputs, &folders.colmap_images)?;
             }
             self.check_merged_folder()?;
         }
@@ -171,7 +172,7 @@ impl RenderPlan {
     fn name_key(&self, scene: &Path, number: usize) -> u64 {
         let mut hasher = DefaultHasher::new();
         if self.session.dataset.is_some() {
-            self.formats.shared_path(&self.dataset_folders(scene, number)).hash(&mut hasher);
+            self.dataset_folders(scene, number).shared_path(&self.formats).hash(&mut hasher);
         } else if let Target::File(file) =
             self.outputs.target(scene, number, &PlannedFrame::at(PLACEHOLDER, 0.0))
         {
