@@ -35,7 +35,6 @@ use clap::error::ErrorKind;
 use clap::{ColorChoice, FromArgMatches};
 
 use args::{Cli, ColorArg, Command};
-use message_style::MessageStyle;
 use run::{panics, runtime};
 use summary::{EXIT_FAILURE, Summary};
 use usage::{EXIT_USAGE, UsageError};
@@ -66,7 +65,7 @@ fn run_arguments(argv: Vec<OsString>, host: Host) -> u8 {
 
 fn execute(argv: Vec<OsString>, host: Host) -> u8 {
     let command_line = args::argv::join_values(argv);
-    MessageStyle::set_color(args::argv::color(&command_line));
+    message_style::set_color(args::argv::color(&command_line));
     if args::argv::asks_for_version(&command_line) {
         let version = concat!("blinn ", env!("CARGO_PKG_VERSION"), "\n");
         return Summary::of_output(console::print_stdout(version.as_bytes())).exit();
@@ -75,7 +74,9 @@ fn execute(argv: Vec<OsString>, host: Host) -> u8 {
         Ok(argv) => argv,
         Err(error) => return error.exit(&command_line),
     };
-    let color = match args::argv::color(&command_line) {
+    // The file may set it.
+    message_style::set_color(args::argv::color(&argv));
+    let color = match message_style::color() {
         ColorArg::Auto => ColorChoice::Auto,
         ColorArg::Always => ColorChoice::Always,
         ColorArg::Never => ColorChoice::Never,
@@ -128,7 +129,7 @@ fn execute_command(command: &Command, argv: &[OsString], host: Host) -> Result<S
 fn exit_for_clap_error(error: &clap::Error, argv: &[OsString], command_line: &[OsString]) -> u8 {
     match error.kind() {
         ErrorKind::DisplayHelp if args::help::is_long(argv) => {
-            let help = match args::argv::color(command_line) {
+            let help = match message_style::color() {
                 ColorArg::Never => error.render().to_string(),
                 ColorArg::Auto | ColorArg::Always => error.render().ansi().to_string(),
             };

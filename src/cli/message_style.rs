@@ -2,15 +2,22 @@
 
 use std::ffi::OsString;
 use std::io::{IsTerminal, stderr};
-use std::sync::atomic::{AtomicU8, Ordering};
+use std::sync::RwLock;
 
 use crate::args::ColorArg;
 
-/// The choice of --color, one of the constants below.
-static COLOR: AtomicU8 = AtomicU8::new(AUTO);
-const AUTO: u8 = 0;
-const ALWAYS: u8 = 1;
-const NEVER: u8 = 2;
+/// The choice of --color.
+static COLOR: RwLock<ColorArg> = RwLock::new(ColorArg::Auto);
+
+/// Sets `--color` for the messages of this process.
+pub fn set_color(color: ColorArg) {
+    *COLOR.write().unwrap_or_else(|e| e.into_inner()) = color;
+}
+
+/// The choice of `--color`.
+pub fn color() -> ColorArg {
+    *COLOR.read().unwrap_or_else(|e| e.into_inner())
+}
 
 /// The kind of a message.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -34,22 +41,7 @@ pub enum MessageStyle {
 impl MessageStyle {
     /// The style of standard error.
     pub fn of_stderr() -> MessageStyle {
-        let color = match COLOR.load(Ordering::Relaxed) {
-            ALWAYS => ColorArg::Always,
-            NEVER => ColorArg::Never,
-            _ => ColorArg::Auto,
-        };
-        MessageStyle::new(color, stderr().is_terminal(), |name| std::env::var_os(name))
-    }
-
-    /// Sets `--color` for the messages of this process.
-    pub fn set_color(color: ColorArg) {
-        let value = match color {
-            ColorArg::Auto => AUTO,
-            ColorArg::Always => ALWAYS,
-            ColorArg::Never => NEVER,
-        };
-        COLOR.store(value, Ordering::Relaxed);
+        MessageStyle::new(color(), stderr().is_terminal(), |name| std::env::var_os(name))
     }
 
     /// Chooses by --color, else by the conventions of NO_COLOR, CLICOLOR and CLICOLOR_FORCE, in this order. `variable` returns

@@ -6,12 +6,10 @@ use std::io;
 use std::path::{Path, PathBuf};
 
 use blinn_import::SCENE_EXTENSIONS;
+use blinn_output::datasets::MODELS_INFO;
 
 /// Deepest level of folders that is searched.
 const MAX_DEPTH: usize = 64;
-
-/// The file that marks the folder of models of a dataset in BOP's format.
-const MODELS_INFO: &str = "models_info.json";
 
 /// Returns true if a name has one of [`SCENE_EXTENSIONS`], in any case.
 pub fn has_scene_extension(path: &Path) -> bool {

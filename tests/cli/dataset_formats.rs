@@ -293,6 +293,8 @@ fn invalid_formats_are_refused() {
     std::fs::copy(&cube, at.join("cube.obj")).unwrap();
     let line = "job openjd turntable cube.obj --views 2 --dataset bop -o r/train/000001/rgb/######.png";
     refused(&at, line, "a job cannot write r/train/000001/scene_camera.json");
+    let line = "job openjd turntable cube.obj --views 2 --dataset coco --merge -o r/cube/######.png";
+    refused(&at, line, "--merge: a job renders one scene");
     fails(
         &at,
         &["turntable", &cube, "--views", "2", "--dataset", "colmap", "-o", "a b #.png"],

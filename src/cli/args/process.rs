@@ -82,7 +82,7 @@ pub struct CommonArgs {
     /// Print errors only
     #[arg(short, long)]
     pub quiet: bool,
-    /// Colours of messages on standard error, and of help; auto: on a terminal, unless NO_COLOR is set. Of surfaces: --kd
+    /// Colours of messages on standard error, and of help; auto: on a terminal, unless NO_COLOR is set. --kd is the colour of surfaces
     #[arg(long, value_enum, default_value_t = ColorArg::Auto)]
     pub color: ColorArg,
 }

@@ -77,7 +77,7 @@ pub struct TurnArgs {
     pub views: Option<u32>,
     /// Formats of the dataset, a list: nerf (transforms.json), colmap or colmap-bin (a sparse model as text or binary), bop
     /// (object poses), coco or coco-polygons (annotations.json) [default: nerf]
-    #[arg(long, value_name = "LIST", requires = "views", value_parser = values::dataset_formats)]
+    #[arg(long, value_name = "LIST", value_parser = values::dataset_formats)]
     pub dataset: Option<DatasetFormats>,
     /// Categories of --dataset coco: object, material or scene (their names), NAME=GLOB or NAME=material:GLOB (repeatable)
     /// [default: object]
@@ -94,7 +94,7 @@ pub struct TurnArgs {
     #[command(flatten)]
     pub sampling: ViewSamplingArgs,
     /// Up axis of the world in transforms.json [default: z, as NeRF tools expect]
-    #[arg(long, value_enum, requires = "views")]
+    #[arg(long, value_enum)]
     pub world_up: Option<UpArg>,
     /// Frames per second of an animation [default: 24]
     #[arg(long, value_parser = values::positive)]

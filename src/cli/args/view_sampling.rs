@@ -14,31 +14,31 @@ pub struct ViewSamplingArgs {
     /// (pairs of parallel cameras, BASELINE metres apart) [default: sphere]
     ///
     /// The default BASELINE is a thirtieth of the distance. A ring has an elevation of 22 degrees.
-    #[arg(long, value_name = "LAYOUT[=BASELINE]", requires = "views", value_parser = values::view_layout)]
+    #[arg(long, value_name = "LAYOUT[=BASELINE]", value_parser = values::view_layout)]
     pub on: Option<ViewLayout>,
     /// Elevations of the views above the horizon, from LO to HI [default: all]
-    #[arg(long, value_name = "LO,HI", requires = "views", value_parser = values::elevation_range)]
+    #[arg(long, value_name = "LO,HI", value_parser = values::elevation_range)]
     pub elevation_range: Option<(f64, f64)>,
     /// Distances of the cameras, at random from LO to HI: metres, or with x multiples of the distance that frames the
     /// scene, such as 1x,1.5x [default: 1x]
-    #[arg(long, value_name = "LO,HI", requires = "views", value_parser = values::distance_range)]
+    #[arg(long, value_name = "LO,HI", value_parser = values::distance_range)]
     pub distance_range: Option<DistanceRange>,
     /// Roll the cameras about their view directions at random, by up to DEGREES either way
-    #[arg(long, value_name = "DEGREES", requires = "views", value_parser = values::roll)]
+    #[arg(long, value_name = "DEGREES", value_parser = values::roll)]
     pub roll: Option<f64>,
     /// Look at random points in a ball around the centre, whose radius is F times that of the scene's bounding sphere
-    #[arg(long, value_name = "F", requires = "views", value_parser = values::positive)]
+    #[arg(long, value_name = "F", value_parser = values::positive)]
     pub look_at_jitter: Option<f64>,
     /// Turn the light sources about the vertical, in each view by another random angle
-    #[arg(long, requires = "views")]
+    #[arg(long)]
     pub random_lights: bool,
     /// Turn the environment about the vertical, in each view by another random angle
-    #[arg(long, requires = "views")]
+    #[arg(long)]
     pub random_hdri: bool,
     /// Scale and move the scene into a cube with sides of 1, or a sphere of radius 1, in all that is written
     ///
     /// Positions, depths and transforms.json are in these units, and so are --distance-range and BASELINE. The pictures
     /// stay the same. transforms.json holds the matrix back to the scene's own coordinates.
-    #[arg(long, value_enum, requires = "views")]
+    #[arg(long, value_enum)]
     pub normalize: Option<UnitShapeArg>,
 }

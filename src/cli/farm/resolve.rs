@@ -45,6 +45,9 @@ fn check_dataset(plan: &RenderPlan, scene: &Path) -> Result<(), UsageError> {
     if plan.session.dataset.is_none() {
         return Ok(());
     }
+    if plan.formats.is_merged {
+        return Err(UsageError("--merge: a job renders one scene; run turntable, or remove it".into()));
+    }
     let transforms = plan.outputs.transforms_file(scene, 1);
     let images = transforms.parent().unwrap_or(Path::new(""));
     match plan.dataset_files(scene, 1).into_iter().find(|file| !file.starts_with(images)) {

@@ -5,12 +5,10 @@ use std::path::{Path, PathBuf};
 use super::dataset_formats::FormatsPlan;
 use crate::args::values::DatasetFormat;
 use crate::usage::UsageError;
-use blinn_output::datasets::ColmapForm;
+use blinn_output::datasets::{ColmapForm, MODELS_INFO};
 
 /// The annotations of COCO.
 const ANNOTATIONS: &str = "annotations.json";
-/// The extents of BOP's models.
-const MODELS_INFO: &str = "models_info.json";
 /// The folder of images in datasets of COLMAP.
 const COLMAP_IMAGES: &str = "images";
 

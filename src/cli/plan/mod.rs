@@ -268,6 +268,16 @@ impl RenderPlan {
         }
     }
 
+    /// Number of images in the scenes before the `index`-th of a merged dataset, in which each has as many; 0 in others.
+    /// `None` for more than there are numbers.
+    pub fn images_before(&self, index: usize) -> Option<i64> {
+        if !self.formats.is_merged {
+            return Some(0);
+        }
+        let views = self.session.dataset.map_or(0, |dataset| i64::from(dataset.count));
+        i64::try_from(index.saturating_sub(1)).ok()?.checked_mul(views)
+    }
+
     /// The folder of the dataset that all scenes share, if there is one.
     ///
     /// # Errors

@@ -205,7 +205,7 @@ fn check_distinct(scenes: &[NumberedScene], outputs: &Outputs) -> Result<(), Usa
                 other.display(),
                 path.display(),
                 folder.unwrap_or(Path::new(".")).display(),
-                distinguishing(path, other)
+                differing_placeholder(path, other)
             )));
         }
     }
@@ -213,7 +213,7 @@ fn check_distinct(scenes: &[NumberedScene], outputs: &Outputs) -> Result<(), Usa
 }
 
 /// The placeholder of a folder's name that differs between two scenes.
-fn distinguishing(a: &Path, b: &Path) -> &'static str {
+fn differing_placeholder(a: &Path, b: &Path) -> &'static str {
     let folder = |path: &Path| path.parent().and_then(Path::file_name).map(OsString::from);
     match () {
         () if a.file_stem() != b.file_stem() => "{stem}",

@@ -33,7 +33,8 @@ pub fn place_camera(args: &TurnArgs, options: &mut Options) -> Result<(), UsageE
     Ok(())
 }
 
-/// Returns an error for an option of datasets without --views. The parser finds them only if nothing excludes --views.
+/// Returns an error for an option of datasets without --views. The parser would let them pass beside --count and others that
+/// exclude --views.
 pub fn check_dataset_options(args: &TurnArgs) -> Result<(), UsageError> {
     let sampling = &args.sampling;
     let options = [

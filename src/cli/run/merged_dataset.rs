@@ -11,7 +11,7 @@ use serde_json::{Map, Value};
 
 use super::progress::Reporter;
 use crate::args::values::DatasetFormat;
-use crate::files::create_parent_folder;
+use crate::files::{create_parent_folder, with_slashes};
 use crate::plan::{DatasetFolders, MergedFolder, NumberedScene, RenderPlan};
 use blinn_output::datasets::{CocoMerge, CocoPart};
 use blinn_output::{Overwrite, SaveError, write_atomically_with};
@@ -25,7 +25,11 @@ pub fn write_merged(plan: &RenderPlan, reporter: &Reporter) -> Result<Vec<PathBu
     let mut scenes = Vec::new();
     for scene in plan.numbered_scenes() {
         let NumberedScene { number, path } = scene.map_err(|error| anyhow!(error.0))?;
-        scenes.push(MergedScene { number, folders: plan.dataset_folders(&path, number) });
+        let folders = plan.dataset_folders(&path, number);
+        let images = folders.transforms.parent().unwrap_or(Path::new(""));
+        let images = with_slashes(images.strip_prefix(&folder.root).unwrap_or(images));
+        let first_image = plan.images_before(number).context("there are too many images")?;
+        scenes.push(MergedScene { folders, images, first_image });
     }
     let dataset = MergedDataset { plan, reporter, folder, scenes };
     let mut written = Vec::new();
@@ -46,8 +50,18 @@ struct MergedDataset<'a> {
 }
 
 struct MergedScene {
-    number: usize,
     folders: DatasetFolders,
+    /// The folder of its images, relative to that of the dataset.
+    images: String,
+    /// Number of images of all scenes before.
+    first_image: i64,
+}
+
+impl MergedScene {
+    /// Its annotations, whose text is `text`.
+    fn part<'t>(&'t self, text: &'t str) -> CocoPart<'t> {
+        CocoPart { text, folder: &self.images, first_image: self.first_image }
+    }
 }
 
 impl MergedDataset<'_> {
@@ -58,18 +72,15 @@ impl MergedDataset<'_> {
         let mut merge = CocoMerge::default();
         for scene in &scenes {
             let text = read(&scene.folders.annotations)?;
-            let (folder, first_image) = self.place(scene)?;
-            let part = CocoPart { text: &text, folder: &folder, first_image };
             merge
-                .add_images(part)
+                .add_images(scene.part(&text))
                 .with_context(|| format!("{} cannot be merged", scene.folders.annotations.display()))?;
         }
         let written = self.write(&file, |out| {
             merge.begin(out)?;
             for scene in &scenes {
                 let text = read(&scene.folders.annotations).map_err(io::Error::other)?;
-                let (folder, first_image) = self.place(scene).map_err(io::Error::other)?;
-                merge.add_annotations(CocoPart { text: &text, folder: &folder, first_image }, out)?;
+                merge.add_annotations(scene.part(&text), out)?;
             }
             merge.finish(out)
         })?;
@@ -77,16 +88,6 @@ impl MergedDataset<'_> {
             self.reporter.warn(&file, &format!("no image shows an object of category '{category}'"));
         }
         Ok(written)
-    }
-
-    /// The folder of a scene's images, relative to that of the dataset, and the number of images of all scenes before.
-    fn place(&self, scene: &MergedScene) -> Result<(String, i64)> {
-        let images = scene.folders.transforms.parent().unwrap_or(Path::new(""));
-        let images = images.strip_prefix(&self.folder.root).unwrap_or(images);
-        let parts: Vec<_> = images.iter().map(|part| part.to_string_lossy()).collect();
-        let views = self.plan.session.dataset.map_or(0, |dataset| i64::from(dataset.count));
-        let first = i64::try_from(scene.number - 1).ok().and_then(|before| before.checked_mul(views));
-        Ok((parts.join("/"), first.context("there are too many images")?))
     }
 
     /// Writes the extents of the models of all scenes.

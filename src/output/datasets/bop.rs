@@ -8,6 +8,8 @@ use super::pinhole::{Pinhole, RigidPose};
 use blinn_core::geometry::Aabb;
 use blinn_render::MaskRect;
 
+/// The file with the extents of models, beside them.
+pub const MODELS_INFO: &str = "models_info.json";
 /// Millimetres per metre.
 const MILLIMETRES: f64 = 1000.0;
 
@@ -139,7 +141,7 @@ impl BopModel {
         bytes
     }
 
-    /// Its entry in `models_info.json`, in millimetres.
+    /// Its entry in [`MODELS_INFO`], in millimetres.
     pub fn info(&self) -> Value {
         let mut bounds = Aabb::EMPTY;
         self.vertices.iter().for_each(|&vertex| bounds.extend(vertex));

@@ -6,6 +6,7 @@ use anyhow::{Context, Result};
 use glam::DVec2;
 
 use super::context::{DatasetContext, DatasetFiles, NumberedView};
+use crate::files::with_slashes;
 use blinn_output::datasets::{ColmapForm, ColmapImage, ColmapModel, ColmapPoint, Pinhole, RigidPose};
 use blinn_render::trace_surface_tracks;
 use blinn_scene::{Camera, linear_to_srgb8};
@@ -23,7 +24,7 @@ impl DatasetFiles<'_> {
         let image_folder =
             folders.transforms.parent().and_then(|folder| folder.strip_prefix(&folders.colmap_images).ok());
         let image = |view: &NumberedView| ColmapImage {
-            name: slashed(&image_folder.unwrap_or(Path::new("")).join(&view.view.file)),
+            name: with_slashes(&image_folder.unwrap_or(Path::new("")).join(&view.view.file)),
             pinhole: Pinhole::new(&view.view.camera, dataset.size, dataset.window),
             world_to_camera: RigidPose::world_to_camera(&view.view.camera, dataset.up),
         };
@@ -52,20 +53,13 @@ impl DatasetFiles<'_> {
         Ok(written)
     }
 
-    /// The number of images of all scenes before this one of a merged dataset: each has as many, and their ids differ.
+    /// The number of images of the models before, with ids of their own.
     fn first_image(&self, views: usize) -> Result<u32> {
-        let before =
-            if self.transforms.plan.formats.is_merged { self.transforms.index.saturating_sub(1) } else { 0 };
+        let before = self.transforms.plan.images_before(self.transforms.index);
         // COLMAP's ids of images end at 2³¹ − 1.
-        let last = before.checked_add(1).and_then(|scenes| scenes.checked_mul(views));
+        let last = before.and_then(|before| before.checked_add(i64::try_from(views).ok()?));
         last.and_then(|last| i32::try_from(last).ok())
             .context("--merge: there are too many images for COLMAP")?;
-        Ok(u32::try_from(before * views)?)
+        Ok(u32::try_from(before.unwrap_or_default())?)
     }
-}
-
-/// A relative path with slashes.
-fn slashed(path: &Path) -> String {
-    let parts: Vec<_> = path.iter().map(|part| part.to_string_lossy()).collect();
-    parts.join("/")
 }

@@ -38,7 +38,7 @@ pub struct Reporter {
     /// Number of written files.
     wrote: AtomicU64,
     files: WrittenFiles,
-    /// True to print the paths of written files on standard output.
+    /// The form in which paths of written files are printed on standard output.
     paths: Option<PathsArg>,
     /// The first error of printing paths.
     paths_error: Mutex<Option<Error>>,
