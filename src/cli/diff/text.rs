@@ -53,6 +53,10 @@ pub fn amount_text(summary: &DifferenceSummary, is_flip: bool) -> String {
     if is_flip {
         return format!("FLIP mean {:.3}, max {:.3}", summary.mean, summary.max);
     }
+    // Light may differ by less than the display shows.
+    if summary.max < 0.0005 {
+        return "by less than 0.001".into();
+    }
     format!("by up to {:.3}", summary.max)
 }
 
@@ -66,20 +70,45 @@ pub fn change_text(change: &ObjectChange, unit: LengthUnit) -> String {
     match change {
         ObjectChange::Added { triangles: count } => format!("added, {}", triangles(*count)),
         ObjectChange::Removed { triangles: count } => format!("removed, {}", triangles(*count)),
-        ObjectChange::Rebuilt { triangles: [old, new] } if old == new => {
-            format!("other parts, {}", triangles(*new))
+        ObjectChange::Rebuilt {
+            triangles: [old, new],
+            differing,
+            surface_distance,
+            attributes,
+            material,
+        } => {
+            let count = if old == new {
+                let count = differing[0].max(differing[1]);
+                format!("{count} of {} {}", triangles(*new), if count == 1 { "differs" } else { "differ" })
+            } else {
+                format!("{old} → {}", triangles(*new))
+            };
+            let distance = if *surface_distance == 0.0 {
+                "on the same surface".to_string()
+            } else {
+                format!("surfaces up to {} apart", length_text(*surface_distance, unit))
+            };
+            joined([Some(count), Some(distance), attributes_text(*attributes), material_text(*material)])
         }
-        ObjectChange::Rebuilt { triangles: [old, new] } => format!("{old} → {}", triangles(*new)),
         ObjectChange::Changed { moved_triangles, max_distance, attributes, material } => {
             let moved = (*moved_triangles > 0).then(|| {
                 format!("{} moved by up to {}", triangles(*moved_triangles), length_text(*max_distance, unit))
             });
-            let attributes =
-                attributes.then(|| "normals, texture coordinates or colours changed".to_string());
-            let material = material.then(|| "material changed".to_string());
-            [moved, attributes, material].into_iter().flatten().collect::<Vec<_>>().join(", ")
+            joined([moved, attributes_text(*attributes), material_text(*material), None])
         }
     }
+}
+
+fn attributes_text(changed: bool) -> Option<String> {
+    changed.then(|| "normals, texture coordinates or colours changed".into())
+}
+
+fn material_text(changed: bool) -> Option<String> {
+    changed.then(|| "material changed".into())
+}
+
+fn joined(parts: [Option<String>; 4]) -> String {
+    parts.into_iter().flatten().collect::<Vec<_>>().join(", ")
 }
 
 /// The old and the new value.
@@ -155,7 +184,14 @@ fn object_json(object: &ObjectDifference) -> Value {
     let more = match &object.change {
         ObjectChange::Added { triangles } => json!({"change": "added", "triangles": triangles}),
         ObjectChange::Removed { triangles } => json!({"change": "removed", "triangles": triangles}),
-        ObjectChange::Rebuilt { triangles } => json!({"change": "rebuilt", "triangles": triangles}),
+        ObjectChange::Rebuilt { triangles, differing, surface_distance, attributes, material } => json!({
+            "change": "rebuilt",
+            "triangles": triangles,
+            "differing_triangles": differing,
+            "surface_distance": finite(*surface_distance),
+            "attributes": attributes,
+            "material": material,
+        }),
         ObjectChange::Changed { moved_triangles, max_distance, attributes, material } => json!({
             "change": "changed",
             "moved_triangles": moved_triangles,
@@ -185,9 +221,15 @@ mod tests {
             changed(0, true, true),
             "normals, texture coordinates or colours changed, material changed"
         );
+        let rebuilt = |triangles, differing, surface_distance, material| {
+            let change =
+                ObjectChange::Rebuilt { triangles, differing, surface_distance, attributes: false, material };
+            change_text(&change, LengthUnit::Metre)
+        };
+        assert_eq!(rebuilt([3, 2], [2, 1], 0.0, false), "3 → 2 triangles, on the same surface");
         assert_eq!(
-            change_text(&ObjectChange::Rebuilt { triangles: [3, 2] }, LengthUnit::Metre),
-            "3 → 2 triangles"
+            rebuilt([9, 9], [1, 1], 0.001, true),
+            "1 of 9 triangles differs, surfaces up to 1.0 mm apart, material changed"
         );
         assert_eq!(
             change_text(&ObjectChange::Added { triangles: 1 }, LengthUnit::Metre),

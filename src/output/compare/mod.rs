@@ -1,11 +1,13 @@
 //! Differences of pictures, of scenes, and of their descriptions.
 
 mod canonical_material;
+mod faces;
 mod flip;
 mod json;
 mod objects;
 mod pictures;
 mod regions;
+mod surface_distance;
 
 pub use flip::{FLIP_PIXELS_PER_DEGREE, flip};
 pub use json::{JsonDifference, json_differences};

@@ -1,10 +1,12 @@
 //! Differences of two posed scenes, object by object.
 
-use std::collections::HashMap;
+use std::collections::{BTreeSet, HashMap};
 
 use glam::{Vec2, Vec3, Vec4};
 
 use super::canonical_material::MaterialDescriber;
+use super::faces::{Face, FaceParts, match_faces};
+use super::surface_distance::Surface;
 use blinn_core::geometry::{Aabb, HitId};
 use blinn_scene::{Mesh, PosedScene};
 
@@ -32,16 +34,25 @@ pub enum ObjectChange {
         /// Number of its triangles.
         triangles: u64,
     },
-    /// Another number of triangles or other parts.
+    /// Other triangles, in whichever order.
     Rebuilt {
         /// Number of triangles in the old and in the new scene.
         triangles: [u64; 2],
+        /// Triangles of each scene that the other one lacks.
+        differing: [u64; 2],
+        /// Distance of the surfaces in scene units: the largest distance of a corner, middle of an edge or centre of a
+        /// differing triangle from the other surface. Infinite if there is no other surface.
+        surface_distance: f64,
+        /// True if normals, tangents, texture coordinates or colours of triangles that both have differ.
+        attributes: bool,
+        /// True if a material differs.
+        material: bool,
     },
     /// The same triangles with other properties.
     Changed {
         /// Number of triangles with a corner elsewhere.
         moved_triangles: u64,
-        /// Largest distance of a corner, in metres.
+        /// Largest distance of a corner, in scene units.
         max_distance: f64,
         /// True if normals, tangents, texture coordinates or colours differ.
         attributes: bool,
@@ -142,6 +153,45 @@ impl<'a> Objects<'a> {
         (count, self.to_world(bounds))
     }
 
+    /// The materials of an object.
+    fn material_set(&self, object: usize) -> BTreeSet<&str> {
+        self.instances[object].iter().map(|&instance| self.material(instance)).collect()
+    }
+
+    /// The triangles, points and lines of an object. `materials` numbers the materials of all objects that are compared.
+    fn faces<'m>(&'m self, object: usize, materials: &mut HashMap<&'m str, u32>) -> Vec<Face> {
+        let mut faces = Vec::new();
+        let mut scratch = Vec::new();
+        for &instance in &self.instances[object] {
+            let next = materials.len() as u32;
+            let material = *materials.entry(self.material(instance)).or_insert(next);
+            let attributes = Attributes::new(self.posed, instance);
+            for triangle in 0..self.mesh_size(instance) {
+                let vertices = attributes.mesh.corners(triangle as u32);
+                let parts = FaceParts {
+                    instance,
+                    triangle: triangle as u32,
+                    corners: self.corners(instance, triangle),
+                    material,
+                    attributes: &|corner, out| attributes.append(vertices[corner], out),
+                };
+                faces.push(Face::new(&parts, &mut scratch));
+            }
+        }
+        faces
+    }
+
+    fn corners_of(&self, faces: &[Face]) -> Vec<[Vec3; 3]> {
+        faces.iter().map(|face| self.corners(face.instance, face.triangle as usize)).collect()
+    }
+
+    /// All triangles of an object.
+    fn surface(&self, object: usize) -> Surface {
+        let instances = self.instances[object].iter();
+        let triangles = instances.flat_map(|&i| (0..self.mesh_size(i)).map(move |t| self.corners(i, t)));
+        Surface::new(triangles)
+    }
+
     fn to_world(&self, bounds: Aabb) -> Aabb {
         let centre = self.posed.centre;
         if bounds.is_empty() { bounds } else { Aabb { min: bounds.min + centre, max: bounds.max + centre } }
@@ -159,15 +209,64 @@ fn compare_object(
     new: &Objects,
     new_object: usize,
 ) -> Option<(ObjectChange, Aabb)> {
+    let in_order = compare_in_order(old, old_object, new, new_object);
+    if let Some(InOrder { moved_triangles: 0, attributes, material, .. }) = in_order {
+        let change = ObjectChange::Changed { moved_triangles: 0, max_distance: 0.0, attributes, material };
+        return (attributes || material).then(|| (change, old.extent(old_object).1));
+    }
+    // Exporters order triangles as they like.
+    let mut numbers = HashMap::new();
+    let old_faces = old.faces(old_object, &mut numbers);
+    let new_faces = new.faces(new_object, &mut numbers);
+    let triangles = [&old_faces, &new_faces].map(|faces| faces.len() as u64);
+    let difference = match_faces(old_faces, new_faces);
+    let material = difference.material || old.material_set(old_object) != new.material_set(new_object);
+    let attributes = difference.attributes;
+    let differing = difference.unmatched.each_ref().map(|faces| faces.len() as u64);
+    match in_order {
+        // As many moved as have no equal: the order is the same.
+        Some(in_order) if differing == [in_order.moved_triangles; 2] => {
+            let InOrder { moved_triangles, max_distance, attributes, material, bounds } = in_order;
+            let change = ObjectChange::Changed { moved_triangles, max_distance, attributes, material };
+            Some((change, bounds))
+        }
+        _ if differing == [0, 0] => {
+            let change =
+                ObjectChange::Changed { moved_triangles: 0, max_distance: 0.0, attributes, material };
+            (attributes || material).then(|| (change, old.extent(old_object).1))
+        }
+        _ => {
+            let [before, after] = &difference.unmatched;
+            let [before, after] = [old.corners_of(before), new.corners_of(after)];
+            let to_new = new.surface(new_object).max_distance(&before);
+            let to_old = old.surface(old_object).max_distance(&after);
+            let mut bounds = Aabb::EMPTY;
+            before.iter().chain(&after).flatten().for_each(|corner| bounds.extend(corner.as_dvec3()));
+            let surface_distance = to_new.max(to_old);
+            let change =
+                ObjectChange::Rebuilt { triangles, differing, surface_distance, attributes, material };
+            Some((change, old.to_world(bounds)))
+        }
+    }
+}
+
+/// Differences of triangles at the same places of two files.
+struct InOrder {
+    moved_triangles: u64,
+    max_distance: f64,
+    attributes: bool,
+    material: bool,
+    bounds: Aabb,
+}
+
+/// Compares two objects triangle by triangle; `None` if their parts have other sizes.
+fn compare_in_order(old: &Objects, old_object: usize, new: &Objects, new_object: usize) -> Option<InOrder> {
     let (parts, others) = (&old.instances[old_object], &new.instances[new_object]);
     let sizes = |objects: &Objects, parts: &[u32]| -> Vec<usize> {
         parts.iter().map(|&part| objects.mesh_size(part)).collect()
     };
     if sizes(old, parts) != sizes(new, others) {
-        let (before, mut bounds) = old.extent(old_object);
-        let (after, other) = new.extent(new_object);
-        bounds.extend_box(&other);
-        return Some((ObjectChange::Rebuilt { triangles: [before, after] }, bounds));
+        return None;
     }
     let mut moved_triangles = 0;
     let mut max_distance = 0f64;
@@ -191,11 +290,42 @@ fn compare_object(
         attributes |= !has_same_attributes(old.posed, a, new.posed, b);
         material |= old.material(a) != new.material(b);
     }
-    if moved_triangles == 0 && !attributes && !material {
-        return None;
+    Some(InOrder { moved_triangles, max_distance, attributes, material, bounds: old.to_world(bounds) })
+}
+
+/// The values at an instance's vertices.
+struct Attributes<'a> {
+    mesh: &'a Mesh,
+    normals: &'a [Vec3],
+    tangents: &'a [Vec4],
+    color: Option<Vec3>,
+}
+
+impl<'a> Attributes<'a> {
+    fn new(posed: &'a PosedScene, instance: u32) -> Attributes<'a> {
+        Attributes {
+            mesh: posed.mesh(instance),
+            normals: posed.normals(instance),
+            tangents: posed.tangents(instance),
+            color: posed.scene.instances[instance as usize].color,
+        }
     }
-    let bounds = if bounds.is_empty() { old.extent(old_object).1 } else { old.to_world(bounds) };
-    Some((ObjectChange::Changed { moved_triangles, max_distance, attributes, material }, bounds))
+
+    /// Appends the values at a vertex. What is absent differs from what is zero.
+    fn append(&self, vertex: u32, out: &mut Vec<u32>) {
+        let vertex = vertex as usize;
+        let mut values = |values: Option<&[f32]>| match values {
+            Some(values) => out.extend(values.iter().map(|value| value.to_bits())),
+            None => out.push(u32::MAX),
+        };
+        values(self.normals.get(vertex).map(|v| &v.as_ref()[..]));
+        values(self.tangents.get(vertex).map(|v| &v.as_ref()[..]));
+        values(self.mesh.colors.get(vertex).map(|v| &v.as_ref()[..]));
+        for uvs in &self.mesh.uvs {
+            values(uvs.get(vertex).map(|v| &v.as_ref()[..]));
+        }
+        values(self.color.as_ref().map(|v| &v.as_ref()[..]));
+    }
 }
 
 fn is_same(a: &[Vec3; 3], b: &[Vec3; 3]) -> bool {
@@ -299,6 +429,13 @@ mod tests {
         new.materials[0].base_color = ColorInput::new(Rgb::splat(0.5));
         let found = compare(&old, &new);
         let changes: Vec<_> = found.iter().map(|d| (d.name.as_str(), &d.change)).collect();
+        let rebuilt = ObjectChange::Rebuilt {
+            triangles: [1, 2],
+            differing: [0, 1],
+            surface_distance: 0.0,
+            attributes: false,
+            material: true,
+        };
         let material = ObjectChange::Changed {
             moved_triangles: 0,
             max_distance: 0.0,
@@ -310,9 +447,68 @@ mod tests {
             [
                 ("a", &material),
                 ("b", &ObjectChange::Removed { triangles: 1 }),
-                ("c", &ObjectChange::Rebuilt { triangles: [1, 2] }),
+                ("c", &rebuilt),
                 ("d", &ObjectChange::Added { triangles: 1 }),
             ]
         );
+    }
+
+    /// A grid of cells with a height at each of its 9 points, of 8 triangles in this order.
+    fn grid(heights: [f32; 9], order: [usize; 8]) -> Scene {
+        let mut scene = scene(&[("grid", 0.0)]);
+        let mesh = &mut scene.meshes[0];
+        let place = |i: usize| Vec3::new((i % 3) as f32, (i / 3) as f32, heights[i]);
+        mesh.positions = (0..9).map(place).collect();
+        mesh.colors = (0..9u8).map(|i| Vec4::splat(f32::from(i) / 9.0)).collect();
+        let cells = [0u32, 1, 3, 4].map(|a| [[a, a + 1, a + 4], [a, a + 4, a + 3]]);
+        mesh.triangles = order.map(|i| cells[i / 2][i % 2]).to_vec();
+        scene
+    }
+
+    const ORDER: [usize; 8] = [0, 1, 2, 3, 4, 5, 6, 7];
+    const SHUFFLED: [usize; 8] = [5, 2, 7, 0, 1, 6, 3, 4];
+
+    #[test]
+    fn the_order_of_triangles_and_of_their_corners_does_not_count() {
+        let old = grid([0.0; 9], ORDER);
+        let mut new = grid([0.0; 9], SHUFFLED);
+        new.meshes[0].triangles.iter_mut().for_each(|corners| corners.rotate_left(1));
+        assert!(compare(&old, &new).is_empty());
+        // What differs besides the order is still found.
+        new.meshes[0].colors[4] = Vec4::ONE;
+        let found = compare(&old, &new);
+        let expected = ObjectChange::Changed {
+            moved_triangles: 0,
+            max_distance: 0.0,
+            attributes: true,
+            material: false,
+        };
+        assert_eq!(found.iter().map(|d| &d.change).collect::<Vec<_>>(), [&expected]);
+    }
+
+    #[test]
+    fn parts_in_another_order_are_equal() {
+        let mut old = scene(&[("a", 0.0), ("a", 1.0)]);
+        old.instances.iter_mut().for_each(|instance| instance.object = 1);
+        let mut new = old.clone();
+        new.instances.reverse();
+        assert!(compare(&old, &new).is_empty());
+    }
+
+    #[test]
+    fn in_another_order_the_distance_is_that_of_the_surfaces() {
+        let mut heights = [0.0; 9];
+        heights[0] = 0.25;
+        let found = compare(&grid([0.0; 9], ORDER), &grid(heights, SHUFFLED));
+        let [ObjectDifference { change, bounds, .. }] = &found[..] else { panic!("{found:?}") };
+        let expected = ObjectChange::Rebuilt {
+            triangles: [8, 8],
+            differing: [2, 2],
+            surface_distance: 0.25,
+            attributes: false,
+            material: false,
+        };
+        assert_eq!(change, &expected);
+        assert_eq!((bounds.min, bounds.max), (DVec3::ZERO, DVec3::new(1.0, 1.0, 0.25)));
     }
 }

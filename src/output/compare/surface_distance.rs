@@ -1,0 +1,214 @@
+//! Distances between surfaces.
+
+use glam::{DVec3, Vec3};
+use rayon::prelude::*;
+
+/// Triangles of a leaf.
+const LEAF_TRIANGLES: usize = 4;
+/// Levels of the tree: halves of 2^32 triangles.
+const MAX_DEPTH: usize = 34;
+/// Triangles whose distances a task finds.
+const TASK_TRIANGLES: usize = 256;
+
+/// A set of triangles that finds the closest of them to a point: a binary BVH, split at the median.
+pub struct Surface {
+    triangles: Vec<[Vec3; 3]>,
+    nodes: Vec<Node>,
+}
+
+struct Node {
+    min: Vec3,
+    max: Vec3,
+    /// The first triangle of a leaf, else the first of two children.
+    first: u32,
+    /// Number of triangles; 0 for an inner node.
+    count: u32,
+}
+
+impl Surface {
+    /// Makes a surface of the triangles with finite corners. Triangles without area are points and lines.
+    pub fn new(triangles: impl Iterator<Item = [Vec3; 3]>) -> Surface {
+        let mut triangles: Vec<[Vec3; 3]> = triangles.filter(is_finite).collect();
+        let mut nodes = Vec::new();
+        if triangles.is_empty() {
+            return Surface { triangles, nodes };
+        }
+        nodes.push(bounding_node(&triangles, 0));
+        let mut pending = vec![0];
+        while let Some(node) = pending.pop() {
+            let Node { min, max, first, count } = nodes[node];
+            if count as usize <= LEAF_TRIANGLES {
+                continue;
+            }
+            let part = &mut triangles[first as usize..][..count as usize];
+            let axis = (max - min).max_position();
+            let middle = part.len() / 2;
+            // Twice the middle of the box along the axis; the halves keep values from overflowing.
+            let place = |corners: &[Vec3; 3]| {
+                let [a, b, c] = corners.map(|corner| corner[axis] * 0.5);
+                a.min(b).min(c) + a.max(b).max(c)
+            };
+            part.select_nth_unstable_by(middle, |a, b| place(a).total_cmp(&place(b)));
+            let (left, right) = part.split_at(middle);
+            let children = nodes.len();
+            let halves = [bounding_node(left, first), bounding_node(right, first + middle as u32)];
+            nodes.extend(halves);
+            nodes[node] = Node { min, max, first: children as u32, count: 0 };
+            pending.extend([children, children + 1]);
+        }
+        Surface { triangles, nodes }
+    }
+
+    /// Returns the largest distance of these triangles from the surface, found at their corners, the middles of their
+    /// edges and their centres. It is infinite if the surface is empty, and 0 without triangles.
+    pub fn max_distance(&self, triangles: &[[Vec3; 3]]) -> f64 {
+        let of_task = |task: &[[Vec3; 3]]| {
+            let samples = task.iter().filter(|corners| is_finite(corners)).flat_map(samples);
+            samples.fold(0.0, |farthest: f64, point| farthest.max(self.squared_distance(point, farthest)))
+        };
+        triangles.par_chunks(TASK_TRIANGLES).map(of_task).reduce(|| 0.0, f64::max).sqrt()
+    }
+
+    /// The squared distance of a point, or any smaller value than `enough` if it is below that.
+    fn squared_distance(&self, point: DVec3, enough: f64) -> f64 {
+        let mut closest = f64::INFINITY;
+        let mut stack = [(0.0, 0); MAX_DEPTH + 1];
+        let mut height = usize::from(!self.nodes.is_empty());
+        while height > 0 && closest > enough {
+            height -= 1;
+            let (distance, node) = stack[height];
+            if distance >= closest {
+                continue;
+            }
+            let Node { first, count, .. } = self.nodes[node];
+            let first = first as usize;
+            if count > 0 {
+                for corners in &self.triangles[first..first + count as usize] {
+                    closest = closest.min(point.distance_squared(closest_point(point, corners)));
+                }
+                continue;
+            }
+            let mut children =
+                [first, first + 1].map(|child| (self.nodes[child].squared_distance(point), child));
+            // The closer child is on top.
+            if children[0].0 < children[1].0 {
+                children.swap(0, 1);
+            }
+            stack[height..height + 2].copy_from_slice(&children);
+            height += 2;
+        }
+        closest
+    }
+}
+
+impl Node {
+    fn squared_distance(&self, point: DVec3) -> f64 {
+        point.distance_squared(point.clamp(self.min.as_dvec3(), self.max.as_dvec3()))
+    }
+}
+
+fn bounding_node(triangles: &[[Vec3; 3]], first: u32) -> Node {
+    let corners = || triangles.iter().flatten();
+    let min = corners().fold(Vec3::INFINITY, |min, corner| min.min(*corner));
+    let max = corners().fold(Vec3::NEG_INFINITY, |max, corner| max.max(*corner));
+    Node { min, max, first, count: triangles.len() as u32 }
+}
+
+fn is_finite(corners: &[Vec3; 3]) -> bool {
+    corners.iter().all(|corner| corner.is_finite())
+}
+
+fn samples(corners: &[Vec3; 3]) -> [DVec3; 7] {
+    let [a, b, c] = corners.map(|corner| corner.as_dvec3());
+    [a, b, c, a.midpoint(b), b.midpoint(c), c.midpoint(a), (a + b + c) / 3.0]
+}
+
+/// The closest point of a triangle, by the regions of its corners, edges and face (Ericson, Real-Time Collision
+/// Detection, section 5.1.5).
+fn closest_point(point: DVec3, corners: &[Vec3; 3]) -> DVec3 {
+    let [a, b, c] = corners.map(|corner| corner.as_dvec3());
+    let normal = (b - a).cross(c - a);
+    let is_inside = |from: DVec3, to: DVec3| normal.cross(to - from).dot(point - from) >= 0.0;
+    let area = normal.length_squared();
+    if area > 0.0 && is_inside(a, b) && is_inside(b, c) && is_inside(c, a) {
+        return point - normal * (normal.dot(point - a) / area);
+    }
+    let on_edges = [(a, b), (b, c), (c, a)].map(|(from, to)| closest_point_of_edge(point, from, to));
+    let closer = |p: DVec3, q: DVec3| {
+        if point.distance_squared(q) < point.distance_squared(p) { q } else { p }
+    };
+    closer(closer(on_edges[0], on_edges[1]), on_edges[2])
+}
+
+fn closest_point_of_edge(point: DVec3, from: DVec3, to: DVec3) -> DVec3 {
+    let along = to - from;
+    let length = along.length_squared();
+    if length == 0.0 {
+        return from;
+    }
+    from + along * ((point - from).dot(along) / length).clamp(0.0, 1.0)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// A square from 0 to 1 in x and y at a height, of `2 n n` triangles.
+    fn square(height: f32, n: u16) -> Vec<[Vec3; 3]> {
+        let at =
+            |x: u16, y: u16| Vec3::new(f32::from(x), f32::from(y), 0.0) / f32::from(n) + height * Vec3::Z;
+        let cells = (0..n).flat_map(|y| (0..n).map(move |x| (x, y)));
+        let halves = cells.flat_map(|(x, y)| {
+            let [a, b, c, d] = [at(x, y), at(x + 1, y), at(x + 1, y + 1), at(x, y + 1)];
+            [[a, b, c], [a, c, d]]
+        });
+        halves.collect()
+    }
+
+    #[test]
+    fn parallel_squares_are_as_far_apart_as_their_planes() {
+        for (n, m) in [(1, 1), (1, 7), (16, 5)] {
+            let distance = Surface::new(square(0.0, n).into_iter()).max_distance(&square(0.25, m));
+            assert!((distance - 0.25).abs() < 1e-7, "{n} {m} {distance}");
+        }
+        assert_eq!(Surface::new(square(0.0, 3).into_iter()).max_distance(&square(0.0, 8)), 0.0);
+    }
+
+    #[test]
+    fn closest_triangles_are_those_of_a_search_through_all() {
+        let triangles: Vec<_> = square(0.0, 9).into_iter().chain(square(0.3, 4)).collect();
+        let surface = Surface::new(triangles.iter().copied());
+        for i in 0..200 {
+            let t = f64::from(i) / 200.0;
+            let point = DVec3::new(1.4 * libm::sin(40.0 * t), 1.4 * libm::cos(17.0 * t), t - 0.4);
+            let all = triangles.iter().map(|corners| point.distance_squared(closest_point(point, corners)));
+            let expected = all.fold(f64::INFINITY, f64::min);
+            assert_eq!(surface.squared_distance(point, 0.0), expected, "{point}");
+        }
+    }
+
+    #[test]
+    fn closest_points_are_on_faces_edges_and_corners() {
+        let corners = [Vec3::ZERO, Vec3::X, Vec3::Y];
+        for (point, expected) in [
+            ((0.2, 0.3, 2.0), (0.2, 0.3, 0.0)),
+            ((0.5, -1.0, 1.0), (0.5, 0.0, 0.0)),
+            ((1.0, 1.0, -1.0), (0.5, 0.5, 0.0)),
+            ((3.0, -1.0, 0.0), (1.0, 0.0, 0.0)),
+        ] {
+            let found = closest_point(DVec3::from(point), &corners);
+            assert!(found.distance(DVec3::from(expected)) < 1e-12, "{found}");
+        }
+        // Without area it is a line.
+        let line = [Vec3::ZERO, Vec3::X, Vec3::X];
+        assert_eq!(closest_point(DVec3::new(0.5, 2.0, 0.0), &line), DVec3::new(0.5, 0.0, 0.0));
+    }
+
+    #[test]
+    fn an_empty_surface_is_infinitely_far_and_invalid_triangles_do_not_count() {
+        let nan = [[Vec3::NAN, Vec3::X, Vec3::Y]];
+        let empty = Surface::new(nan.into_iter());
+        assert_eq!(empty.max_distance(&square(0.0, 1)), f64::INFINITY);
+        assert_eq!(Surface::new(square(0.0, 1).into_iter()).max_distance(&nan), 0.0);
+    }
+}
