@@ -5,6 +5,7 @@
 #![warn(missing_docs)]
 
 #[cfg(feature = "animation")]
+mod accents;
 mod animation;
 mod atomic;
 mod canvas;

@@ -1,10 +1,13 @@
-//! A font of strokes for labels: printable ASCII and the multiplication sign, in any size.
+//! A font of strokes for labels: printable ASCII, Latin letters with accents, and a few signs, in any size.
 //!
 //! Glyphs stand on a grid with the baseline at y = 2, lowercase letters up to y = 6 and capitals up to y = 8. Each
 //! stroke is a letter and points of two digits, x and y. `L` joins its points by lines. `O` is a quadratic B-spline
 //! from the first to the last point, with the others as its control points; `C` is a closed one.
 
 use glam::DVec2;
+use unicode_normalization::UnicodeNormalization;
+
+use super::accents::{self, Place};
 
 /// Height of capitals in grid units.
 pub const CAP_HEIGHT: f64 = 6.0;
@@ -12,6 +15,13 @@ pub const CAP_HEIGHT: f64 = 6.0;
 const BASELINE: f64 = 2.0;
 /// Space between glyphs in grid units.
 const SPACING: f64 = 1.8;
+/// Top of small letters, of capitals and of tall small letters.
+const X_TOP: f64 = 6.0;
+const CAP_TOP: f64 = 8.0;
+/// Space between a letter and a mark over it.
+const MARK_GAP: f64 = 0.9;
+/// Size of marks over letters.
+const MARK_SCALE: f64 = 0.75;
 /// Lines that stand for each curve between two knots.
 const CURVE_STEPS: u32 = 6;
 
@@ -30,14 +40,64 @@ pub struct TextStrokes {
 pub fn layout(text: &str) -> TextStrokes {
     let mut strokes = Vec::new();
     let mut x = 0.0;
-    for c in text.chars() {
-        let Glyph(width, path) = glyph(c);
+    // The letter that marks belong to.
+    let mut letter = Letter { left: 0.0, width: 0.0, top: CAP_TOP };
+    let mut characters = text.nfd().peekable();
+    while let Some(c) = characters.next() {
+        if let Some((place, path)) = accents::mark(c) {
+            letter.draw_mark(place, path, &mut strokes);
+            continue;
+        }
+        let is_below_mark =
+            characters.peek().and_then(|c| accents::mark(*c)).is_some_and(|(place, _)| place == Place::Above);
+        let Glyph(width, path) = glyph(if is_below_mark { without_dot(c) } else { c });
+        letter = Letter { left: x, width, top: if is_low(c) { X_TOP } else { CAP_TOP } };
         let to_text = |p: DVec2| (p + DVec2::new(x, -BASELINE)) / CAP_HEIGHT;
-        let glyph_strokes = path.split(' ').filter(|stroke| !stroke.is_empty()).map(points);
-        strokes.extend(glyph_strokes.map(|stroke| stroke.into_iter().map(to_text).collect::<Vec<_>>()));
+        strokes.extend(polylines(path, to_text));
         x += width + SPACING;
     }
     TextStrokes { strokes, width: (x - SPACING).max(0.0) / CAP_HEIGHT }
+}
+
+/// A letter that has been laid out, in grid units.
+struct Letter {
+    left: f64,
+    width: f64,
+    top: f64,
+}
+
+impl Letter {
+    /// Draws a mark over or under the letter. Another one over it stands higher.
+    fn draw_mark(&mut self, place: Place, path: &str, strokes: &mut Vec<Vec<DVec2>>) {
+        let (bottom, scale) = match place {
+            Place::Above => (self.top + MARK_GAP, MARK_SCALE),
+            Place::Below => (0.0, 1.0),
+        };
+        let middle = DVec2::new(self.left + 0.5 * self.width, bottom - BASELINE);
+        strokes.extend(polylines(path, |p| (middle + (p - DVec2::new(2.0, 0.0)) * scale) / CAP_HEIGHT));
+        if place == Place::Above {
+            self.top += MARK_GAP + 2.0 * MARK_SCALE;
+        }
+    }
+}
+
+fn polylines(path: &str, place: impl Fn(DVec2) -> DVec2) -> Vec<Vec<DVec2>> {
+    let strokes = path.split(' ').filter(|stroke| !stroke.is_empty());
+    strokes.map(|stroke| points(stroke).into_iter().map(&place).collect()).collect()
+}
+
+/// True for small letters without an ascender.
+fn is_low(c: char) -> bool {
+    c.is_lowercase() && !"bdfhkltþðđ".contains(c)
+}
+
+/// The letter below a mark: i and j lose their dots.
+fn without_dot(c: char) -> char {
+    match c {
+        'i' => 'ı',
+        'j' => 'ȷ',
+        _ => c,
+    }
 }
 
 /// The points of a stroke, curves as lines.
@@ -175,6 +235,28 @@ fn glyph(c: char) -> Glyph {
         '}' => (2.0, "L08171625141201"),
         '~' => (4.0, "O0405254546"),
         '×' => (3.4, "L0336 L0633"),
+        '‘' | '’' => (0.0, "L0806"),
+        '“' | '”' => (1.0, "L0806 L1816"),
+        '—' => (5.0, "L0555"),
+        '·' => (0.0, "L0505"),
+        '°' => (2.0, "C08282606"),
+        'µ' | 'μ' => (3.0, "L0600 O06023236 L3632"),
+        'ß' => (4.0, "L0207 O0708383515 O1545422212"),
+        'æ' => (6.0, "C06363202 L3632 L3464 O6466363262"),
+        'Æ' => (6.0, "L0238 L68383262 L3555 L1535"),
+        'œ' => (6.0, "C06363202 L3464 O6466363262"),
+        'Œ' => (6.0, "C08383202 L68383262 L3555"),
+        'ø' => (3.0, "C06363202 L0137"),
+        'Ø' => (4.0, "C08484202 L0149"),
+        'đ' => (3.0, "L3832 C06363202 L1747"),
+        'Đ' | 'Ð' => (4.0, "L0208 O08484202 L0525"),
+        'ð' => (3.0, "C06363202 L1836 L0727"),
+        'þ' => (3.0, "L0800 C06363202"),
+        'Þ' => (4.0, "L0208 O07474404"),
+        'ł' => (2.0, "L1812 L0426"),
+        'Ł' => (3.4, "L080232 L0426"),
+        'ı' => (0.0, "L0602"),
+        'ȷ' => (1.0, "O161000"),
         _ => (3.0, "L0208383202"),
     };
     Glyph(width, strokes)
@@ -186,7 +268,8 @@ mod tests {
 
     #[test]
     fn every_printable_character_has_a_glyph_inside_its_cell() {
-        for c in (0x21..0x7fu8).map(char::from).chain(['×']) {
+        let others = "×‘“—·°µßæÆœŒøØđĐðþÞłŁıȷ".chars();
+        for c in (0x21..0x7fu8).map(char::from).chain(others) {
             let Glyph(width, path) = glyph(c);
             assert!(path != "L0208383202", "{c} has no glyph");
             for stroke in path.split(' ') {
@@ -206,6 +289,26 @@ mod tests {
                 assert!(zero_and_o || glyph(*a).1 != glyph(*b).1, "{a} and {b}");
             }
         }
+    }
+
+    #[test]
+    fn accented_letters_are_as_wide_as_plain_ones_and_have_marks_over_or_under_them() {
+        for (accented, plain) in
+            [("Ä", "A"), ("é", "e"), ("ñ", "n"), ("Å", "A"), ("ř", "r"), ("î", "ı"), ("ž", "z")]
+        {
+            let (marked, bare) = (layout(accented), layout(plain));
+            assert_eq!(marked.width, bare.width, "{accented}");
+            let (letter, mark) = marked.strokes.split_at(bare.strokes.len());
+            assert_eq!(letter, bare.strokes, "{accented}");
+            let top = |strokes: &[Vec<DVec2>]| strokes.iter().flatten().map(|p| p.y).fold(f64::MIN, f64::max);
+            let lowest = mark.iter().flatten().map(|p| p.y).fold(f64::MAX, f64::min);
+            assert!(!mark.is_empty() && lowest > top(letter), "{accented}");
+        }
+        let cedilla = layout("ç").strokes;
+        assert!(cedilla.iter().flatten().any(|p| p.y < 0.0) && layout("ç").width == layout("c").width);
+        // Composed and decomposed names look the same; two marks stand over each other.
+        assert_eq!(layout("ü").strokes, layout("u\u{308}").strokes);
+        assert_eq!(layout("ấ").strokes.len(), layout("â").strokes.len() + 1);
     }
 
     #[test]
