@@ -6,8 +6,8 @@ use super::NormalMode;
 use super::files::limits::Limits;
 use super::memory_watch::MemoryWatch;
 use blinn_core::cancellation::CancelToken;
-use blinn_scene::SourceFormat;
-use glam::{DMat3, DVec3};
+use blinn_scene::{SourceFormat, UpAxis};
+use glam::DMat3;
 
 /// Selects one of the file's scenes.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
@@ -17,26 +17,6 @@ pub enum SceneChoice {
     Default,
     /// The scene with this name, or else with this index.
     Named(String),
-}
-
-/// The file's up axis.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub enum UpAxis {
-    /// +Y: coordinates are used as stored.
-    #[default]
-    Y,
-    /// +Z: (x, y, z) becomes (x, z, −y) for everything in the file.
-    Z,
-}
-
-impl UpAxis {
-    /// Returns the rotation from the file's coordinates to +Y up.
-    pub(crate) fn rotation(self) -> DMat3 {
-        match self {
-            UpAxis::Y => DMat3::IDENTITY,
-            UpAxis::Z => DMat3::from_cols(DVec3::X, DVec3::NEG_Z, DVec3::Y),
-        }
-    }
 }
 
 /// The choice of transmissive meshes that bound bodies, which refract light.
@@ -126,9 +106,13 @@ impl fmt::Debug for LoadOptions {
 }
 
 impl LoadOptions {
-    /// Returns the transform from the file's coordinates to the scene's: the up axis, which is `usual` unless it is set, and
-    /// the scale.
-    pub(crate) fn root_transform(&self, usual: UpAxis) -> DMat3 {
-        self.up.unwrap_or(usual).rotation() * self.scale.unwrap_or(1.0)
+    /// Returns the up axis of a file: that of its format unless it is set.
+    pub(crate) fn up_axis(&self, format: SourceFormat) -> UpAxis {
+        self.up.unwrap_or(UpAxis::of_format(format))
+    }
+
+    /// Returns the transform from the coordinates of a file to the scene's: the up axis and the scale.
+    pub(crate) fn root_transform(&self, format: SourceFormat) -> DMat3 {
+        self.up_axis(format).rotation() * self.scale.unwrap_or(1.0)
     }
 }

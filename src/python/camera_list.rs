@@ -7,7 +7,8 @@ use pyo3::prelude::*;
 use super::camera::PyCamera;
 use super::errors::{CallDepth, load_error, value_error, warn};
 use super::size::optional_size;
-use blinn_import::{CameraFile, Limits, UpAxis};
+use blinn_import::{CameraFile, Limits};
+use blinn_scene::UpAxis;
 use blinn_session::Notice;
 
 /// Load the cameras of a list: transforms.json of NeRF tools, a COLMAP model, BOP's scene_camera.json, or JSON lines.

@@ -95,7 +95,11 @@ impl View {
         let node_name = |node: u32| &scene.nodes[node as usize].name;
         let names: Vec<_> =
             scene.cameras.iter().enumerate().map(|(i, c)| format!("{i} '{}'", node_name(c.node))).collect();
-        let list = if names.is_empty() { "none".to_string() } else { names.join(", ") };
+        let list = if names.is_empty() {
+            "none; `orbit` shows the scene from any side".to_string()
+        } else {
+            names.join(", ")
+        };
         let hint = did_you_mean(name, scene.cameras.iter().map(|camera| node_name(camera.node)));
         Err(ViewError::NoCamera(name.clone(), list + &hint))
     }

@@ -87,7 +87,7 @@ pub use rig::{Rig, headlight, studio_before, three_point};
 pub use rounds::Rounds;
 pub use select::{Glob, NoMatch, Selection};
 pub use skin::Skin;
-pub use source::{Source, SourceFile, SourceFormat, is_blender_generator};
+pub use source::{Source, SourceFile, SourceFormat, UpAxis, is_blender_generator};
 pub use spot_cone::SpotCone;
 pub use standard_view::StandardView;
 pub use texture::anisotropic::Footprint;

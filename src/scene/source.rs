@@ -1,5 +1,7 @@
 //! Where a scene was loaded from: format, generator, and digests of the files that were read.
 
+use glam::{DMat3, DVec3};
+
 use super::{BlenderVersion, FileDigest, LightUnits};
 
 /// The file format of a scene. Some defaults depend on it.
@@ -16,11 +18,57 @@ pub enum SourceFormat {
     Ply,
 }
 
+/// The up axis of a file.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum UpAxis {
+    /// +Y: coordinates are used as stored.
+    #[default]
+    Y,
+    /// +Z: (x, y, z) becomes (x, z, −y) for everything in the file.
+    Z,
+}
+
+impl UpAxis {
+    /// Returns the usual up axis of a format: +Z for STL and PLY, +Y for others.
+    pub fn of_format(format: SourceFormat) -> UpAxis {
+        match format {
+            SourceFormat::Gltf | SourceFormat::Obj => UpAxis::Y,
+            SourceFormat::Stl | SourceFormat::Ply => UpAxis::Z,
+        }
+    }
+
+    /// Returns the rotation from the file's coordinates to +Y up.
+    pub fn rotation(self) -> DMat3 {
+        match self {
+            UpAxis::Y => DMat3::IDENTITY,
+            UpAxis::Z => DMat3::from_cols(DVec3::X, DVec3::NEG_Z, DVec3::Y),
+        }
+    }
+
+    /// Returns the size of a box of the scene along the axes of the file.
+    pub fn size_in_file(self, size: DVec3) -> DVec3 {
+        match self {
+            UpAxis::Y => size,
+            UpAxis::Z => DVec3::new(size.x, size.z, size.y),
+        }
+    }
+
+    /// Returns the name of the axis.
+    pub fn name(self) -> &'static str {
+        match self {
+            UpAxis::Y => "y",
+            UpAxis::Z => "z",
+        }
+    }
+}
+
 /// The source of a scene.
 #[derive(Clone, Debug, Default)]
 pub struct Source {
     /// File format.
     pub format: SourceFormat,
+    /// The axis of the file that points up. The scene's is +Y.
+    pub up: UpAxis,
     /// Program that wrote the file (`asset.generator`, or the first comment of an OBJ).
     pub generator: String,
     /// glTF extensions named by the file, in file order.

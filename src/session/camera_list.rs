@@ -2,10 +2,10 @@
 
 use std::path::Path;
 
-use blinn_import::{CameraFile, Limits, ListedCamera, LoadError, RecordedView, UpAxis};
+use blinn_import::{CameraFile, Limits, ListedCamera, LoadError, RecordedView};
 use blinn_output::datasets::WorldUp;
 use blinn_render::PixelRect;
-use blinn_scene::{Camera, ClipPlanes, LightRotation, Normalization};
+use blinn_scene::{Camera, ClipPlanes, LightRotation, Normalization, UpAxis};
 
 /// The cameras of a list, each for an image.
 #[derive(Debug)]

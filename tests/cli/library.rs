@@ -79,7 +79,7 @@ fn options_that_do_not_suit_the_scene_are_errors() {
         ..Default::default()
     };
     assert!(error(Options { selection: hidden, ..Options::default() }).contains("no node or object"));
-    let up = blinn::import::LoadOptions { up: Some(blinn::import::UpAxis::Z), ..Default::default() };
+    let up = blinn::import::LoadOptions { up: Some(blinn::scene::UpAxis::Z), ..Default::default() };
     assert!(error(Options { load: up.clone(), ..Options::default() }).contains("load_with"));
     let options = Options { load: up.clone(), size: Some((8, 8)), ..Options::default() };
     assert!(Scene::load_with(model("tests/cube.obj"), &up).unwrap().render(&options).is_ok());

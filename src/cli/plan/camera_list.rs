@@ -2,7 +2,8 @@
 
 use crate::args::{CameraListArgs, UpArg};
 use crate::usage::UsageError;
-use blinn_import::{Limits, UpAxis};
+use blinn_import::Limits;
+use blinn_scene::UpAxis;
 use blinn_session::{CameraList, Options, ReplacedCameraFields};
 
 /// Opens the list of --cameras, if there is one.

@@ -3,8 +3,8 @@
 use glam::DVec3;
 
 use super::lens::Lens;
-use crate::options::UpAxis;
 use blinn_core::geometry::Basis;
+use blinn_scene::UpAxis;
 use blinn_scene::{Camera, LightRotation};
 
 /// Most cameras of a list: as many as frames.

@@ -29,8 +29,8 @@ use std::path::{Path, PathBuf};
 
 use super::error::LoadError;
 use super::files::limits::Limits;
-use super::options::UpAxis;
 use blinn_scene::Normalization;
+use blinn_scene::UpAxis;
 use format::CameraFormat;
 pub use lens::Lens;
 pub use listed_camera::{ListedCamera, MAX_CAMERAS};

@@ -4,7 +4,7 @@ use glam::{DVec2, DVec3};
 use serde::Deserialize;
 
 use super::picture_size::picture_size;
-use crate::options::UpAxis;
+use blinn_scene::UpAxis;
 use blinn_scene::{Camera, ClipPlanes, Intrinsics, Normalization};
 
 /// The lens of all cameras as it was rendered, and the world of the file.

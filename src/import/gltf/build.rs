@@ -21,7 +21,7 @@ use super::{
     light_temperature, lost_lights, round_primitive, sun_strengths, topology, variants,
 };
 use crate::error::{LoadError, Warnings};
-use crate::options::{LoadOptions, UpAxis};
+use crate::options::LoadOptions;
 use crate::unlit_rounds::show_unlit;
 use blinn_core::cancellation::{CancelToken, Cancelled};
 use blinn_scene::{LocalTransform, Mesh, Node, Scene, Source, SourceFormat, unit_quaternion};
@@ -42,7 +42,7 @@ pub(super) fn scene(
 
     let variant = variants::find(doc, options.variant.as_deref())?;
     let primitives = used_primitives(doc, &nodes)?;
-    let source = source(doc);
+    let source = source(doc, options);
     let is_blender = source.is_blender();
     // In Blender's files the further sets are either unused or follow a used set or white.
     if !is_blender && primitives.iter().filter_map(|id| id.json(doc)).any(primitive::has_more_colors) {
@@ -74,7 +74,7 @@ pub(super) fn scene(
         scene.environment = image_based_light::read(doc, selected, options.up.unwrap_or_default(), warnings)?;
         image_based = selected.and_then(|scene| image_based_light::light_of(root, scene));
     }
-    let scene_nodes = add_nodes(&mut scene, doc, &nodes, options.root_transform(UpAxis::Y));
+    let scene_nodes = add_nodes(&mut scene, doc, &nodes, options.root_transform(SourceFormat::Gltf));
     let objects = ObjectBuilder::new(doc, mesh_ids, &scene_nodes);
     let attached = objects.attach_all(&mut scene, &nodes, warnings)?;
     let ids = SceneIds {
@@ -97,10 +97,11 @@ pub(super) fn scene(
     Ok(scene)
 }
 
-fn source(doc: &Document<'_>) -> Source {
+fn source(doc: &Document<'_>, options: &LoadOptions) -> Source {
     let root = doc.root();
     Source {
         format: SourceFormat::Gltf,
+        up: options.up_axis(SourceFormat::Gltf),
         generator: root.asset.generator.clone().unwrap_or_default(),
         extensions: root.extensions_used.clone(),
         scenes: graph::scene_names(root),

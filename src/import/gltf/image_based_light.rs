@@ -8,7 +8,7 @@ use serde_json::Value;
 use super::document::Document;
 use super::texture::read_image;
 use crate::error::{LoadError, Warnings};
-use crate::options::UpAxis;
+use blinn_scene::UpAxis;
 use blinn_scene::{CubeMap, Environment, FileEnvironment, Image, SkyIrradiance, unit_quaternion};
 
 pub(super) const NAME: &str = "EXT_lights_image_based";

@@ -43,7 +43,6 @@ use super::memory::MemoryBudget;
 use super::smooth;
 use super::{Limits, LoadOptions, NormalMode};
 use crate::files::{escape::printable, scene_folder::SceneFolder, scene_input::SceneInput};
-use crate::options::UpAxis;
 use crate::polygons::far_centre::far_centre;
 use blinn_core::cancellation::CancelToken;
 use blinn_scene::{
@@ -202,11 +201,16 @@ fn build_scene(
     let mut images = TextureLibrary::load(&mtls, folder, &options.limits, budget, &mut warnings)?;
 
     let mut scene = Scene {
-        source: Source { format: SourceFormat::Obj, generator, ..Default::default() },
+        source: Source {
+            format: SourceFormat::Obj,
+            up: options.up_axis(SourceFormat::Obj),
+            generator,
+            ..Default::default()
+        },
         objects: geometry.objects.clone(),
         ..Default::default()
     };
-    let local = LocalTransform::Matrix(to_world(options.root_transform(UpAxis::Y), origin));
+    let local = LocalTransform::Matrix(to_world(options.root_transform(SourceFormat::Obj), origin));
     scene.nodes.push(Node { name: String::new(), local, visible: true, ..Default::default() });
     options.cancel.check()?;
     let smooths_all =

@@ -10,9 +10,9 @@ mod truncated;
 use std::fs;
 use std::path::Path;
 
-use super::super::{LoadError, LoadOptions, UpAxis, load};
+use super::super::{LoadError, LoadOptions, load};
 use blinn_core::geometry::Rgb;
-use blinn_scene::{LocalTransform, Material, Mesh, Scene};
+use blinn_scene::{LocalTransform, Material, Mesh, Scene, UpAxis};
 use glam::{DAffine3, DVec3, Vec2, Vec3, Vec4};
 
 /// Loads `obj` with other files in the same folder.

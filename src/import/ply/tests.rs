@@ -4,8 +4,8 @@ use std::path::Path;
 
 use glam::{Vec2, Vec3, Vec4};
 
-use crate::{Limits, LoadError, LoadOptions, UpAxis, Warning, load_bytes};
-use blinn_scene::{AlphaMode, Reflectance, Scene, SourceFormat};
+use crate::{Limits, LoadError, LoadOptions, Warning, load_bytes};
+use blinn_scene::{AlphaMode, Reflectance, Scene, SourceFormat, UpAxis};
 
 fn load_with(bytes: &[u8], options: &LoadOptions) -> Result<(Scene, Vec<Warning>), LoadError> {
     load_bytes(bytes, Path::new("a.ply"), options)

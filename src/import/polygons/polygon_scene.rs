@@ -6,7 +6,7 @@ use super::polygon_mesh::{Part, PolygonMesh};
 use crate::error::{LoadError, Warnings};
 use crate::finite_uvs::replace_nonfinite;
 use crate::obj::TexturedMaterials;
-use crate::options::{LoadOptions, UpAxis};
+use crate::options::LoadOptions;
 use crate::unlit_rounds::show_unlit;
 use blinn_scene::{AlphaMode, Instance, LocalTransform, Node, Scene, Source, SourceFormat};
 
@@ -29,11 +29,11 @@ pub(crate) fn build_scene(
 ) -> Result<Scene, LoadError> {
     let PolygonFile { mut mesh, origin, format, generator, materials } = file;
     let TexturedMaterials { materials, images, textures } = materials;
-    let root = options.root_transform(UpAxis::Z);
+    let root = options.root_transform(format);
     let local =
         LocalTransform::Matrix(DAffine3 { matrix3: root, translation: root * origin.unwrap_or_default() });
     let mut scene = Scene {
-        source: Source { format, generator, ..Default::default() },
+        source: Source { format, up: options.up_axis(format), generator, ..Default::default() },
         objects: std::mem::take(&mut mesh.objects),
         nodes: vec![Node { name: String::new(), local, visible: true, ..Default::default() }],
         materials,

@@ -2,8 +2,8 @@
 
 use super::{Choices, Effect, Heading, OptionDef, choose, names, store};
 use crate::values;
-use blinn_import::{GlassMode, MtlColors, SceneChoice, UpAxis};
-use blinn_scene::SourceFormat;
+use blinn_import::{GlassMode, MtlColors, SceneChoice};
+use blinn_scene::{SourceFormat, UpAxis};
 
 const BASE: OptionDef = OptionDef { heading: Heading::Scene, ..OptionDef::BASE };
 

@@ -3,7 +3,7 @@
 use super::{Members, world};
 use crate::error::{LoadError, Warnings};
 use crate::gltf::document::Document;
-use crate::options::UpAxis;
+use blinn_scene::UpAxis;
 use blinn_scene::{FileEnvironment, FileFrames, FileSettings, LightUnits, PictureRegion};
 
 /// Sides of pictures, as for the option `size`.

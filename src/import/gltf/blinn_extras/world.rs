@@ -6,7 +6,7 @@ use super::Members;
 use crate::error::{LoadError, Warnings};
 use crate::gltf::document::Document;
 use crate::image::environment::decode_environment;
-use crate::options::UpAxis;
+use blinn_scene::UpAxis;
 use blinn_scene::{FileEnvironment, unit_quaternion};
 
 /// Largest radiance.

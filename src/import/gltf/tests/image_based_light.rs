@@ -6,9 +6,9 @@ use glam::{DVec3, Vec3};
 use serde_json::{Value, json};
 
 use super::super::fixture::Fixture;
-use crate::{Limits, LoadOptions, UpAxis};
+use crate::{Limits, LoadOptions};
 use blinn_core::geometry::Rgb;
-use blinn_scene::{PoseSettings, pose};
+use blinn_scene::{PoseSettings, UpAxis, pose};
 
 const NAME: &str = "EXT_lights_image_based";
 

@@ -4,9 +4,8 @@ use glam::{DVec3, Vec3};
 use serde_json::json;
 
 use super::super::fixture::{Fixture, bytes_of};
-use crate::{Limits, LoadOptions, UpAxis};
-use blinn_scene::pose;
-use blinn_scene::{AnimationChoice, FileProjection, LightKind, PoseSettings, Scene};
+use crate::{Limits, LoadOptions};
+use blinn_scene::{AnimationChoice, FileProjection, LightKind, PoseSettings, Scene, UpAxis, pose};
 
 /// World position of each instance's point (1, 0, 0), at rest.
 fn instance_points(scene: &Scene) -> Vec<DVec3> {
