@@ -42,6 +42,7 @@ pub use bodies::refracts_if_closed;
 pub use camera_xml::load_camera_xml;
 pub use cameras::{CameraFile, Lens, ListedCamera, MAX_CAMERAS, RecordedView};
 pub use error::{LoadError, Warning};
+pub use files::foreign_format::is_foreign_model;
 pub use files::limits::Limits;
 pub use files::read_file::{open_input_file, open_scene_file};
 pub use files::tar_archive::{file_version, has_tar_extension, is_in_archive, scenes_in_tar};
@@ -49,7 +50,7 @@ pub use image::environment::load_environment;
 pub use image::stored_frames::{StoredFrame, StoredFrames};
 pub use image::stored_picture::{PictureChannel, PictureEncoding, StoredPicture};
 pub use memory_watch::MemoryWatch;
-pub use options::{GlassMode, LoadOptions, MtlColors, SceneChoice, UpAxis};
+pub use options::{GlassMode, LoadOptions, MtlColors, SceneChoice};
 pub use smooth::NormalMode;
 
 /// Extensions of scene files, in lower case.

@@ -97,7 +97,7 @@ pub use planned_frame::{DEFAULT_FPS, FrameRate, PlannedFrame};
 pub use posed_frame::{PosedFrame, SceneSetup, ignored_primitives};
 pub use round_sizes::RoundWidth;
 pub use scene::{Scene, prepare_scene};
-pub use scene_folder::{has_scene_extension, visit_scenes};
+pub use scene_folder::{ForeignModels, has_scene_extension, visit_scenes};
 pub use scene_renderer::{RenderedImage, SceneRenderer};
 pub use scheduler::{Capacity, Claim, Deferred, Finished, Job, Permit, Scheduler, run_scheduled};
 pub use session::{Request, Session};

@@ -1,11 +1,12 @@
 //! The scene files in a folder and in the folders below it.
 
-use std::collections::HashSet;
+use std::collections::{BTreeMap, HashSet};
 use std::ffi::{OsStr, OsString};
+use std::fmt;
 use std::io;
 use std::path::{Path, PathBuf};
 
-use blinn_import::SCENE_EXTENSIONS;
+use blinn_import::{SCENE_EXTENSIONS, is_foreign_model};
 use blinn_output::datasets::MODELS_INFO;
 
 /// Deepest level of folders that is searched.
@@ -22,18 +23,62 @@ fn is_blend_file(path: &Path) -> bool {
     path.extension().is_some_and(|extension| extension.eq_ignore_ascii_case("blend"))
 }
 
+/// Models in formats that are not read, by their extensions in lower case.
+#[derive(Clone, Debug, Default, PartialEq, Eq)]
+pub struct ForeignModels(BTreeMap<String, u64>);
+
+impl ForeignModels {
+    /// True if there are none.
+    pub fn is_empty(&self) -> bool {
+        self.0.is_empty()
+    }
+
+    fn add(&mut self, name: &OsStr) {
+        let extension = Path::new(name).extension().unwrap_or_default();
+        *self.0.entry(extension.to_string_lossy().to_lowercase()).or_default() += 1;
+    }
+}
+
+impl fmt::Display for ForeignModels {
+    /// Writes `2 .fbx files and 1 .step file`.
+    fn fmt(&self, f: &mut fmt::Formatter) -> fmt::Result {
+        for (i, (extension, count)) in self.0.iter().enumerate() {
+            let before = match i {
+                0 => "",
+                _ if i + 1 == self.0.len() => " and ",
+                _ => ", ",
+            };
+            let files = if *count == 1 { "file" } else { "files" };
+            write!(f, "{before}{count} .{extension} {files}")?;
+        }
+        Ok(())
+    }
+}
+
 /// Calls `found` for each scene file in `folder` and below, in the order of their names, byte by byte, with a folder's
 /// content at the place of its name. A .blend file is found unless a scene file of the same name is beside it, which it was
 /// probably exported to. Names that begin with a dot are skipped. Links to files are followed, links to
-/// folders are not, nor are the models of BOP's datasets, which blinn writes. A file that cannot be examined, such as a link to nothing, is found: reading it reports why.
+/// folders are not, nor are the models of BOP's datasets, which blinn writes. A file that cannot be examined, such as a
+/// link to nothing, is found: reading it reports why. Returns the models in other formats without a scene file of the same
+/// name beside them.
 ///
 /// # Errors
 /// A folder cannot be read, folders are nested too deeply, and errors of `found`.
-pub fn visit_scenes(folder: &Path, found: &mut dyn FnMut(&Path) -> io::Result<()>) -> io::Result<()> {
-    visit(folder, 0, found)
+pub fn visit_scenes(
+    folder: &Path,
+    found: &mut dyn FnMut(&Path) -> io::Result<()>,
+) -> io::Result<ForeignModels> {
+    let mut foreign = ForeignModels::default();
+    visit(folder, 0, found, &mut foreign)?;
+    Ok(foreign)
 }
 
-fn visit(folder: &Path, depth: usize, found: &mut dyn FnMut(&Path) -> io::Result<()>) -> io::Result<()> {
+fn visit(
+    folder: &Path,
+    depth: usize,
+    found: &mut dyn FnMut(&Path) -> io::Result<()>,
+    foreign: &mut ForeignModels,
+) -> io::Result<()> {
     let with_path = |e: io::Error| io::Error::new(e.kind(), format!("{}: {e}", folder.display()));
     if depth > MAX_DEPTH {
         return Err(with_path(io::Error::other(format!("more than {MAX_DEPTH} folders inside each other"))));
@@ -46,7 +91,8 @@ fn visit(folder: &Path, depth: usize, found: &mut dyn FnMut(&Path) -> io::Result
             continue;
         }
         let is_folder = entry.file_type().map_err(with_path)?.is_dir();
-        if is_folder || has_scene_extension(Path::new(&name)) || is_blend_file(Path::new(&name)) {
+        let file = Path::new(&name);
+        if is_folder || has_scene_extension(file) || is_blend_file(file) || is_foreign_model(file) {
             entries.push((name, is_folder));
         }
     }
@@ -65,7 +111,9 @@ fn visit(folder: &Path, depth: usize, found: &mut dyn FnMut(&Path) -> io::Result
         if is_folder && path.join(MODELS_INFO).is_file() {
             continue;
         } else if is_folder {
-            visit(&path, depth + 1, found)?;
+            visit(&path, depth + 1, found, foreign)?;
+        } else if is_foreign_model(&path) {
+            foreign.add(path.file_name().unwrap_or_default());
         } else if path.metadata().map_or(true, |metadata| metadata.is_file()) {
             found(&path)?;
         }
@@ -76,6 +124,22 @@ fn visit(folder: &Path, depth: usize, found: &mut dyn FnMut(&Path) -> io::Result
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn models_in_other_formats_are_counted_unless_they_were_exported() {
+        let dir = tempfile::tempdir().unwrap();
+        for name in ["a.glb", "a.step", "b.STEP", "c.fbx", "d/e.step", "d/f.png", "d/g.blend", "h.mtl"] {
+            let file = dir.path().join(name);
+            std::fs::create_dir_all(file.parent().unwrap()).unwrap();
+            std::fs::write(file, "").unwrap();
+        }
+        let mut found = 0;
+        let foreign = visit_scenes(dir.path(), &mut |_| {
+            found += 1;
+            Ok(())
+        });
+        assert_eq!((found, foreign.unwrap().to_string().as_str()), (2, "1 .fbx file and 2 .step files"));
+    }
 
     #[test]
     fn scenes_are_found_in_the_order_of_their_names() {

@@ -130,4 +130,10 @@ fn a_folder_without_scenes_is_a_wrong_command_line() {
     fs::create_dir(folder.join("models/lamp")).unwrap();
     fs::write(folder.join("models/notes.txt"), "").unwrap();
     refused(&folder, "info models/", "a folder without .gltf, .glb, .obj, .stl, .ply or .blend files");
+    fs::write(folder.join("models/bolt.STEP"), "").unwrap();
+    refused(&folder, "render models", "it has 1 .step file: export them as .glb");
+    fs::copy(model("tests/cube.obj"), folder.join("models/nut.obj")).unwrap();
+    let output = blinn(&folder, "render models --size 8x8 -s 1 -o out/");
+    let errors = String::from_utf8_lossy(&output.stderr);
+    assert!(output.status.success() && errors.contains("models: left out 1 .step file"), "{errors}");
 }

@@ -7,7 +7,9 @@ use std::path::{Path, PathBuf};
 use crate::scene_file::{is_stdin, scene_path};
 use crate::usage::UsageError;
 use blinn_import::{has_tar_extension, scenes_in_tar};
-use blinn_session::{PathList, PathListBuilder, decode_path, has_scene_extension, visit_scenes};
+use blinn_session::{
+    ForeignModels, PathList, PathListBuilder, decode_path, has_scene_extension, visit_scenes,
+};
 
 /// Bytes at the start of a list that its encoding and its separators are detected from.
 const HEAD_BYTES: u64 = 1 << 16;
@@ -18,9 +20,21 @@ pub struct SceneList {
     paths: PathList,
     /// True for several arguments, a list or a folder, however many scenes they hold.
     is_batch: bool,
+    /// Models in folders of the command line whose formats are not read.
+    foreign: Vec<(PathBuf, ForeignModels)>,
 }
 
 impl SceneList {
+    /// Folders with models that are left out, and a sentence about them.
+    pub fn left_out(&self) -> impl Iterator<Item = (&Path, String)> {
+        self.foreign.iter().map(|(folder, models)| {
+            (
+                folder.as_path(),
+                format!("left out {models}, whose formats blinn does not read; export them as .glb"),
+            )
+        })
+    }
+
     /// Number of scenes, at least 1.
     pub fn len(&self) -> usize {
         self.paths.len()
@@ -89,7 +103,7 @@ pub fn scene_list(args: &[PathBuf]) -> Result<SceneList, UsageError> {
     let is_batch = args.len() > 1 || scenes.is_expanded;
     let paths = scenes.paths.finish();
     let paths = paths.map_err(|e| UsageError(format!("the list of scenes cannot be stored: {e}")))?;
-    Ok(SceneList { paths, is_batch })
+    Ok(SceneList { paths, is_batch, foreign: scenes.foreign })
 }
 
 /// The scenes that were found so far.
@@ -100,6 +114,7 @@ struct Expansion {
     stdin_count: usize,
     /// True after a list or a folder.
     is_expanded: bool,
+    foreign: Vec<(PathBuf, ForeignModels)>,
 }
 
 impl Expansion {
@@ -111,13 +126,18 @@ impl Expansion {
     fn add_folder(&mut self, folder: &Path) -> io::Result<()> {
         self.is_expanded = true;
         let before = self.paths.count();
-        visit_scenes(folder, &mut |scene| self.paths.push(scene))?;
+        let foreign = visit_scenes(folder, &mut |scene| self.paths.push(scene))?;
         if self.paths.count() == before {
-            let text = format!(
-                "{}: a folder without .gltf, .glb, .obj, .stl, .ply or .blend files",
-                folder.display()
-            );
+            let folder = folder.display();
+            let mut text =
+                format!("{folder}: a folder without .gltf, .glb, .obj, .stl, .ply or .blend files");
+            if !foreign.is_empty() {
+                text += &format!("; it has {foreign}: export them as .glb");
+            }
             return Err(io::Error::new(io::ErrorKind::NotFound, text));
+        }
+        if !foreign.is_empty() {
+            self.foreign.push((folder.to_path_buf(), foreign));
         }
         Ok(())
     }

@@ -37,6 +37,7 @@ fn execute(
     let mut reporter =
         Reporter::new(&process.log, plan.scene_range().len(), quiet).with_paths(process.print_paths);
     reporter.expect_files(plan.expected_files());
+    plan.scenes.left_out().for_each(|(folder, text)| reporter.warn(folder, &text));
     reporter.trace = process.trace.as_deref().map(|file| Trace::new(file, plan.outputs.replace));
     let mut summary = Summary::default();
     // Only now: a restarted process would not know of a signal that arrived earlier.

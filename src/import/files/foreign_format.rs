@@ -39,6 +39,18 @@ impl Remedy {
     }
 }
 
+/// Returns true if a name is that of a 3D model in a format that is not read.
+pub fn is_foreign_model(path: &Path) -> bool {
+    let extension = path.extension().unwrap_or_default();
+    let has_extension =
+        |format: &&Format| format.extensions.iter().any(|known| extension.eq_ignore_ascii_case(known));
+    let is_model = |format: &Format| {
+        matches!(format.remedy, Remedy::Blender | Remedy::Export | Remedy::Tessellate)
+            || format.extensions == ["3mf"]
+    };
+    FORMATS.iter().find(has_extension).is_some_and(is_model)
+}
+
 /// A format: its name with an article, the bytes that its files begin with, its extensions, and what helps.
 struct Format {
     name: &'static str,
@@ -96,7 +108,7 @@ const FORMATS: &[Format] = &[
     format("a Photoshop picture", &[b"8BPS"], &["psd"], Remedy::Picture),
     format("a WebP picture", &[], &["webp"], Remedy::Picture),
     format("a BMP or TGA picture", &[], &["bmp", "tga"], Remedy::Picture),
-    format("a PDF document", &[b"%PDF-"], &["pdf"], Remedy::Export),
+    format("a PDF document", &[b"%PDF-"], &["pdf"], Remedy::Other("export the model itself as .glb")),
     format("a web page", &[b"<!DOCTYPE html", b"<!doctype html", b"<html"], &["html", "htm"],
         Remedy::Other("download the model itself")),
     format("compressed with gzip", &[b"\x1f\x8b"], &["gz"], Remedy::Other("decompress it first")),
