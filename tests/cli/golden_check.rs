@@ -49,6 +49,26 @@ fn blessed_images_pass_and_changed_ones_fail_with_a_page() {
     let output = blinn(&dir, &format!("{render} --kd 1,0,0 --resume"));
     assert_eq!(output.status.code(), Some(1));
     runs(&dir, &format!("{render} --kd 1,0,0 --tolerance 1"));
+    // The page of a picture that passes is gone, another one stays.
+    assert!(!dir.join("out/cube.diff.html").exists());
+    fs::write(dir.join("out/cube.diff.html"), "my notes").unwrap();
+    runs(&dir, &render);
+    assert_eq!(fs::read_to_string(dir.join("out/cube.diff.html")).unwrap(), "my notes");
+}
+
+#[test]
+fn pictures_of_other_sizes_are_shown_and_the_page_is_among_the_written_files() {
+    let (_dir, dir) = folder();
+    let scene = model("tests/cube.obj");
+    let render = |size: &str| format!("render {scene} --size {size} -s 1 -o out/cube.png --check golden");
+    runs(&dir, &format!("{} --bless", render("48x32")));
+    let output = blinn(&dir, &format!("{} --print-paths", render("24x16")));
+    let paths = String::from_utf8(output.stdout).unwrap();
+    assert_eq!(output.status.code(), Some(1));
+    assert_eq!(paths.lines().collect::<Vec<_>>(), ["out/cube.png", "out/cube.diff.html"]);
+    let page = fs::read_to_string(dir.join("out/cube.diff.html")).unwrap();
+    assert_eq!(page.matches("data:image/png;base64,").count(), 2);
+    assert!(page.contains("48 × 32") && page.contains("24 × 16"), "{page}");
 }
 
 #[test]

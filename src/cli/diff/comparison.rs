@@ -29,10 +29,20 @@ pub struct Comparison {
     pub properties: Vec<JsonDifference>,
     /// The reason why no pixels could be compared.
     pub mismatch: Option<String>,
+    /// The old and the new picture, if their pixels could not be compared.
+    pub apart: Vec<ShownPicture>,
     /// True if the pictures alone decide: with a tolerance, small differences of scenes are accepted.
     pub pictures_decide: bool,
     /// The unit of lengths of both scenes.
     pub unit: LengthUnit,
+}
+
+/// A picture to look at.
+pub struct ShownPicture {
+    pub width: u32,
+    pub height: u32,
+    /// 8-bit sRGB with straight alpha.
+    pub pixels: Vec<[u8; 4]>,
 }
 
 /// A view of two scenes, or two pictures.

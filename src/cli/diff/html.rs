@@ -1,13 +1,15 @@
 //! A comparison as a self-contained HTML page.
 
 use std::fmt::Write as _;
+use std::fs::{self, File};
+use std::io::{self, Read};
 use std::path::Path;
 
 use anyhow::{Context, Result};
 use base64::Engine;
 use base64::prelude::BASE64_STANDARD;
 
-use super::comparison::{Comparison, Heading, ViewComparison};
+use super::comparison::{Comparison, Heading, ShownPicture, ViewComparison};
 use super::length::LengthUnit;
 use super::text::{amount_text, change_text, value_text};
 use blinn_output::compare::{JsonDifference, ObjectDifference};
@@ -36,6 +38,24 @@ pub fn write_page(
         .with_context(|| format!("{} cannot be written", file.display()))
 }
 
+/// Removes the page of an earlier comparison, if there is one. Other files stay.
+///
+/// # Errors
+/// The file cannot be read or removed.
+pub fn remove_page(file: &Path) -> Result<()> {
+    let start = PAGE.split_once("{{title}}").map_or(PAGE, |(start, _)| start).as_bytes();
+    let remove = || -> io::Result<()> {
+        let mut head = Vec::new();
+        File::open(file)?.take(start.len() as u64).read_to_end(&mut head)?;
+        if head == start { fs::remove_file(file) } else { Ok(()) }
+    };
+    match remove() {
+        Err(error) if error.kind() != io::ErrorKind::NotFound => Err(error)
+            .with_context(|| format!("{}, of an earlier comparison, cannot be removed", file.display())),
+        _ => Ok(()),
+    }
+}
+
 /// Builds the page.
 ///
 /// # Errors
@@ -50,6 +70,7 @@ fn page(heading: &Heading, comparison: &Comparison) -> Result<String> {
     for (i, view) in comparison.views.iter().enumerate() {
         body += &viewer(i, view, heading, comparison)?;
     }
+    body += &apart(&comparison.apart)?;
     body += &object_table(&comparison.objects, comparison.unit);
     body += &property_table(&comparison.properties);
     let (head, rest) = PAGE.split_once("{{title}}").unwrap_or((PAGE, ""));
@@ -130,11 +151,11 @@ fn viewer(index: usize, view: &ViewComparison, heading: &Heading, comparison: &C
         ("after", &view.after, "after"),
         ("difference", &view.difference, "differences"),
     ] {
-        let png = BASE64_STANDARD.encode(encode_png((*width, *height), pixels)?);
+        let png = data_url((*width, *height), pixels)?;
         writeln!(
             out,
             "<img class=\"{class}\" alt=\"{name}, {text}\" width=\"{width}\" height=\"{height}\" \
-             src=\"data:image/png;base64,{png}\">"
+             src=\"{png}\">"
         )?;
     }
     if has_boxes {
@@ -146,6 +167,26 @@ fn viewer(index: usize, view: &ViewComparison, heading: &Heading, comparison: &C
          aria-label=\"Share of {name} that shows the picture before, in percent\"><span>After</span></label>\n</section>"
     )?;
     Ok(out)
+}
+
+/// Two pictures beside each other.
+fn apart(pictures: &[ShownPicture]) -> Result<String> {
+    let mut out = String::new();
+    for (picture, name) in pictures.iter().zip(["before", "after"]) {
+        let ShownPicture { width, height, pixels } = picture;
+        let png = data_url((*width, *height), pixels)?;
+        write!(
+            out,
+            "<section class=\"card apart\" aria-labelledby=\"{name}\">\n<h2 id=\"{name}\">{name}</h2>\n\
+             <p>{width} × {height}</p>\n<img alt=\"The picture {name}\" width=\"{width}\" height=\"{height}\" \
+             src=\"{png}\">\n</section>\n"
+        )?;
+    }
+    Ok(out)
+}
+
+fn data_url(size: (u32, u32), pixels: &[[u8; 4]]) -> Result<String> {
+    Ok(format!("data:image/png;base64,{}", BASE64_STANDARD.encode(encode_png(size, pixels)?)))
 }
 
 /// Boxes of changed pixels and of changed objects, with names.

@@ -5,7 +5,7 @@ use std::path::Path;
 use anyhow::Result;
 use glam::DVec3;
 
-use super::comparison::{Comparison, PicturePair};
+use super::comparison::{Comparison, PicturePair, ShownPicture};
 use crate::args::CompareArgs;
 use blinn_import::{Limits, PictureEncoding, StoredFrame, StoredFrames, StoredPicture};
 use blinn_output::compare::compare_pictures;
@@ -60,6 +60,7 @@ fn compare_animations(
         let frame = compare_stored(&a.picture, &b.picture, &format!("frame {number}"), args);
         if frame.mismatch.is_some() {
             comparison.mismatch = frame.mismatch;
+            comparison.apart = frame.apart;
             break;
         }
         for view in frame.views {
@@ -84,7 +85,10 @@ fn compare_animations(
 fn compare_stored(old: &StoredPicture, new: &StoredPicture, name: &str, args: &CompareArgs) -> Comparison {
     let map = match compare_pictures(old, new) {
         Ok(map) => map,
-        Err(mismatch) => return Comparison { mismatch: Some(mismatch.to_string()), ..Comparison::default() },
+        Err(mismatch) => {
+            let apart = [old, new].map(shown).into();
+            return Comparison { mismatch: Some(mismatch.to_string()), apart, ..Comparison::default() };
+        }
     };
     let pair = PicturePair {
         width: old.width,
@@ -133,6 +137,10 @@ fn fraction(alpha: f64) -> f64 {
 fn display_colors(picture: &StoredPicture) -> Vec<DVec3> {
     let alpha = alphas(picture);
     straight_colors(picture).enumerate().map(|(i, color)| color * alpha(i)).collect()
+}
+
+fn shown(picture: &StoredPicture) -> ShownPicture {
+    ShownPicture { width: picture.width, height: picture.height, pixels: to_rgba8(picture) }
 }
 
 fn to_rgba8(picture: &StoredPicture) -> Vec<[u8; 4]> {

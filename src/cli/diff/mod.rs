@@ -108,7 +108,11 @@ fn plan(args: &DiffArgs, old: &Path) -> Result<RenderPlan, UsageError> {
         args.preview.options(&args.scene, args.size.unwrap_or((1, 1)), BACKGROUND)?,
         args.preview.time.time.unwrap_or(0.0),
         &output,
-        ImagePolicy { strict: args.preview.common.strict, max_memory: args.preview.process.max_memory },
+        ImagePolicy {
+            strict: args.preview.common.strict,
+            max_memory: args.preview.process.max_memory,
+            image_name: None,
+        },
     )
 }
 

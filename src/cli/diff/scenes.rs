@@ -151,6 +151,7 @@ pub fn compare(
         objects,
         properties,
         mismatch: None,
+        apart: Vec::new(),
         pictures_decide: args.tolerance.is_some() || args.flip,
         unit: length_unit(&old.scene, &new.scene),
     })

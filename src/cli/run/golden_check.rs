@@ -78,7 +78,7 @@ pub fn check(plan: &CheckPlan, files: &[PathBuf], limits: &Limits, log: &SceneLo
     }
     let mut problems = Vec::new();
     for file in files {
-        problems.extend(problem(plan, file, limits)?);
+        problems.extend(problem(plan, file, limits, log)?);
     }
     if problems.is_empty() {
         return Ok(());
@@ -101,20 +101,22 @@ fn bless(plan: &CheckPlan, file: &Path, log: &SceneLog) -> Result<()> {
 }
 
 /// Returns the difference of an image, after writing a page about it; `None` if it equals the golden one.
-fn problem(plan: &CheckPlan, file: &Path, limits: &Limits) -> Result<Option<String>> {
+fn problem(plan: &CheckPlan, file: &Path, limits: &Limits, log: &SceneLog) -> Result<Option<String>> {
     let golden = plan.golden(file);
     if !golden.exists() {
         return Ok(Some(format!("{} is missing, --bless writes it", golden.display())));
     }
     let comparison = images::compare(&golden, file, &plan.compare, limits)?;
+    let page = file.with_extension("diff.html");
     if !comparison.is_different() {
+        html::remove_page(&page)?;
         return Ok(None);
     }
-    let page = file.with_extension("diff.html");
     let compare = &plan.compare;
     let tolerance = compare.tolerance.unwrap_or(0.0);
     let heading = Heading { old: &golden, new: file, tolerance, flip: compare.flip };
     html::write_page(&page, &heading, &comparison, Overwrite::Yes)?;
+    log.wrote(&page);
     Ok(Some(format!(
         "{} differs, {} (see {})",
         file.display(),
