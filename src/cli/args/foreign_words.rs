@@ -1,4 +1,4 @@
-//! Flags of f3d, Blender, Mitsuba and other renderers, and their equivalents here.
+//! Flags and commands of f3d, Blender, Mitsuba and other programs, and their equivalents here.
 
 /// The equivalent of another program's flag: an option here, or an explanation why none is needed.
 pub enum Equivalent {
@@ -8,14 +8,29 @@ pub enum Equivalent {
 
 use Equivalent::{Unneeded, Use};
 
+/// Looks up a command that other programs have, and returns how to do the same here.
+pub fn command(word: &str) -> Option<&'static str> {
+    COMMANDS.iter().find(|(words, _)| words.contains(&word)).map(|(_, usage)| *usage)
+}
+
+static COMMANDS: [(&[&str], &str); 7] = [
+    (&["thumbnail", "thumb", "thumbnails"], "blinn render SCENE --max-size 256"),
+    (&["compare", "cmp", "flip"], "blinn diff OLD NEW"),
+    (&["dataset", "datasets", "coco", "bop", "nerf"], "blinn turntable SCENE --views N --dataset FORMATS"),
+    (&["animate", "spin", "video", "orbit"], "blinn turntable SCENE"),
+    (&["open", "show", "preview", "gui", "serve"], "blinn view SCENE"),
+    (&["inspect", "stat", "stats", "print", "validate"], "blinn info SCENE"),
+    (&["contact-sheet", "drawing", "dimensions"], "blinn sheet SCENE"),
+];
+
 /// Looks up a flag of another program.
-pub fn equivalent(flag: &str) -> Option<&'static Equivalent> {
+pub fn flag(flag: &str) -> Option<&'static Equivalent> {
     let name = flag.split('=').next().unwrap_or(flag);
     FLAGS.iter().find(|(names, _)| names.contains(&name)).map(|(_, equivalent)| equivalent)
 }
 
 /// Flags of other programs. f3d's names of cameras and sizes are aliases and not listed.
-static FLAGS: [(&[&str], Equivalent); 42] = [
+static FLAGS: [(&[&str], Equivalent); 44] = [
     // f3d
     (&["--ambient-occlusion"], Use("--ao SAMPLES")),
     (&["--anti-aliasing", "--anti-aliasing-mode"], Use("-s SAMPLES")),
@@ -60,6 +75,8 @@ static FLAGS: [(&[&str], Equivalent); 42] = [
     (&["--force", "--overwrite"], Unneeded("files are overwritten unless --no-overwrite is set")),
     (&["--layers", "--passes", "--normals", "--depth-map"], Use("--aov depth,normal")),
     (&["--shadow-radius", "--soft-shadows"], Use("--light-radius R")),
+    (&["--ortho", "--orthographic", "--parallel"], Use("--projection orthographic")),
+    (&["--units", "--unit"], Use("--scale F, the length of the file's unit in metres")),
     (&["--json"], Use("blinn info --json, or --progress json")),
 ];
 
@@ -67,6 +84,19 @@ static FLAGS: [(&[&str], Equivalent); 42] = [
 mod tests {
     use super::*;
     use crate::args::command_tree::{built, find_flag};
+
+    #[test]
+    fn commands_lead_to_those_that_exist() {
+        let root = built();
+        for (words, usage) in &COMMANDS {
+            let mut named = usage.split(' ').skip(1);
+            let command = root.find_subcommand(named.next().unwrap()).unwrap();
+            for flag in named.filter_map(|word| word.strip_prefix("--")) {
+                assert!(find_flag(command, flag).is_some(), "--{flag}");
+            }
+            assert!(words.iter().all(|word| root.find_subcommand(word).is_none()), "{words:?}");
+        }
+    }
 
     #[test]
     fn equivalents_exist_and_foreign_flags_do_not() {

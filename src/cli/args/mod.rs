@@ -12,7 +12,7 @@ pub(super) mod config;
 mod diff;
 mod explicit_flags;
 mod farm;
-mod foreign_flags;
+mod foreign_words;
 pub(super) mod help;
 mod info;
 mod option_args;

@@ -6,17 +6,18 @@ use std::path::Path;
 use clap::error::{ContextKind, ContextValue, ErrorKind};
 use clap::{Command, Error};
 
+use blinn_core::closest_name::closest_name;
 use blinn_session::SCENE_EXTENSIONS;
 
 use super::command_tree::find_flag;
-use super::foreign_flags::{Equivalent, equivalent};
-use super::{config, help};
+use super::foreign_words::Equivalent;
+use super::{config, foreign_words, help};
 
 /// Message for a clap error in one line. `argv` is the `command_line` with the options of its --config file.
 pub fn message(error: &Error, argv: &[OsString], command_line: &[OsString]) -> String {
     let flag = context(error, ContextKind::InvalidArg);
     let text = match (error.kind(), &flag) {
-        (ErrorKind::UnknownArgument, Some(flag)) => unknown_argument(error, flag, argv),
+        (ErrorKind::UnknownArgument, Some(flag)) => unknown_argument(flag, argv),
         (ErrorKind::InvalidSubcommand, _) => unknown_command(error),
         _ => clap_message(error),
     };
@@ -50,7 +51,7 @@ fn clap_message(error: &Error) -> String {
 }
 
 /// A flag that the command does not have: another program's, another command's, or misspelt.
-fn unknown_argument(error: &Error, flag: &str, argv: &[OsString]) -> String {
+fn unknown_argument(flag: &str, argv: &[OsString]) -> String {
     let root = help::full();
     let commands = command_path(&root, argv, flag);
     let long = flag.strip_prefix("--").unwrap_or_default();
@@ -66,13 +67,15 @@ fn unknown_argument(error: &Error, flag: &str, argv: &[OsString]) -> String {
             return format!("unexpected argument '{flag}': place it before {}", last.get_name());
         }
     }
-    let suggestion = context(error, ContextKind::SuggestedArg);
+    // clap suggests flags that are not close.
+    let longs: Vec<&str> = commands.last().into_iter().flat_map(|command| long_flags(command)).collect();
+    let suggestion = closest_name(long, longs).map(|similar| format!("--{similar}"));
     let other_commands = match &with_flag(&root)[..] {
         [] => String::new(),
         [one] => one.clone(),
         [others @ .., last] => format!("{} and blinn {last}", others.join(", blinn ")),
     };
-    let hint = match (equivalent(flag), suggestion) {
+    let hint = match (foreign_words::flag(flag), suggestion) {
         (Some(Equivalent::Use(option)), _) => format!("use {option}"),
         (Some(Equivalent::Unneeded(reason)), _) => format!("not needed, {reason}"),
         _ if !other_commands.is_empty() => format!("it is an option of blinn {other_commands}"),
@@ -92,10 +95,22 @@ fn unknown_command(error: &Error) -> String {
     if SCENE_EXTENSIONS.iter().any(|scene| extension.eq_ignore_ascii_case(scene)) {
         return format!("unknown command '{word}': to render it, use blinn render {word}");
     }
-    match context(error, ContextKind::SuggestedSubcommand) {
-        Some(similar) => format!("unknown command '{word}': did you mean {similar}?"),
-        None => format!("unknown command '{word}': see blinn --help"),
-    }
+    let root = help::full();
+    let hint = match (
+        foreign_words::command(&word),
+        closest_name(&word, root.get_subcommands().map(Command::get_name)),
+    ) {
+        (Some(usage), _) => format!("use {usage}"),
+        (None, Some(similar)) => format!("did you mean {similar}?"),
+        (None, None) => "see blinn --help".into(),
+    };
+    format!("unknown command '{word}': {hint}")
+}
+
+/// The names of a command's flags, without `--`.
+fn long_flags(command: &Command) -> Vec<&str> {
+    let shown = command.get_arguments().filter(|argument| !argument.is_hide_set());
+    shown.filter_map(|argument| argument.get_long()).collect()
 }
 
 /// The commands in `argv` before `flag`, from the program down.
