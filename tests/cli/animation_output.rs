@@ -92,7 +92,7 @@ fn each_scene_gets_its_own_animation() {
     );
     let page = fs::read_to_string(at.join("out/r.html")).unwrap();
     assert_eq!(page.matches("<figure>").count(), 2);
-    assert!(page.contains("href=\"figure.gif\""));
+    assert!(page.contains("href=\"./figure.gif\""));
     refused(&at, &format!("{line} -o spin.gif"), "would both be written to spin.gif");
 }
 

@@ -225,7 +225,7 @@ fn a_report_shows_all_images_and_failures() {
     let page = fs::read_to_string(at.join("out/r.html")).unwrap();
     assert_eq!(page.matches("<figure>").count(), 3);
     for expected in [
-        "href=\"cornell_2.png\"",
+        "href=\"./cornell_2.png\"",
         "data:image/jpeg;base64,",
         "missing&lt;.glb",
         "3 images in",
@@ -252,7 +252,7 @@ fn a_dash_is_standard_output() {
         String::from_utf8(output.stdout).unwrap()
     };
     let page = out(&format!("render {scene} {SMALL} -o a.png --report -"));
-    assert!(page.starts_with("<!doctype html>") && page.contains("href=\"a.png\""), "{page}");
+    assert!(page.starts_with("<!doctype html>") && page.contains("href=\"./a.png\""), "{page}");
     assert_eq!(names(&at), ["a.png"]);
     let job = out(&format!("job slurm -o - render {scene} --frames 1-2 -o out/#.png"));
     assert!(job.starts_with("#!"), "{job}");

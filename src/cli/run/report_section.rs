@@ -98,6 +98,8 @@ impl ReportSection {
         let file = absolute(file);
         let relative = page.parent().and_then(|folder| file.strip_prefix(folder).ok());
         let path = relative.unwrap_or(&file).to_string_lossy().replace('\\', "/");
-        path.replace('%', "%25").replace('?', "%3F").replace('#', "%23")
+        let url = path.replace('%', "%25").replace('?', "%3F").replace('#', "%23");
+        // `a:b.png` would be a URL of the scheme `a`.
+        if relative.is_some() { format!("./{url}") } else { url }
     }
 }
