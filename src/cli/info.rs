@@ -136,7 +136,7 @@ pub fn comparable_properties(scene: &Scene, warnings: &[Warning], mode: GlassMod
     let posed = pose(scene, &PoseSettings { animation: AnimationChoice::Rest, ..Default::default() })?;
     let report = BuildReport::count_degenerate(&posed);
     let mut all = properties(&posed, &report, &all_lines(warnings), mode);
-    for key in ["file", "exporters", "quirks"] {
+    for key in ["file", "exporters", "quirks", "up"] {
         all.remove(key);
     }
     Ok(Value::Object(all))
@@ -179,6 +179,8 @@ fn properties(posed: &PosedScene, report: &BuildReport, warnings: &[String], mod
         "triangles_stored": stored,
         "triangles_without_area": report.zero_area,
         "bounds": {"min": corner(bounds.min), "max": corner(bounds.max)},
+        // Bounds have y up.
+        "up": scene.source.up.name(),
         "materials": scene.materials.iter().map(|m| json!({
             "name": m.name,
             "kind": match m.reflectance {
@@ -262,6 +264,14 @@ fn to_text(properties: &Value) -> String {
                 for item in list {
                     out.push_str(&format!("  {}\n", inline(item)));
                 }
+            }
+            Value::String(axis) if key == "up" => {
+                let turned = if axis == "y" {
+                    ""
+                } else {
+                    " in the file, turned to y: bounds, cameras and lights have y up"
+                };
+                out.push_str(&format!("up: {axis}{turned}\n"));
             }
             other => out.push_str(&format!("{key}: {}\n", inline(other))),
         }

@@ -194,7 +194,7 @@ impl fmt::Display for Notice {
             Notice::DepthOverflow { frame, farthest, step, largest } => write!(
                 f,
                 "frame {frame} has depths up to {farthest} m, but 16 bits in units of {step} m hold at most {largest} m; \
-                 farther points are stored as 65535; set a larger `depth-unit`"
+                 farther points are stored as 65535; set a larger `depth-unit`, or `scale` if the file is not in metres"
             ),
             Notice::EmptyImage { frame, reason } => write!(f, "frame {frame} shows nothing: {reason}"),
             Notice::Camera(text) => write!(f, "camera: {text}"),

@@ -120,11 +120,32 @@ fn several_scenes_and_failures_are_listed() {
     let output = blinn(&dir, &format!("sheet {scene} broken.glb --size 256x256 -s 1 --json -o out/"));
     assert_eq!(output.status.code(), Some(1));
     let json: Value = serde_json::from_slice(&output.stdout).unwrap();
-    assert_eq!(json[0]["file"], "out/cube.png");
+    assert_eq!(json[0]["file"], "out/cube_sheet.png");
     assert!(json[1]["error"].as_str().unwrap().contains("broken.glb"));
-    assert_eq!(names(&dir), ["broken.glb", "out/cube.png"]);
+    assert_eq!(names(&dir), ["broken.glb", "out/cube_sheet.png"]);
     runs(&dir, &format!("sheet {scene} --size 256x256 -s 1"));
     assert!(dir.join("cube_sheet.png").exists());
+}
+
+/// Sizes of files with z up are named along the axes of the file, too.
+#[test]
+fn sizes_are_those_of_the_file_where_z_is_up() {
+    let (_dir, dir) = folder();
+    let ply = "ply\nformat ascii 1.0\nelement vertex 4\nproperty float x\nproperty float y\nproperty float z\n\
+               element face 2\nproperty list uchar int vertex_indices\nend_header\n\
+               0 0 0\n2 0 0\n2 3 0\n0 0 5\n3 0 1 2\n3 0 1 3\n";
+    fs::write(dir.join("part.ply"), ply).unwrap();
+    let json = sheet(&dir, "part.ply --size 256x256 -s 1");
+    let size = |key: &str| vector(&json[key]).to_array();
+    assert_eq!((json["up"].as_str(), size("size_in_file")), (Some("z"), [2.0, 3.0, 5.0]));
+    assert_eq!(vector(&json["bounds"]["size"]).to_array(), [2.0, 5.0, 3.0]);
+    let json = sheet(&dir, "part.ply --up y --size 256x256 -s 1");
+    assert_eq!(
+        (json["up"].as_str(), vector(&json["size_in_file"])),
+        (Some("y"), vector(&json["bounds"]["size"]))
+    );
+    let text = String::from_utf8(blinn(&dir, "info part.ply").stdout).unwrap();
+    assert!(text.contains("\nup: z in the file, turned to y"), "{text}");
 }
 
 #[test]
@@ -132,7 +153,9 @@ fn wrong_outputs_are_usage_errors() {
     let (_dir, dir) = folder();
     let scene = model("tests/cube.obj");
     refused(&dir, &format!("sheet {scene} -o a.exr"), "set -o to .png, .jpg or .webp");
-    refused(&dir, &format!("sheet {scene} -o a.gif"), "gif");
+    for name in ["a.gif", "a.bmp"] {
+        refused(&dir, &format!("sheet {scene} -o {name}"), "set -o to .png, .jpg or .webp");
+    }
     refused(&dir, &format!("sheet {scene} -o - --json"), "standard output");
     refused(&dir, &format!("sheet {scene} --size 100x500"), "at least 128x128");
     refused(&dir, &format!("sheet {scene} --orbit 1,2"), "--orbit");

@@ -16,6 +16,8 @@ pub struct ImagePolicy {
     pub strict: bool,
     /// Memory limit in bytes.
     pub max_memory: Option<u64>,
+    /// Name of images in a folder; `None` is the usual one.
+    pub image_name: Option<&'static str>,
 }
 
 impl RenderPlan {
@@ -28,7 +30,11 @@ impl RenderPlan {
         policy: ImagePolicy,
     ) -> Result<RenderPlan, UsageError> {
         let frames = FrameSet::Single(PlannedFrame::at(1, time));
-        let sequence = SequenceInfo { is_batch: scenes.is_batch(), ..SequenceInfo::default() };
+        let sequence = SequenceInfo {
+            is_batch: scenes.is_batch(),
+            image_name: policy.image_name,
+            ..SequenceInfo::default()
+        };
         let outputs = Outputs::new(output, &sequence, &frames, &options)?;
         let session = SessionPlan::new(options);
         RenderPlan {

@@ -90,7 +90,7 @@ impl RenderPlan {
         let sequence = SequenceInfo {
             is_sequence: frames.is_sequence(),
             is_batch: scenes.is_batch(),
-            dataset_name: None,
+            image_name: None,
             has_cameras: cameras.is_some(),
             fps: args.frames.fps,
             is_clip: cameras.is_none(),
@@ -150,7 +150,7 @@ impl RenderPlan {
         let formats = FormatsPlan::from_args(&args.turn)?;
         let sequence = SequenceInfo {
             is_batch: scenes.is_batch(),
-            dataset_name: dataset.as_ref().and_then(|_| formats.image_name(scenes.is_batch())),
+            image_name: dataset.as_ref().and_then(|_| formats.image_name(scenes.is_batch())),
             ..turntable::sequence_info(&args.turn, chunk.frames)
         };
         let outputs = Outputs::new(&args.output, &sequence, &frames, &options)?;

@@ -258,7 +258,7 @@ fn name_pattern(output: Option<&Path>, sequence: &SequenceInfo) -> Result<String
         && !output.exists()
         && output.file_name().is_some_and(|name| PathTemplate::parse(&name.to_string_lossy()).is_literal());
     Ok(if text.ends_with(is_separator) || output.is_dir() || is_new_folder {
-        let name = sequence.dataset_name.unwrap_or(default);
+        let name = sequence.image_name.unwrap_or(default);
         format!("{}/{name}", text.trim_end_matches(is_separator))
     } else {
         text.into()

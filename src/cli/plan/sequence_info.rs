@@ -7,8 +7,8 @@ pub struct SequenceInfo {
     pub is_sequence: bool,
     /// True if there may be several scenes.
     pub is_batch: bool,
-    /// The name of images in a folder, if the formats of a dataset decide it.
-    pub dataset_name: Option<&'static str>,
+    /// The name of images in a folder, if the command or the formats of a dataset decide it.
+    pub image_name: Option<&'static str>,
     /// True if the frames are the cameras of a list.
     pub has_cameras: bool,
     /// True if the frames are those of an animation in the file.

@@ -4,7 +4,7 @@ use glam::DVec2;
 
 use super::layout::{Cell, SheetLayout};
 use blinn_output::{Anchor, Canvas, TextStyle};
-use blinn_scene::StandardView;
+use blinn_scene::{StandardView, UpAxis};
 
 /// Text and lines on light and on dark backgrounds, 8-bit sRGB.
 const DARK: [u8; 3] = [0x2b, 0x30, 0x38];
@@ -18,6 +18,8 @@ pub struct Labels<'a> {
     /// Name of the scene.
     pub title: &'a str,
     pub unit: Unit,
+    /// The axis of the file that points up, in whose coordinates the overall size is.
+    pub up: UpAxis,
     /// True for dark labels.
     pub on_light: bool,
 }
@@ -82,7 +84,7 @@ pub fn draw(canvas: &mut Canvas, layout: &SheetLayout, labels: &Labels) {
             let room = width - 11.0 * height;
             canvas.text(&shorten(labels.title, room, &style), end, Anchor::Right, false, &style);
             let below = DVec2::new(left + 0.5 * width, top + cell_height - 1.5 * height);
-            canvas.text(&overall_size(layout, labels.unit), below, Anchor::Middle, false, &style);
+            canvas.text(&overall_size(layout, labels), below, Anchor::Middle, false, &style);
         } else {
             dimensions(canvas, layout, cell, labels.unit, &style);
         }
@@ -110,8 +112,10 @@ fn dimensions(canvas: &mut Canvas, layout: &SheetLayout, cell: &Cell, unit: Unit
     canvas.text(&height, DVec2::new(beside - 1.4 * h, middle.y), Anchor::Middle, true, style);
 }
 
-fn overall_size(layout: &SheetLayout, unit: Unit) -> String {
-    let extent = layout.bounds.extent();
+/// The size along the axes of the file.
+fn overall_size(layout: &SheetLayout, labels: &Labels) -> String {
+    let Labels { unit, up, .. } = *labels;
+    let extent = up.size_in_file(layout.bounds.extent());
     let plain = Unit { symbol: "", ..unit };
     format!("{} × {} × {}", plain.format(extent.x), plain.format(extent.y), unit.format(extent.z))
 }

@@ -3,7 +3,7 @@
 mod labels;
 mod layout;
 
-use std::path::{Path, PathBuf};
+use std::path::Path;
 use std::sync::Arc;
 use std::time::Instant;
 
@@ -26,7 +26,7 @@ use blinn_core::cancellation::CancelToken;
 use blinn_core::geometry::Rgb;
 use blinn_output::{Canvas, ImageFormat, check_writable, write_atomically};
 use blinn_render::display::Background;
-use blinn_scene::{PoseSettings, SourceFormat, linear_to_srgb8, pose};
+use blinn_scene::{PoseSettings, Source, SourceFormat, linear_to_srgb8, pose};
 use blinn_session::{
     Claim, EmptyImages, Finished, ImageKind, Job, Permit, PlannedFrame, PosedFrame, SceneRenderer,
     SessionLog, check_memory, run_scheduled,
@@ -36,8 +36,14 @@ use layout::{CELLS, MIN_SIDE, SheetLayout};
 
 /// The background without --background, linear: light enough for dark labels.
 const BACKGROUND: Rgb = Rgb::new(0.8, 0.82, 0.85);
+/// Name of a sheet beside its scene or in a folder: not that of a picture of the scene.
+const DEFAULT_NAME: &str = "{stem}_sheet.png";
 
 pub fn run(args: &SheetArgs) -> Result<Summary, UsageError> {
+    let is_unknown = |file: &Path| file.extension().is_some() && ImageFormat::from_path(file).is_none();
+    if args.output.as_deref().is_some_and(|file| is_unknown(file) && !file.is_dir()) {
+        return Err(no_such_format());
+    }
     let mut plan = plan(args)?;
     let OutputKind::Images(ImageKind { format, .. }) = plan.outputs.kind else {
         return Err(no_such_format());
@@ -51,6 +57,7 @@ pub fn run(args: &SheetArgs) -> Result<Summary, UsageError> {
     }
     plan.read_files()?;
     let reporter = Reporter::new(&process.log, plan.scenes.len(), args.preview.common.quiet);
+    plan.scenes.left_out().for_each(|(folder, text)| reporter.warn(folder, &text));
     let mut summary = Summary::default();
     let mut all = Vec::new();
     let mut list = plan.numbered_scenes().peekable();
@@ -94,7 +101,7 @@ pub fn run(args: &SheetArgs) -> Result<Summary, UsageError> {
 }
 
 fn no_such_format() -> UsageError {
-    UsageError("a sheet is one image as displayed; set -o to .png, .jpg or .webp".into())
+    UsageError("a sheet is one image as displayed; set -o to .png, .jpg or .webp, or to a folder/".into())
 }
 
 /// The plan for one of the views, without its camera.
@@ -109,13 +116,17 @@ fn plan(args: &SheetArgs) -> Result<RenderPlan, UsageError> {
             "-o - and --json would both be written to standard output; name a file".into(),
         ));
     }
-    let output = args.output.clone().unwrap_or_else(|| PathBuf::from("{stem}_sheet.png"));
+    let output = args.output.clone().unwrap_or_else(|| DEFAULT_NAME.into());
     RenderPlan::for_images(
         scene_list(&args.scene.scenes)?,
         args.preview.options(&args.scene, (width / 2, height / 2), BACKGROUND)?,
         args.preview.time.time.unwrap_or(0.0),
         &OutputArgs { output: Some(output), no_overwrite: args.no_overwrite, ..OutputArgs::default() },
-        ImagePolicy { strict: args.preview.common.strict, max_memory: args.preview.process.max_memory },
+        ImagePolicy {
+            strict: args.preview.common.strict,
+            max_memory: args.preview.process.max_memory,
+            image_name: Some(DEFAULT_NAME),
+        },
     )
 }
 
@@ -194,9 +205,10 @@ impl Sheet<'_> {
         let is_metres = scene.source.format == SourceFormat::Gltf;
         let unit = Unit::for_longest(layout.bounds.extent().max_element(), is_metres);
         let on_light = is_light(plan.session.options.fixed_background());
-        labels::draw(&mut canvas, &layout, &Labels { title: &scene.name, unit, on_light });
+        let up = scene.source.up;
+        labels::draw(&mut canvas, &layout, &Labels { title: &scene.name, unit, up, on_light });
         self.save(&target, &canvas.into_pixels())?;
-        Ok(self.describe(&target, &layout, is_metres, renderer.exposure.ev))
+        Ok(self.describe(&target, &layout, &scene.source, renderer.exposure.ev))
     }
 
     fn planned_frame(&self) -> Result<PlannedFrame> {
@@ -220,7 +232,7 @@ impl Sheet<'_> {
     }
 
     /// The description that --json prints.
-    fn describe(&self, target: &Target, layout: &SheetLayout, is_metres: bool, ev: f64) -> Value {
+    fn describe(&self, target: &Target, layout: &SheetLayout, source: &Source, ev: f64) -> Value {
         let (width, height) = layout.cell_size;
         let cells = layout.cells.iter().map(|cell| {
             let camera = &cell.camera;
@@ -249,7 +261,9 @@ impl Sheet<'_> {
             "file": file,
             "width": self.size.0,
             "height": self.size.1,
-            "unit": if is_metres { json!("metre") } else { Value::Null },
+            "unit": if source.format == SourceFormat::Gltf { json!("metre") } else { Value::Null },
+            "up": source.up.name(),
+            "size_in_file": source.up.size_in_file(layout.bounds.extent()).to_array(),
             "bounds": {
                 "min": layout.bounds.min.to_array(),
                 "max": layout.bounds.max.to_array(),

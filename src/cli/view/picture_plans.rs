@@ -79,7 +79,8 @@ impl PicturePlans {
                 _ => options.set(name, value)?,
             }
         }
-        let policy = ImagePolicy { strict: flags.contains("strict"), max_memory: self.max_memory };
+        let policy =
+            ImagePolicy { strict: flags.contains("strict"), max_memory: self.max_memory, image_name: None };
         let scenes = scene_list(std::slice::from_ref(&self.path))?;
         let mut plan =
             RenderPlan::for_images(scenes, options.finish()?, time, &OutputArgs::default(), policy)?;
