@@ -17,8 +17,15 @@ fn shares_and_resumed_runs_equal_the_whole() {
     let scene = model("assembly/assembly.glb");
     let line = format!("turntable {scene} --views 4 {SMALL} --dataset nerf,colmap,bop,coco");
     let images = |folder: &str| format!("{folder}/train/000001/rgb/######.png");
-    runs(&at, &format!("{line} -o {}", images("whole")));
+    runs(&at, &format!("{line} -o {} --ledger ledger", images("whole")));
     let whole = files(&at.join("whole"));
+    // Masks, models and descriptions count, too.
+    let ledger = json(&at, "ledger");
+    let bytes: usize = whole.values().map(Vec::len).sum();
+    assert_eq!(
+        (ledger["files"].as_u64(), ledger["bytes"].as_u64()),
+        (Some(whole.len() as u64), Some(bytes as u64))
+    );
     for file in [
         "models/models_info.json",
         "models/obj_000001.ply",
@@ -171,6 +178,19 @@ fn formats_lay_out_their_folders() {
 }
 
 /// Scenes of a folder in one dataset, rendered at once, in shares, or after a failure.
+/// A folder that is named after its scene has no other one below it.
+#[test]
+fn the_folder_of_a_scene_may_be_named() {
+    let (_dir, at) = folder();
+    let scene = model("assembly/assembly.glb");
+    for folder in ["x/{stem}/", "x/"] {
+        let output =
+            blinn(&at, &format!("turntable {scene} missing.glb --views 2 {SMALL} --dry-run -o {folder}"));
+        let listed = String::from_utf8(output.stdout).unwrap();
+        assert!(listed.contains("x/assembly/0001.png\n"), "{folder}: {listed}");
+    }
+}
+
 #[test]
 fn scenes_are_merged_into_one_dataset() {
     let (_dir, at) = folder();

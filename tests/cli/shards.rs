@@ -125,6 +125,8 @@ fn archives_are_resumed_as_a_whole() {
     fs::write(at.join("objects/o3.x.obj"), "v 0 0 0\nv 3 0 0\nv 0 1 0\nf 1 2 3\n").unwrap();
     assert_eq!((run("-o a/{shard}.jpg.tar --resume"), run("-o d/{shard}.jpg.tar")), (1, 4));
     assert!(files(&at.join("a")) == files(&at.join("d")));
+    let resumed = blinn(&at, &format!("{line} -o a/{{shard}}.jpg.tar --resume").replace(" -q", ""));
+    assert!(String::from_utf8_lossy(&resumed.stderr).contains("kept a/0.jpg.tar\n"));
 }
 
 /// Archives of limited bytes hold the same samples as others, in order, as many whole scenes as fit.

@@ -259,6 +259,9 @@ fn name_pattern(output: Option<&Path>, sequence: &SequenceInfo) -> Result<String
         && output.file_name().is_some_and(|name| PathTemplate::parse(&name.to_string_lossy()).is_literal());
     Ok(if text.ends_with(is_separator) || output.is_dir() || is_new_folder {
         let name = sequence.image_name.unwrap_or(default);
+        // The folder may be that of the scene already.
+        let is_of_scene = ["{stem}", "{index"].iter().any(|word| text.contains(word));
+        let name = if is_of_scene { name.strip_prefix("{stem}/").unwrap_or(name) } else { name };
         format!("{}/{name}", text.trim_end_matches(is_separator))
     } else {
         text.into()

@@ -263,6 +263,7 @@ fn keep_shard(
     if archived.next().is_some() || !proves_end(batch, shards, number, bytes, max_bytes, queue)? {
         return Ok(false);
     }
+    batch.reporter.kept_archive(&shards.numbered(number));
     for outcome in outcomes {
         if let Some(scene) = queue.next.pop_front() {
             batch.skip(&scene, outcome);

@@ -11,7 +11,7 @@ use super::dataset::{TransformsFile, note_view};
 use super::dataset_files::{DatasetFiles, categories};
 use super::frame_filter::FrameFilter;
 use super::golden_check;
-use super::image_sink::{AnimationSink, ArchiveSink, FileSink, ImageSink, SceneOutput};
+use super::image_sink::{AnimationSink, ArchiveSink, FileSink, ImageSink, SceneOutput, WrittenFiles};
 use super::ledger::ImageCounts;
 use super::load_scene::load_scene;
 use super::progress::{ImageMonitor, SceneLog};
@@ -124,17 +124,19 @@ impl<'a> SceneJob<'a> {
     }
 
     /// Writes the files that describe all images.
-    fn write_files(&self, scene: &Scene, views: Option<&DatasetViews>) -> Result<()> {
+    fn write_files(&mut self, scene: &Scene, views: Option<&DatasetViews>) -> Result<()> {
         let Some(transforms) = self.transforms_file(scene, views) else { return Ok(()) };
-        for file in (DatasetFiles { transforms: &transforms, log: self.log }).write(&self.cancel)? {
-            self.log.wrote(&file);
-        }
+        let mut files = DatasetFiles { transforms: &transforms, log: self.log }.write(&self.cancel)?;
         // transforms.json comes last: if it exists, all images do.
-        if self.plan.formats.has(DatasetFormat::Nerf)
-            && let Some(file) = transforms.write(&self.views_shown)?
-        {
-            self.log.wrote(&file);
+        if self.plan.formats.has(DatasetFormat::Nerf) {
+            files.extend(transforms.write(&self.views_shown)?);
         }
+        let mut written = WrittenFiles::default();
+        for file in files {
+            self.log.wrote(&file);
+            written.add_file(&file);
+        }
+        self.images.add(written);
         Ok(())
     }
 

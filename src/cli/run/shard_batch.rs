@@ -101,6 +101,7 @@ fn complete_shard<'a: 'scope, 'scope>(
             let again = list.iter().filter(|scene| absent.contains(&scene.number));
             retried = retry(batch, scenes, file, again)?;
             if retried.images.is_empty() {
+                batch.reporter.kept_archive(file);
                 for (scene, outcome) in
                     list.iter().zip(past).filter(|(scene, _)| !absent.contains(&scene.number))
                 {

@@ -43,7 +43,7 @@ pub struct WrittenFiles {
 
 impl WrittenFiles {
     /// Counts a file that exists.
-    fn add_file(&mut self, file: &Path) {
+    pub fn add_file(&mut self, file: &Path) {
         self.files += 1;
         self.bytes += file.metadata().map_or(0, |file| file.len());
     }

@@ -252,6 +252,17 @@ impl Reporter {
         self.empty.fetch_add(1, Ordering::Relaxed);
     }
 
+    /// Reports an archive that --resume kept.
+    pub fn kept_archive(&self, file: &Path) {
+        match self.style {
+            _ if self.quiet => {}
+            Style::Json => {
+                self.event(json!({"event": "kept", "scene": null, "file": file.to_string_lossy()}))
+            }
+            _ => self.line(&format!("kept {}", file.display())),
+        }
+    }
+
     /// Reports images that --resume kept.
     fn kept(&self, scene: &Path, count: usize) {
         self.kept.fetch_add(count as u64, Ordering::Relaxed);
