@@ -9,9 +9,10 @@ use crate::integrator::{Frame, Sample};
 /// The noisy light of a picture that is reconstructed from its samples (`--denoise`).
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Denoise {
-    /// That of pictures with area lights or indirect light, and what rough metals reflect in others.
+    /// All that random estimators find: of area lights, indirect light, soft shadows and ambient occlusion; in pictures
+    /// without them, what rough metals reflect, with a faster filter.
     Auto,
-    /// All that random estimators find: also soft shadows and ambient occlusion.
+    /// The same, with the better filter for rough metals, too.
     On,
     /// None.
     Off,
@@ -74,8 +75,8 @@ impl RenderSettings {
     /// True if all noisy light of a frame is reconstructed.
     pub(crate) fn filters_all_light(&self, frame: &Frame) -> bool {
         let applies = match self.denoise {
-            Denoise::Auto => frame.has_area_sources(),
-            Denoise::On => frame.has_random_light(),
+            Denoise::Auto => frame.has_random_light(),
+            Denoise::On => frame.may_be_noisy(),
             Denoise::Off => false,
         };
         applies && self.adaptive.is_none() && self.samples > 1

@@ -200,7 +200,7 @@ impl<'a> Frame<'a> {
 
     /// True if pictures of the frame may be noisy: with other random numbers, more than edges and textures changes.
     pub fn may_be_noisy(&self) -> bool {
-        self.has_random_light() || self.has_rough_metals() || self.indirect > 0
+        self.has_random_light() || self.has_rough_metals()
     }
 
     /// True if random estimators find part of the light.

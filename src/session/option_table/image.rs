@@ -85,8 +85,8 @@ pub static IMAGE: [OptionDef; 16] = [
         value_name: "DENOISE",
         choices: &names(&DENOISING),
         default: Some("auto"),
-        help: "Remove the noise of light that few samples find: of rough metals, area lights and indirect light (auto), \
-               also of soft shadows and ambient occlusion (on), or of none (off)\n\n\
+        help: "Remove the noise of light that few samples find: of area lights, soft shadows, ambient occlusion, indirect \
+               light and rough metals (auto), the last with the slower, better filter (on), or of none (off)\n\n\
                Textures and edges stay sharp. Images with `adaptive` keep their noise.",
         effect: Effect::Value(|options, text| choose(&mut options.denoise, text, &DENOISING)),
         ..BASE
@@ -137,7 +137,7 @@ pub static IMAGE: [OptionDef; 16] = [
         name: "exposure",
         value_name: "auto|EV",
         help: "Exposure in stops (EV), or auto to meter the scene\n\n\
-               [default: 0 for light rigs, for lights from flags and for Blender's files near mid-grey; else auto]",
+               [default: 0 for light rigs, glowing surfaces alone, lights from flags and Blender's files near mid-grey; else auto]",
         effect: Effect::Value(|options, text| store(&mut options.exposure, values::exposure(text).map(Some))),
         ..BASE
     },
