@@ -5,6 +5,7 @@ use std::time::Instant;
 use crate::clip_bounds::log_clip_bounds;
 use crate::error::SessionError;
 use crate::image_size::natural_size;
+use crate::light_advice::LightAdvice;
 use crate::notice::Notice;
 use crate::options::Exposure;
 use crate::posed_frame::{PosedFrame, SceneSetup};
@@ -87,7 +88,8 @@ pub(crate) fn resolve_exposure(
             return Ok(METERED);
         }
         let lost_lights = start.posed.scene.lost_light_names();
-        log.warn(Notice::NothingLit { sources: lit.description.clone(), lost_lights })?;
+        let advice = LightAdvice::unlit(lit, options.indirect.is_some_and(|bounces| bounces > 0));
+        log.warn(Notice::NothingLit { sources: lit.description.clone(), lost_lights, advice })?;
         return Ok(METERED);
     };
     // Blender's files near mid-grey are exposed as their author saw them.

@@ -29,6 +29,7 @@ mod frames;
 mod framing;
 mod identity;
 mod image_size;
+mod light_advice;
 mod light_hints;
 mod log;
 pub mod memory;

@@ -3,6 +3,7 @@
 use glam::{DMat3, DVec3, Vec3};
 
 use crate::exposure::ResolvedExposure;
+use crate::light_advice::LightAdvice;
 use crate::notice::{EnclosedLight, Notice};
 use blinn_accel::{Accel, RayBatch};
 use blinn_render::Pixels;
@@ -38,14 +39,9 @@ impl ImageLight<'_> {
         let ResolvedExposure { ev, is_metered, .. } = *self.exposure;
         let is_lit = pixels.colors.iter().any(|color| color.truncate() != Vec3::ZERO);
         if is_dark(pixels, ev) && (is_lit || !is_metered) {
-            let options = match (is_metered, frame.indirect > 0) {
-                (false, false) => "`exposure auto`, `indirect 4`, `hdri studio` or `ambient`",
-                (false, true) => "`exposure auto`, `hdri studio` or `ambient`",
-                (true, false) => "`indirect 4`, `hdri studio` or `ambient`",
-                (true, true) => "`hdri studio` or `ambient`",
-            };
+            let advice = LightAdvice::of_picture(frame, is_lit, is_metered);
             let lost_lights = frame.posed.scene.lost_light_names();
-            remarks.push(Notice::DarkImage { sources: self.sources.to_string(), lost_lights, options });
+            remarks.push(Notice::DarkImage { sources: self.sources.to_string(), lost_lights, advice });
         }
         remarks
     }

@@ -4,6 +4,7 @@ use std::fmt;
 use std::path::PathBuf;
 
 use crate::empty_reason::EmptyReason;
+use crate::light_advice::LightAdvice;
 
 /// Something that a user should know about the images of a scene.
 #[derive(Clone, Debug, PartialEq)]
@@ -32,6 +33,8 @@ pub enum Notice {
         sources: String,
         /// Names of empty nodes that were probably area lights.
         lost_lights: Vec<String>,
+        /// The options that help.
+        advice: LightAdvice,
     },
     /// The file's lights are requested, but it has none, and nothing else lights the scene.
     NoLights {
@@ -45,10 +48,12 @@ pub enum Notice {
         /// Names of empty nodes that were probably area lights.
         lost_lights: Vec<String>,
         /// The options that help.
-        options: &'static str,
+        advice: LightAdvice,
     },
     /// A light is inside a closed object that shadows it on all sides.
     EnclosedLight(EnclosedLight),
+    /// Frames of an animation are asked for, and nothing moves.
+    NothingMoves,
     /// Metal or glass is black, because nothing surrounds the scene.
     NothingToReflect,
     /// Depths beyond those that 16 bits hold.
@@ -163,20 +168,20 @@ impl fmt::Display for Notice {
             Notice::NothingCastsShadows => {
                 f.write_str("`ground shadow` shows nothing: no light casts shadows; add a light or `ao`")
             }
-            Notice::NothingLit { sources, lost_lights } => {
+            Notice::NothingLit { sources, lost_lights, advice } => {
                 write!(f, "the camera sees nothing that is lit; the exposure is 0; lights: {sources}; ")?;
                 write_lost_lights(f, lost_lights)?;
-                f.write_str(OTHER_LIGHTS)
+                write!(f, "{advice}")
             }
             Notice::NoLights { lost_lights } => {
                 f.write_str("`lights file` has no effect: no light of the file is shown; ")?;
                 write_lost_lights(f, lost_lights)?;
                 f.write_str(OTHER_LIGHTS)
             }
-            Notice::DarkImage { sources, lost_lights, options } => {
+            Notice::DarkImage { sources, lost_lights, advice } => {
                 write!(f, "the picture is dark; lights: {sources}; ")?;
                 write_lost_lights(f, lost_lights)?;
-                write!(f, "use {options}")
+                write!(f, "{advice}")
             }
             Notice::EnclosedLight(EnclosedLight { light, object }) => write!(
                 f,
@@ -186,6 +191,10 @@ impl fmt::Display for Notice {
             Notice::NearPlane { near } => write!(
                 f,
                 "the near plane of the file's camera clips a part of the scene, which is nearer than {near} m; use `clip off`"
+            ),
+            Notice::NothingMoves => f.write_str(
+                "the file has no animation that plays, so that all frames are alike; blinn turntable moves the camera around \
+                 the scene",
             ),
             Notice::NothingToReflect => f.write_str(
                 "metal and glass show black where they reflect no other surface, because nothing surrounds the scene; use \
@@ -232,7 +241,12 @@ mod tests {
         let notice = Notice::DarkImage {
             sources: "1 from the file (raw)".into(),
             lost_lights: vec!["Area".into()],
-            options: "`exposure auto`",
+            advice: LightAdvice {
+                is_lit: true,
+                is_indirect: true,
+                has_environment: true,
+                ..LightAdvice::default()
+            },
         };
         assert_eq!(
             notice.to_string(),
@@ -251,7 +265,9 @@ mod tests {
              content may be area lights, which Blender's exporter leaves out; use `lights three-point`, `hdri studio` or \
              `ambient`"
         );
-        let notice = Notice::NothingLit { sources: "2 from the file (raw)".into(), lost_lights: names(0) };
+        let advice = LightAdvice { is_metered: true, ..LightAdvice::default() };
+        let sources = "2 from the file (raw)".into();
+        let notice = Notice::NothingLit { sources, lost_lights: names(0), advice };
         assert_eq!(
             notice.to_string(),
             "the camera sees nothing that is lit; the exposure is 0; lights: 2 from the file (raw); use \
