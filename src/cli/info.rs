@@ -15,13 +15,11 @@ use super::scene_file::load_scene_file;
 use super::summary::Summary;
 use super::usage::UsageError;
 use super::warning_filter::WarningFilter;
-use super::{light_sources, material_layers};
+use super::{file_cameras, light_sources, material_layers};
 use blinn_accel::BuildReport;
 use blinn_import::{GlassMode, LoadOptions, Warning, refracts_if_closed};
 use blinn_scene::pose;
-use blinn_scene::{
-    AnimationChoice, FileProjection, PoseSettings, PosedScene, Reflectance, Scene, SourceFormat,
-};
+use blinn_scene::{AnimationChoice, PoseSettings, PosedScene, Reflectance, Scene, SourceFormat};
 use blinn_session::{Options, ignored_primitives, load_limits};
 
 /// Properties of a scene by name, in the order in which they are printed.
@@ -154,7 +152,6 @@ fn properties(posed: &PosedScene, report: &BuildReport, warnings: &[String], mod
     let scene = posed.scene;
     let bounds = posed.bounds();
     let corner = |v: glam::DVec3| if bounds.is_empty() { Value::Null } else { json!(v.to_array()) };
-    let node = |n: u32| &scene.nodes[n as usize].name;
     let exporters = exporters::candidates(&scene.source);
     let stored: usize = scene.meshes.iter().map(|m| m.triangles.len()).sum();
     let value = json!({
@@ -204,16 +201,7 @@ fn properties(posed: &PosedScene, report: &BuildReport, warnings: &[String], mod
             "mean_radiance": environment.in_world().mean().to_array(),
         })).collect::<Vec<_>>(),
         "probable_area_lights": light_sources::lost_lights(posed),
-        "cameras": scene.cameras.iter().map(|c| {
-            let (kind, yfov, ymag) = match c.projection {
-                FileProjection::Perspective { yfov, .. } => ("perspective", Some(yfov.to_degrees()), None),
-                FileProjection::Orthographic { ymag, .. } => ("orthographic", None, Some(ymag)),
-            };
-            json!({
-                "name": node(c.node), "kind": kind, "yfov_degrees": yfov, "ymag": ymag,
-                "aspect": c.aspect(), "znear": c.znear, "zfar": c.zfar.is_finite().then_some(c.zfar),
-            })
-        }).collect::<Vec<_>>(),
+        "cameras": file_cameras::cameras(posed),
         "animations": scene.animations.iter().map(|a| json!({
             "name": a.name, "channels": a.channels.len(), "seconds": a.duration()
         })).collect::<Vec<_>>(),
@@ -258,11 +246,11 @@ fn to_text(properties: &Value) -> String {
     let Value::Object(properties) = properties else { return out };
     for (key, value) in properties {
         match value {
-            Value::Array(list) if list.is_empty() => {}
+            value if is_empty(value) => {}
             Value::Array(list) => {
                 out.push_str(&format!("{key} ({}):\n", list.len()));
                 for item in list {
-                    out.push_str(&format!("  {}\n", inline(item)));
+                    out.push_str(&format!("  {}\n", inline(&shortened(item))));
                 }
             }
             Value::String(axis) if key == "up" => {
@@ -273,10 +261,31 @@ fn to_text(properties: &Value) -> String {
                 };
                 out.push_str(&format!("up: {axis}{turned}\n"));
             }
-            other => out.push_str(&format!("{key}: {}\n", inline(other))),
+            other => out.push_str(&format!("{key}: {}\n", inline(&shortened(other)))),
         }
     }
     out
+}
+
+/// True for what says nothing.
+fn is_empty(value: &Value) -> bool {
+    match value {
+        Value::Null => true,
+        Value::String(text) => text.is_empty(),
+        Value::Array(list) => list.is_empty(),
+        Value::Object(map) => map.is_empty(),
+        Value::Bool(_) | Value::Number(_) => false,
+    }
+}
+
+/// The value with numbers of the precision of f32, which most numbers of scene files have.
+fn shortened(value: &Value) -> Value {
+    match value {
+        Value::Number(n) if n.is_f64() => json!(n.as_f64().unwrap_or_default() as f32),
+        Value::Array(list) => list.iter().map(shortened).collect(),
+        Value::Object(map) => map.iter().map(|(key, value)| (key.clone(), shortened(value))).collect(),
+        other => other.clone(),
+    }
 }
 
 /// A value on one line.
@@ -284,7 +293,7 @@ pub(super) fn inline(value: &Value) -> String {
     match value {
         Value::String(s) => s.chars().map(|c| if c.is_control() { ' ' } else { c }).collect(),
         Value::Object(map) => {
-            let shown = map.iter().filter(|(_, v)| !v.is_null());
+            let shown = map.iter().filter(|(_, v)| !is_empty(v));
             shown.map(|(k, v)| format!("{k} {}", inline(v))).collect::<Vec<_>>().join(", ")
         }
         Value::Array(list) => list.iter().map(inline).collect::<Vec<_>>().join(" "),

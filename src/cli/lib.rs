@@ -8,6 +8,7 @@ mod diff;
 pub mod embed;
 mod exporters;
 mod farm;
+mod file_cameras;
 mod files;
 mod info;
 mod light_sources;

@@ -115,11 +115,11 @@ pub fn lost_lights(posed: &PosedScene) -> Vec<Value> {
 }
 
 /// Rounds to the precision of files.
-fn coordinates(v: DVec3) -> [f32; 3] {
+pub fn coordinates(v: DVec3) -> [f32; 3] {
     v.as_vec3().to_array()
 }
 
-fn direction(v: DVec3) -> [f32; 3] {
+pub fn direction(v: DVec3) -> [f32; 3] {
     // Zeros that rotations leave behind as 1e-8 are zeros.
     v.normalize_or_zero().to_array().map(|v| if v.abs() < 1e-7 { 0.0 } else { v as f32 })
 }
