@@ -74,7 +74,9 @@ pub struct KeptImage {
 
 /// The error for a flag that applies only to animations.
 pub fn animation_only(flag: &str) -> UsageError {
-    UsageError(format!("{flag} applies only to animations; set -o to .gif, .apng, .mp4 or .html"))
+    UsageError(format!(
+        "{flag} applies only to animations; set -o to .gif, .apng, .mp4 or .html (blinn assemble makes .webp of frames)"
+    ))
 }
 
 impl Outputs {

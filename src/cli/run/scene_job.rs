@@ -19,7 +19,7 @@ use super::report_section::ReportSection;
 use crate::args::values::DatasetFormat;
 use crate::console::print_stdout;
 use crate::files::create_parent_folder;
-use crate::plan::{OutputKind, PathConflicts, RenderPlan, Target, Writer, frames_of_file};
+use crate::plan::{FrameSet, OutputKind, PathConflicts, RenderPlan, Target, Writer, frames_of_file};
 use crate::scene_file::is_stdin;
 use crate::watched_files::scene_files;
 use blinn_core::cancellation::CancelToken;
@@ -27,8 +27,8 @@ use blinn_import::{is_in_archive, open_input_file, open_scene_file};
 use blinn_output::{ShardWriter, check_writable};
 use blinn_scene::{ClipBoundsCache, Scene, clip_duration};
 use blinn_session::{
-    DatasetViews, EmptyImages, FileDigests, Permit, PlannedFrame, PosedFrame, SceneRenderer, SceneSetup,
-    SessionLog, check_memory, load_limits, run_pipeline,
+    DatasetViews, EmptyImages, FileDigests, Notice, Permit, PlannedFrame, PosedFrame, SceneRenderer,
+    SceneSetup, SessionLog, check_memory, load_limits, run_pipeline,
 };
 
 /// Frames whose output files are checked at once.
@@ -104,6 +104,9 @@ impl<'a> SceneJob<'a> {
             Some(frames) if is_unchanged => frames,
             _ => {
                 let duration = clip_duration(&scene, &self.plan.session.options.animation(&scene)?)?;
+                if duration == 0.0 && matches!(plan.frames, FrameSet::Clip { .. }) {
+                    self.log.hint(Notice::NothingMoves);
+                }
                 self.without_kept(self.plan.frames.resolve(duration, frames_of_file(&scene))?, views)?
             }
         };
