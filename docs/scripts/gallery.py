@@ -89,7 +89,7 @@ SHOTS = [
     ),
     Shot(
         "plan",
-        "From above, without perspective",
+        "From the side, without perspective",
         "An orthographic view along the axis, lit by a sun.",
         "blinn render models/assembly/assembly.glb --hide 'Bench*' --orbit 90,0 --projection orthographic --zoom 2.2 "
         "--lights none --sun -1,-.7,-.5,1.6 --ambient .22,.22,.24 --ao 64 -s 32 --adaptive .04 --background '#10131a' --size 720x720 -o plan.png",
