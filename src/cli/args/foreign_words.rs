@@ -1,12 +1,13 @@
 //! Flags and commands of f3d, Blender, Mitsuba and other programs, and their equivalents here.
 
-/// The equivalent of another program's flag: an option here, or an explanation why none is needed.
+/// The equivalent of another program's flag: an option here, an explanation why none is needed, or what blinn lacks.
 pub enum Equivalent {
     Use(&'static str),
     Unneeded(&'static str),
+    Missing(&'static str),
 }
 
-use Equivalent::{Unneeded, Use};
+use Equivalent::{Missing, Unneeded, Use};
 
 /// Looks up a command that other programs have, and returns how to do the same here.
 pub fn command(word: &str) -> Option<&'static str> {
@@ -30,7 +31,7 @@ pub fn flag(flag: &str) -> Option<&'static Equivalent> {
 }
 
 /// Flags of other programs. f3d's names of cameras and sizes are aliases and not listed.
-static FLAGS: [(&[&str], Equivalent); 44] = [
+static FLAGS: [(&[&str], Equivalent); 53] = [
     // f3d
     (&["--ambient-occlusion"], Use("--ao SAMPLES")),
     (&["--anti-aliasing", "--anti-aliasing-mode"], Use("-s SAMPLES")),
@@ -77,6 +78,18 @@ static FLAGS: [(&[&str], Equivalent); 44] = [
     (&["--shadow-radius", "--soft-shadows"], Use("--light-radius R")),
     (&["--ortho", "--orthographic", "--parallel"], Use("--projection orthographic")),
     (&["--units", "--unit"], Use("--scale F, the length of the file's unit in metres")),
+    (&["--lens", "--focal-length"], Use("--yfov DEGREES")),
+    (&["--film-transparent"], Use("--background transparent")),
+    (&["--shadow-catcher"], Use("--ground shadow")),
+    (&["--isolate"], Use("--only-objects GLOB")),
+    (&["--cryptomatte"], Use("--aov cryptomatte")),
+    (&["--exr"], Use("-o with the extension .exr")),
+    (
+        &["--dof", "--aperture", "--f-stop", "--fstop", "--focus"],
+        Missing("blinn has no depth of field: all is in focus"),
+    ),
+    (&["--baseline"], Use("--compare OLD.json")),
+    (&["--repeat", "--repetitions", "--iterations"], Use("--rounds N")),
     (&["--json"], Use("blinn info --json, or --progress json")),
 ];
 
