@@ -57,6 +57,8 @@ pub struct Comparison {
     pub notes: Vec<String>,
     /// Stages whose hashes differ: the runs did different work, and their times do not compare.
     pub different_work: Vec<String>,
+    /// Stages of the new run that the old one did not measure in the same way.
+    pub without_counterpart: usize,
 }
 
 impl Comparison {
@@ -106,7 +108,7 @@ fn matching_scenes<'r>(
 ) -> Vec<ScenePair<'r>> {
     let mut pairs = Vec::new();
     for scene in &new.scenes {
-        let Some(old) = old.scenes.iter().find(|old| old.name == scene.name) else {
+        let Some(old) = find_scene(&old.scenes, scene) else {
             notes.push(format!("{}: only in the new results", scene.name));
             continue;
         };
@@ -122,9 +124,15 @@ fn matching_scenes<'r>(
         }
         pairs.push(ScenePair { old, new: scene });
     }
-    let removed = old.scenes.iter().filter(|old| new.scenes.iter().all(|scene| scene.name != old.name));
+    let removed = old.scenes.iter().filter(|old| find_scene(&new.scenes, old).is_none());
     notes.extend(removed.map(|old| format!("{}: only in the old results", old.name)));
     pairs
+}
+
+/// The scene of the same name, or else of the same file: its path may be another.
+fn find_scene<'r>(scenes: &'r [SceneResults], wanted: &SceneResults) -> Option<&'r SceneResults> {
+    let has_same_file = |scene: &&SceneResults| scene.sha256.is_some() && scene.sha256 == wanted.sha256;
+    scenes.iter().find(|scene| scene.name == wanted.name).or_else(|| scenes.iter().find(has_same_file))
 }
 
 fn compare_stages(
@@ -136,15 +144,22 @@ fn compare_stages(
 ) {
     let scene = &pair.new.name;
     for new in &pair.new.stages {
-        let Some(old) = pair.old.stages.iter().find(|old| old.is_same_stage(new)) else { continue };
+        let Some(old) = pair.old.stages.iter().find(|old| old.is_same_stage(new)) else {
+            out.without_counterpart += 1;
+            continue;
+        };
         let metric = new.description();
+        // Frames of other samples take another time; a note says so.
+        if new.stage == BenchStage::Frame && !same_samples {
+            out.without_counterpart += 1;
+            continue;
+        }
         if old.rays != new.rays {
             out.notes.push(format!("{scene}: {metric}: different rays, which do not compare"));
             continue;
         }
         if let (Some(before), Some(now)) = (&old.hash, &new.hash)
             && before != now
-            && (same_samples || new.stage != BenchStage::Frame)
         {
             let text = format!("{scene}: {metric}: hash {before}, then {now}: the runs did different work");
             out.different_work.push(text);
@@ -174,6 +189,9 @@ fn setup_differences(old: &BenchResults, new: &BenchResults) -> Vec<String> {
     if old.samples != new.samples {
         notes.push(format!("different samples per pixel: {}, then {}", old.samples, new.samples));
     }
+    if old.threads != new.threads {
+        notes.push(format!("different numbers of threads: {}, then {}", threads(old), threads(new)));
+    }
     if old.simd != new.simd {
         notes.push(format!("different SIMD levels: {}, then {}", old.simd, new.simd));
     }
@@ -190,6 +208,11 @@ fn setup_differences(old: &BenchResults, new: &BenchResults) -> Vec<String> {
 fn sizes(settings: &RecordedSettings) -> String {
     let sizes = settings.sizes.iter().map(|[width, height]| format!("{width}x{height}"));
     sizes.collect::<Vec<_>>().join(", ")
+}
+
+/// The numbers of threads in words.
+fn threads(settings: &RecordedSettings) -> String {
+    settings.threads.iter().map(u32::to_string).collect::<Vec<_>>().join(", ")
 }
 
 /// The finite, positive values.

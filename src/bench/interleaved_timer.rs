@@ -28,6 +28,8 @@ pub struct InterleavedTimer {
     energy: Option<EnergyMeter>,
     pool: rayon::ThreadPool,
     threads: usize,
+    /// Processors available to this process.
+    processors: usize,
     /// Sampling continues until the samples lasted this many seconds.
     min_seconds: f64,
 }
@@ -78,10 +80,11 @@ struct Interval {
 
 impl Interval {
     /// Threads wait in parallel, so a second of waiting counts as 1 / `threads`. A thread may also wait while it is
-    /// not needed, so the running time, evenly distributed, is a lower bound.
-    fn new(wall: f64, times: CpuTimes, threads: usize) -> Interval {
-        let threads = threads as f64;
-        let net = (wall - times.waiting / threads).max(times.running / threads).clamp(0.0, wall);
+    /// not needed, or for another of this process, so the running time, evenly distributed among `processors`, is a lower
+    /// bound.
+    fn new(wall: f64, times: CpuTimes, threads: usize, processors: usize) -> Interval {
+        let least = times.running / threads.min(processors) as f64;
+        let net = (wall - times.waiting / threads as f64).max(least).clamp(0.0, wall);
         // A coarse clock may report 0.
         Interval { wall, net: net.max(1e-9), joules: f64::NAN }
     }
@@ -99,7 +102,8 @@ impl InterleavedTimer {
     ) -> Result<InterleavedTimer, rayon::ThreadPoolBuildError> {
         let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build()?;
         let energy = calibration.and_then(|_| EnergyMeter::open());
-        Ok(InterleavedTimer { calibration, energy, pool, threads, min_seconds })
+        let processors = std::thread::available_parallelism().map_or(threads, usize::from);
+        Ok(InterleavedTimer { calibration, energy, pool, threads, processors, min_seconds })
     }
 
     /// Runs `work` on the pool without measuring it.
@@ -176,7 +180,7 @@ impl InterleavedTimer {
         let start = Instant::now();
         let result = work();
         let wall = start.elapsed().as_secs_f64();
-        let mut interval = Interval::new(wall, CpuTimes::since(cpu_start), self.threads);
+        let mut interval = Interval::new(wall, CpuTimes::since(cpu_start), self.threads, self.processors);
         if let (Some(meter), Some(start)) = (&self.energy, energy_start)
             && let Some(end) = meter.read()
         {
@@ -247,14 +251,17 @@ mod tests {
 
     #[test]
     fn waiting_is_subtracted_but_running_is_not() {
-        let net =
-            |wall, running, waiting, threads| Interval::new(wall, CpuTimes { running, waiting }, threads).net;
+        let net = |wall, running, waiting, threads| {
+            Interval::new(wall, CpuTimes { running, waiting }, threads, 2).net
+        };
         assert_eq!(net(1.0, 0.0, 0.0, 2), 1.0);
         assert_eq!(net(1.0, 0.25, 0.75, 1), 0.25);
         // Two threads wait at the same time.
         assert_eq!(net(1.0, 1.0, 1.0, 2), 0.5);
         // Threads wait although they are not needed.
         assert_eq!(net(1.0, 0.5, 3.0, 2), 0.25);
+        // Eight threads on two processors wait for each other.
+        assert_eq!(net(1.0, 2.0, 6.0, 8), 1.0);
         // The counts are slightly ahead of the clock.
         assert_eq!(net(1.0, 2.5, 0.0, 2), 1.0);
     }

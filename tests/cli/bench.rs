@@ -387,7 +387,10 @@ fn missing_and_invalid_results_are_skipped() {
     let nothing =
         json!({"format": "blinn bench 1", "version": "0", "machine": {}, "settings": {}, "scenes": []});
     write(&folder, "nothing.json", &nothing);
-    stdout_of(&folder, "bench --from nothing.json --compare nothing.json --report page.html");
+    stdout_of(&folder, "bench --from nothing.json --report page.html");
+    let output = blinn(&folder, "bench --from nothing.json --compare nothing.json --report page.html");
+    let messages = String::from_utf8(output.stderr).unwrap();
+    assert!(output.status.code() == Some(1) && messages.contains("no measurement in common"), "{messages}");
 }
 
 #[test]

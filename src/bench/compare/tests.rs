@@ -150,3 +150,32 @@ fn different_hashes_are_different_work() {
     new.settings.samples = 4;
     assert_eq!(compare(&old, &new).different_work.len(), 1);
 }
+
+#[test]
+fn scenes_of_other_paths_are_found_by_their_files() {
+    let with_hashes = |mut run: BenchResults, folder: &str| {
+        for (i, scene) in run.scenes.iter_mut().enumerate() {
+            scene.name = format!("{folder}/{i}.glb");
+            scene.sha256 = Some(format!("hash {i}"));
+        }
+        run
+    };
+    let compared = compare(&with_hashes(run(1.0, 5, 0), "a"), &with_hashes(run(1.2, 5, 0), "b/c"));
+    assert!(compared.notes.is_empty(), "{:?}", compared.notes);
+    assert_eq!(compared.significant().count(), 65);
+}
+
+#[test]
+fn stages_that_were_measured_otherwise_are_counted_and_not_compared() {
+    let (mut old, mut new) = (run(1.0, 5, 0), run(2.0, 5, 0));
+    new.settings.samples = old.settings.samples + 3;
+    old.settings.threads = vec![1];
+    new.settings.threads = vec![1, 2];
+    new.scenes[0].stages[3].threads = 2;
+    let compared = compare(&old, &new);
+    // The frames of all scenes, and the stage of another number of threads.
+    assert_eq!(compared.without_counterpart, 6);
+    assert!(compared.changes.iter().all(|change| !change.metric.starts_with("frame")));
+    let note = "different numbers of threads: 1, then 1, 2";
+    assert!(compared.notes.iter().any(|text| text == note), "{:?}", compared.notes);
+}

@@ -65,9 +65,16 @@ impl Manifest {
 /// # Errors
 /// The text is not TOML of the manifest's form, a pattern leaves the folder, or a camera is not valid.
 pub fn parse_manifest(text: &str) -> Result<Manifest, ManifestError> {
-    let file: File = toml::from_str(text).map_err(|e| ManifestError(e.to_string()))?;
+    let file: File = toml::from_str(text).map_err(|e| toml_error(text, &e))?;
     let scenes = file.scene.into_iter().map(scene).collect::<Result<_, _>>()?;
     Ok(Manifest { quirks: file.quirks.into_iter().collect(), scenes })
+}
+
+/// The error on one line, with the line of the text where it is. Quotes, since messages show words in backticks as options.
+fn toml_error(text: &str, error: &toml::de::Error) -> ManifestError {
+    let message = error.message().replace('`', "'").replace('\n', "; ");
+    let line = error.span().map(|span| text[..span.start.min(text.len())].matches('\n').count() + 1);
+    ManifestError(line.map_or_else(|| message.clone(), |line| format!("line {line}: {message}")))
 }
 
 fn scene(scene: Scene) -> Result<ManifestScene, ManifestError> {

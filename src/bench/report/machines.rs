@@ -41,8 +41,7 @@ pub fn different_work(machines: &[MachineResults]) -> Vec<String> {
                 let found = find_scene(other, &scene.name).and_then(|scene| find_stage(scene, stage));
                 if let (Some(a), Some(b)) = (&stage.hash, found.and_then(|found| found.hash.as_ref()))
                     && a != b
-                    && (stage.stage != BenchStage::Frame
-                        || first.results.settings.samples == other.results.settings.samples)
+                    && is_same_work(stage, first, other)
                 {
                     texts.push(format!(
                         "{}: {}: hash {a} of {}, {b} of {}: the runs did different work",
@@ -58,6 +57,11 @@ pub fn different_work(machines: &[MachineResults]) -> Vec<String> {
     texts
 }
 
+/// Returns false for frames of different samples, which are different pictures.
+fn is_same_work(stage: &StageResults, first: &MachineResults, other: &MachineResults) -> bool {
+    stage.stage != BenchStage::Frame || first.results.settings.samples == other.results.settings.samples
+}
+
 /// Returns true if the first machine and another one have hashes of the same stage.
 fn has_common_hash(machines: &[MachineResults]) -> bool {
     let Some((first, others)) = machines.split_first() else { return false };
@@ -65,7 +69,7 @@ fn has_common_hash(machines: &[MachineResults]) -> bool {
         stage.hash.is_some()
             && others.iter().any(|other| {
                 let found = find_scene(other, &scene.name).and_then(|scene| find_stage(scene, stage));
-                found.is_some_and(|found| found.hash.is_some())
+                found.is_some_and(|found| found.hash.is_some()) && is_same_work(stage, first, other)
             })
     };
     first.results.scenes.iter().any(|scene| scene.stages.iter().any(|stage| is_common(scene, stage)))
@@ -200,7 +204,9 @@ fn comparison_table(name: &str, machines: &[MachineResults], scenes: &[Option<&S
         let mut cells = vec![stage_name(key), size(key), key.threads.to_string()];
         for (i, stage) in found.iter().enumerate() {
             cells.push(stage.map_or_else(|| "–".into(), rate_or_time));
-            if i > 0 {
+            if i > 0 && !is_same_work(key, &machines[0], &machines[i]) {
+                cells.push("–".into());
+            } else if i > 0 {
                 cells.push(found[0].zip(*stage).map_or_else(|| "–".into(), |(first, s)| ratio(first, s)));
             }
         }

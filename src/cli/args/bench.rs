@@ -13,7 +13,7 @@ type Sizes = Vec<(u32, u32)>;
 #[derive(Debug, Args)]
 pub struct BenchArgs {
     /// Scene files: .gltf, .glb, .obj, .stl or .ply
-    #[arg(required_unless_present_any = ["suite", "scene_folder", "from"], value_name = "SCENE", help_heading = "Scene")]
+    #[arg(value_name = "SCENE", help_heading = "Scene")]
     pub scenes: Vec<PathBuf>,
     /// Measure all standard scenes, with each number of triangles in SIZES, such as 70k or 10k,70k,1.1m [default
     /// SIZES: 70k]
@@ -25,8 +25,8 @@ pub struct BenchArgs {
     #[arg(long = "scenes", value_name = "DIR", help_heading = "Scene")]
     pub scene_folder: Option<PathBuf>,
     /// Read the results of an earlier run instead of measuring, or those of several machines to show side by side
-    #[arg(long, value_name = "FILE.json", num_args = 1.., conflicts_with_all = ["scenes", "suite", "scene_folder"],
-          help_heading = "Scene")]
+    #[arg(long, value_name = "FILE.json", num_args = 1.., help_heading = "Scene",
+          conflicts_with_all = ["scenes", "suite", "scene_folder", "size", "samples", "rounds", "min_time", "threads"])]
     pub from: Vec<PathBuf>,
     /// Write all results as JSON
     #[arg(long, value_name = "FILE.json", help_heading = "Output")]

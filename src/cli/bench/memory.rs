@@ -5,6 +5,7 @@ use std::process::{Command, Stdio};
 
 use crate::args::BenchArgs;
 use crate::console::{eprint_line, print_warning, single_line};
+use crate::plural::plural;
 use blinn_bench::{BenchResults, BenchSettings, SceneResults, Workload};
 
 /// Maximum number of rounds: memory varies little.
@@ -16,7 +17,7 @@ pub fn measure(scene: &mut SceneResults, workload: &Workload, settings: &BenchSe
     for threads in &settings.threads {
         for round in 0..settings.rounds.min(MAX_ROUNDS) {
             if !args.common.quiet && round == 0 {
-                eprint_line(&format!("memory with {threads} threads: {name}"));
+                eprint_line(&format!("memory with {}: {name}", plural(*threads as u64, "thread")));
             }
             match run_child(workload, settings, *threads, args) {
                 Ok(results) => scene.add_memory(&results),

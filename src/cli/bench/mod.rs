@@ -12,9 +12,10 @@ use std::path::{Path, PathBuf};
 use anyhow::Result;
 
 use super::args::BenchArgs;
-use super::console::{eprint_line, is_stdout, print_stdout, scene_error, strict_error};
+use super::console::{eprint_line, is_stdout, print_stdout, print_warning, scene_error, strict_error};
 use super::files::create_parent_folder;
 use super::plan::{PathConflicts, Writer, scene_list};
+use super::plural::plural;
 use super::run::panics;
 use super::scene_file::is_stdin;
 use super::summary::Summary;
@@ -44,7 +45,13 @@ struct Measurement {
 }
 
 pub fn run(args: &BenchArgs) -> Result<Summary, UsageError> {
+    if args.scenes.is_empty() && args.suite.is_none() && args.scene_folder.is_none() && args.from.is_empty() {
+        return Err(UsageError(
+            "bench: name scene files, or --suite, --scenes DIR or --from FILE.json".into(),
+        ));
+    }
     let settings = settings(args)?;
+    warn_of_threads(&settings, args);
     let scenes = if args.scenes.is_empty() { Vec::new() } else { scene_list(&args.scenes)?.to_vec()? };
     if scenes.iter().any(|scene| is_stdin(scene)) {
         return Err(UsageError("bench reads scenes several times; save standard input to a file".into()));
@@ -57,7 +64,7 @@ pub fn run(args: &BenchArgs) -> Result<Summary, UsageError> {
     if let Some(public) = &public {
         public.list_missing(args.common.quiet);
         if public.workloads.is_empty() && scenes.is_empty() && args.suite.is_none() {
-            fail(&mut summary, &public.none_found());
+            fail(&mut summary, &public.none_found(args.common.quiet));
             return Ok(summary);
         }
     }
@@ -97,6 +104,9 @@ pub fn run(args: &BenchArgs) -> Result<Summary, UsageError> {
         machines::markdown(&result_tables(&[machine]))
     });
     if let Some(comparison) = &comparison {
+        if comparison.changes.is_empty() && comparison.different_work.is_empty() {
+            fail(&mut summary, "--compare: both runs have no measurement in common");
+        }
         comparison.different_work.iter().for_each(|text| fail(&mut summary, text));
         if args.common.strict {
             fail_higher_costs(&mut summary, comparison);
@@ -109,7 +119,7 @@ fn settings(args: &BenchArgs) -> Result<BenchSettings, UsageError> {
     let sizes = args.size.clone().unwrap_or_else(|| vec![DEFAULT_SIZE]);
     let threads = match &args.threads {
         Some(list) => list.iter().map(|&n| usize::from(n)).collect(),
-        None => default_threads(std::thread::available_parallelism().map_or(1, usize::from)),
+        None => default_threads(available_processors()),
     };
     let mut unique = Vec::new();
     for n in threads {
@@ -129,6 +139,22 @@ fn settings(args: &BenchArgs) -> Result<BenchSettings, UsageError> {
         memory: args.memory,
         command: std::env::args_os().skip(1).map(|arg| arg.to_string_lossy().into_owned()).collect(),
     })
+}
+
+/// Warns of more threads than processors.
+fn warn_of_threads(settings: &BenchSettings, args: &BenchArgs) {
+    let processors = available_processors();
+    let most = settings.threads.iter().copied().max().unwrap_or(1);
+    if args.from.is_empty() && !args.memory && most > processors {
+        let processors = plural(processors as u64, "processor");
+        print_warning(&format!(
+            "--threads {most}: this process has {processors}; the times of more threads say nothing about larger machines"
+        ));
+    }
+}
+
+fn available_processors() -> usize {
+    std::thread::available_parallelism().map_or(1, usize::from)
 }
 
 /// Powers of two below the number of processors, and that number.
@@ -197,7 +223,13 @@ fn measure_all(
     if !settings.memory {
         // A file that cannot be read fails when it is measured.
         workloads.iter_mut().for_each(|workload| workload.sha256 = sha256_of_file(&workload.file).ok());
-        public_scenes::check_files(&workloads);
+        for line in public_scenes::changed_files(&workloads) {
+            if args.common.strict {
+                fail(summary, &strict_error(line).to_string());
+            } else {
+                print_warning(&line);
+            }
+        }
     }
     let mut observer =
         ConsoleObserver { quiet: args.common.quiet, strict: args.common.strict, rounds: settings.rounds };

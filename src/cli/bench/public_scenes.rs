@@ -53,9 +53,14 @@ impl PublicScenes {
     }
 
     /// The message where no scene exists.
-    pub fn none_found(&self) -> String {
+    pub fn none_found(&self, quiet: bool) -> String {
+        let advice = if quiet {
+            "run without --quiet to list them with their sources"
+        } else {
+            "download one, add yours to DIR/manifest.toml, or name files: blinn bench FILE..."
+        };
         format!(
-            "--scenes: {}: none of the {} scenes is there; run without --quiet to list them with their sources",
+            "--scenes: {}: none of the {} scenes is there; {advice}",
             self.folder.display(),
             self.missing.len()
         )
@@ -76,17 +81,15 @@ fn read_manifest(folder: &Path) -> Result<Option<String>, String> {
     std::fs::read_to_string(&file).map(Some).map_err(error)
 }
 
-/// Warns of files that are not those of the manifest.
-pub fn check_files(workloads: &[Workload]) {
-    for workload in workloads {
-        if let (Some(expected), Some(found)) = (&workload.expected_sha256, &workload.sha256)
-            && expected != found
-        {
-            let name = &workload.name;
-            let line = format!(
-                "{name}: the file differs from that of the manifest (SHA-256 {found} instead of {expected})"
-            );
-            print_warning(&line);
-        }
-    }
+/// Lines about files that are not those of the manifest.
+pub fn changed_files(workloads: &[Workload]) -> Vec<String> {
+    let line = |workload: &Workload| {
+        let (expected, found) = (workload.expected_sha256.as_ref()?, workload.sha256.as_ref()?);
+        let name = &workload.name;
+        let text = format!(
+            "{name}: the file differs from that of the manifest (SHA-256 {found} instead of {expected})"
+        );
+        (expected != found).then_some(text)
+    };
+    workloads.iter().filter_map(line).collect()
 }

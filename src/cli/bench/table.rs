@@ -1,6 +1,7 @@
 //! Benchmark results as text tables.
 
 use crate::console::single_line;
+use crate::plural::plural;
 use blinn_bench::{
     BenchResults, Change, Comparison, SceneResults, StageResults, Table, Verdict, format_duration,
 };
@@ -119,9 +120,20 @@ pub fn comparison(compared: &Comparison) -> String {
     for note in &compared.notes {
         out += &format!("note: {}\n", single_line(note));
     }
+    if compared.without_counterpart > 0 {
+        let count = plural(compared.without_counterpart as u64, "stage");
+        out += &format!("note: {count} were not measured in the same way before, and are not compared\n");
+    }
     let significant: Vec<&Change> = compared.significant().collect();
     match significant.len() {
-        0 => out += &format!("no change beyond the noise in {} measurements\n", compared.changes.len()),
+        0 => {
+            out += &format!("no change beyond the noise in {} measurements", compared.changes.len());
+            let noise = compared.changes.iter().map(|change| change.noise).fold(0.0, f64::max);
+            if noise > 0.0 && noise.is_finite() {
+                out += &format!("; of the noisiest, no change below {:.0} % is seen", 100.0 * noise);
+            }
+            out.push('\n');
+        }
         n => {
             out +=
                 &format!("{n} of {} measurements changed by more than the noise:\n", compared.changes.len())
