@@ -51,6 +51,17 @@ pub(super) struct StatementAt {
     pub statement: Statement,
 }
 
+/// A `p` or `l` of a chunk.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) struct RoundElement {
+    /// Number of the statements of the chunk before it.
+    pub statement: u32,
+    /// Number of its vertices.
+    pub count: u32,
+    /// True for `p`.
+    pub is_points: bool,
+}
+
 /// The content of a chunk of text, in file order.
 #[derive(Debug, Default)]
 pub(super) struct Chunk {
@@ -71,7 +82,10 @@ pub(super) struct Chunk {
     pub max_index: [u32; 3],
     /// Largest distance before the start of this chunk that a relative index refers to, by attribute.
     max_lookback: [i64; 3],
-    pub lines_and_points: u64,
+    /// Points and lines.
+    pub rounds: Vec<RoundElement>,
+    /// The vertices of all points and lines.
+    pub round_vertices: Vec<u32>,
     /// Number of faces with fewer than three corners.
     pub degenerate: u64,
     format: Option<VertexFormat>,
@@ -91,6 +105,14 @@ impl Chunk {
             self.colors.push(color);
         }
         self.positions.push(position);
+    }
+
+    /// Makes points or a line of all vertices from `first` on.
+    pub fn push_round(&mut self, first: usize, is_points: bool) {
+        let count = (self.round_vertices.len() - first) as u32;
+        if count > 0 {
+            self.rounds.push(RoundElement { statement: self.statements.len() as u32, count, is_points });
+        }
     }
 
     /// Makes a face of all corners from `first` on.
@@ -157,6 +179,7 @@ impl Chunk {
                     *index = (before[k] as i64 + i64::from(*index & !RELATIVE_BIT) - RELATIVE_BIAS) as u32;
                 }
             };
+            self.round_vertices.iter_mut().for_each(|v| absolute(v, 0));
             for corner in &mut self.corners {
                 absolute(&mut corner.v, 0);
                 absolute(&mut corner.vt, 1);

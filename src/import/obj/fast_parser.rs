@@ -240,6 +240,21 @@ impl<'t> ChunkParser<'t> {
         std::str::from_utf8(line).ok()
     }
 
+    /// The vertices of `p` or `l`. Texture coordinates of lines are not used.
+    fn parse_round(&mut self, rest: &str, is_points: bool) -> Option<()> {
+        let first = self.chunk.round_vertices.len();
+        for word in rest.split_ascii_whitespace() {
+            let index = word.split('/').next()?;
+            let (vertex, end) = parse_index(&mut self.chunk, index.as_bytes(), 0, 0)?;
+            if end != index.len() {
+                return None;
+            }
+            self.chunk.round_vertices.push(vertex);
+        }
+        self.chunk.push_round(first, is_points);
+        Some(())
+    }
+
     fn parse_comment(&mut self) -> Option<()> {
         // ZBrush writes vertex colours in comments.
         let rest = self.take_rest()?;
@@ -256,8 +271,7 @@ impl<'t> ChunkParser<'t> {
             "mtllib" => Statement::Library(name()),
             "s" if !rest.contains(['#', '\\']) => Statement::Smoothing(text::smoothing_group(rest)),
             "l" | "p" if !rest.contains('\\') => {
-                self.chunk.lines_and_points += 1;
-                return Some(());
+                return self.parse_round(rest, keyword == "p");
             }
             "" => return Some(()),
             keyword if text::is_ignored(keyword) && !rest.contains('\\') => return Some(()),

@@ -6,7 +6,8 @@ use std::ops::Range;
 use glam::{Vec3, Vec4};
 use rayon::prelude::*;
 
-use super::chunk::{Chunk, Corner, NO_COLOR, Statement, VertexFormat};
+use super::chunk::{Chunk, Corner, NO_COLOR, RoundElement, Statement, VertexFormat};
+use super::rounds::RoundGroups;
 use super::segment::{Segment, SegmentKey};
 use super::smoothing::add_smooth_normals;
 use crate::polygons::triangulator::{Triangulator, WORK_BUDGET, spend_work};
@@ -26,7 +27,7 @@ pub(super) struct ObjGeometry {
     pub materials: Vec<String>,
     /// The rest of each `mtllib` line.
     pub libraries: Vec<String>,
-    pub lines_and_points: u64,
+    pub rounds: RoundGroups,
     /// Number of faces with fewer than three corners.
     pub degenerate: u64,
     /// Number of concave polygons too large for ear clipping.
@@ -49,11 +50,8 @@ impl ObjGeometry {
         if !chunks.par_iter_mut().zip(&before).all(resolve) {
             return None;
         }
-        let mut out = ObjGeometry {
-            lines_and_points: chunks.iter().map(|b| b.lines_and_points).sum(),
-            degenerate: chunks.iter().map(|b| b.degenerate).sum(),
-            ..Default::default()
-        };
+        let mut out =
+            ObjGeometry { degenerate: chunks.iter().map(|b| b.degenerate).sum(), ..Default::default() };
         let mut state = StatementState { objects_from_o: has_o_statements(&chunks), ..Default::default() };
         for (i, chunk) in chunks.iter().enumerate() {
             state.apply_chunk(i, chunk, &mut out);
@@ -104,9 +102,11 @@ impl ObjGeometry {
         }
     }
 
-    /// Returns the positions of the corners of all triangles.
+    /// Returns the positions of the corners of all triangles, and of points and lines.
     pub fn corners(&self) -> impl Iterator<Item = Vec3> {
-        self.triangles.iter().flatten().map(|corner| self.positions[corner.v as usize])
+        let rounds = self.rounds.groups.iter().flat_map(|group| &group.vertices);
+        let vertices = self.triangles.iter().flatten().map(|corner| corner.v).chain(rounds.copied());
+        vertices.map(|v| self.positions[v as usize])
     }
 
     /// Returns the triangles of a segment.
@@ -190,12 +190,16 @@ impl StatementState {
     /// Adds the faces of a chunk as segments and applies its statements in order.
     fn apply_chunk(&mut self, index: usize, chunk: &Chunk, out: &mut ObjGeometry) {
         let mut start = 0;
-        for at in &chunk.statements {
+        let mut rounds = chunk.rounds.as_slice();
+        let mut vertices = chunk.round_vertices.as_slice();
+        for (i, at) in chunk.statements.iter().enumerate() {
             self.add_faces(index, start..at.face, out);
             start = at.face;
+            self.add_rounds(i as u32, &mut rounds, &mut vertices, out);
             self.apply(&at.statement, out);
         }
         self.add_faces(index, start..chunk.faces, out);
+        self.add_rounds(u32::MAX, &mut rounds, &mut vertices, out);
     }
 
     /// Adds faces with the current state, to the last segment if it has the same state.
@@ -209,6 +213,23 @@ impl StatementState {
         match out.segments.last_mut() {
             Some(last) if last.key == key && last.chunk == chunk => last.range.end = range.end,
             _ => out.segments.push(Segment { key, chunk, range }),
+        }
+    }
+
+    /// Adds the points and lines before statement `before` of a chunk with the current state, and removes them from the
+    /// lists.
+    fn add_rounds(
+        &mut self,
+        before: u32,
+        rounds: &mut &[RoundElement],
+        vertices: &mut &[u32],
+        out: &mut ObjGeometry,
+    ) {
+        while let Some((first, rest)) = rounds.split_first().filter(|(first, _)| first.statement <= before) {
+            let object = *self.object.get_or_insert_with(|| new_object(out, "default"));
+            let (own, others) = vertices.split_at(first.count as usize);
+            out.rounds.add(object, self.material, first.is_points, own);
+            (*rounds, *vertices) = (rest, others);
         }
     }
 

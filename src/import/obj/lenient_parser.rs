@@ -130,7 +130,7 @@ impl LenientParser<'_> {
                 self.chunk.normals.push(Vec3::ZERO);
             }
             "f" | "fo" => self.parse_face(line, rest)?,
-            "l" | "p" => self.chunk.lines_and_points += 1,
+            kind @ ("l" | "p") => self.parse_round(line, rest, kind == "p")?,
             "o" => self.chunk.push_statement(Statement::Object(name())),
             "g" => self.chunk.push_statement(Statement::Group(name())),
             "s" => self.chunk.push_statement(Statement::Smoothing(text::smoothing_group(rest))),
@@ -174,6 +174,24 @@ impl LenientParser<'_> {
             let channel = |shift: u32| f32::from((mrgb >> shift) as u8) / 255.0;
             self.polypaint.push(Vec4::new(channel(16), channel(8), channel(0), 1.0));
         }
+    }
+
+    /// The vertices of `p` or `l`. Texture coordinates of lines are not used.
+    fn parse_round(&mut self, line: &Line, rest: &str, is_points: bool) -> Result<(), LoadError> {
+        let first = self.chunk.round_vertices.len();
+        for word in rest.split_whitespace() {
+            let text = word.split('/').next().unwrap_or("");
+            match parse_index(line, word, 0, text, self.chunk.positions.len())? {
+                Some(vertex) if (vertex as usize) < self.totals[0] => self.chunk.round_vertices.push(vertex),
+                _ => {
+                    let rule =
+                        format!("vertex {text} does not exist: the file has {} vertices", self.totals[0]);
+                    return Err(LoadError::invalid(line.location(word), rule));
+                }
+            }
+        }
+        self.chunk.push_round(first, is_points);
+        Ok(())
     }
 
     fn parse_face(&mut self, line: &Line, rest: &str) -> Result<(), LoadError> {

@@ -24,6 +24,11 @@ pub(super) struct MeshKey {
 }
 
 impl MeshKey {
+    /// The key of points or lines.
+    pub fn of_rounds(object: u32, material: Option<u32>) -> MeshKey {
+        MeshKey { object, material, has_uv: false, flat: true }
+    }
+
     fn of(segment: &Segment) -> MeshKey {
         let key = segment.key;
         let flat = !key.format.normal && key.smoothing == 0;

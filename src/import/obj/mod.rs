@@ -23,6 +23,7 @@ mod mtl_writer;
 mod number;
 mod plain_text;
 mod recenter;
+mod rounds;
 mod segment;
 mod smoothing;
 mod text;
@@ -44,16 +45,19 @@ use super::smooth;
 use super::{Limits, LoadOptions, NormalMode};
 use crate::files::{escape::printable, scene_folder::SceneFolder, scene_input::SceneInput};
 use crate::polygons::far_centre::far_centre;
+use crate::unlit_rounds::show_unlit;
 use blinn_core::cancellation::CancelToken;
 use blinn_scene::{
-    BlenderVersion, FileDigest, HashingReader, Instance, LocalTransform, Node, Scene, Source, SourceFormat,
-    named_color,
+    BlenderVersion, FileDigest, HashingReader, Instance, LocalTransform, Mesh, Node, Scene, Source,
+    SourceFormat, named_color,
 };
 use fast_parser::ParsedChunks;
 use geometry::ObjGeometry;
 use line_chunks::CHUNK_BYTES;
 use material_libraries::MaterialLibraries;
+use meshes::MeshKey;
 use mtl::{MtlContext, MtlMaterial};
+use rounds::RoundGroup;
 use textures::TextureLibrary;
 
 pub(super) use colors::to_linear as displayed_to_linear;
@@ -156,7 +160,7 @@ fn parse_lenient(
     Ok(ParsedFile { geometry, origin, generator: generator(&text), warnings })
 }
 
-/// Returns the error for a file without faces, which may not be an OBJ at all.
+/// Returns the error for a file without faces, lines and points, which may not be an OBJ at all.
 fn no_faces_error(geometry: &ObjGeometry, warnings: Warnings) -> LoadError {
     if geometry.positions.is_empty() {
         return LoadError::invalid(
@@ -165,7 +169,7 @@ fn no_faces_error(geometry: &ObjGeometry, warnings: Warnings) -> LoadError {
         );
     }
     let warnings: String = warnings.into_vec().iter().map(|warning| format!("; {warning}")).collect();
-    LoadError::invalid("OBJ", format!("the file has no faces to render{warnings}"))
+    LoadError::invalid("OBJ", format!("the file has no faces, lines or points to render{warnings}"))
 }
 
 /// Builds the scene from a parsed file and its materials.
@@ -177,7 +181,7 @@ fn build_scene(
 ) -> Result<(Scene, Vec<Warning>), LoadError> {
     let ParsedFile { mut geometry, origin, generator, mut warnings } = file;
     warn_about_faces(&geometry, &mut warnings);
-    if geometry.segments.is_empty() {
+    if geometry.segments.is_empty() && geometry.rounds.groups.is_empty() {
         return Err(no_faces_error(&geometry, warnings));
     }
     let has_colors = colors::has_colors(&geometry.colors);
@@ -216,7 +220,9 @@ fn build_scene(
     let smooths_all =
         options.normals == NormalMode::Auto && smooths_everything(&geometry, &scene.source.generator);
     let names = std::mem::take(&mut geometry.materials);
-    let meshes = meshes::build_meshes(geometry, &options.limits)?;
+    let rounds = round_meshes(&mut geometry, &options.limits)?;
+    let mut meshes = meshes::build_meshes(geometry, &options.limits)?;
+    meshes.extend(rounds);
     // Materials in order of first use; `None` is the material of faces without a name.
     let mut material_of: HashMap<Option<u32>, u32> = HashMap::new();
     let keeps_normal_side = scene.source.blender_version() >= Some(CONSISTENT_NORMALS);
@@ -243,7 +249,9 @@ fn build_scene(
         mesh.keeps_normal_side = keeps_normal_side;
         nonfinite_uvs += mesh.uvs.iter_mut().map(|uvs| replace_nonfinite(uvs)).sum::<usize>();
         black += u64::from(has_colors && colors::remove_black(&mut mesh));
-        if let Some(axes) = scene.materials[mesh.material as usize].tangent_axes() {
+        if let Some(axes) = scene.materials[mesh.material as usize].tangent_axes()
+            && !mesh.has_rounds()
+        {
             // A normal map applies to flat faces too.
             super::tangents::generate(&mut mesh, axes, &scene.source);
         }
@@ -258,11 +266,26 @@ fn build_scene(
         let what = "they are all 0 0 0 while other meshes have colours";
         warnings.add("", format!("ignored the vertex colours of {black} meshes: {what}"));
     }
+    show_unlit(&mut scene);
     (scene.images, scene.textures) = (images.images, images.textures);
     if smooths_all {
         smooth::apply(&mut scene, NormalMode::CreaseAngle(CREASE_ANGLE), &options.cancel)?;
     }
     Ok((scene, warnings.into_vec()))
+}
+
+/// Returns the meshes of points and lines.
+fn round_meshes(geometry: &mut ObjGeometry, limits: &Limits) -> Result<Vec<(MeshKey, Mesh)>, LoadError> {
+    let groups = std::mem::take(&mut geometry.rounds.groups);
+    let vertices = groups.iter().map(|group| group.vertices.len() as u64).sum();
+    LoadError::check_limit("vertices", vertices, limits.vertices)?;
+    LoadError::check_limit("instances", groups.len() as u64, limits.instances)?;
+    let mesh = |group: RoundGroup| {
+        let key = MeshKey::of_rounds(group.object, group.material);
+        let name = &geometry.objects[group.object as usize];
+        (key, group.into_mesh(name, &geometry.positions, &geometry.colors))
+    };
+    Ok(groups.into_iter().map(mesh).collect())
 }
 
 /// Programs that write `s 1` for everything, flat walls too.
@@ -284,7 +307,6 @@ fn warn_about_faces(geometry: &ObjGeometry, warnings: &mut Warnings) {
             warnings.add("", message.replace("{}", &count.to_string()));
         }
     };
-    warn(geometry.lines_and_points, "ignored {} lines and points: only faces are rendered");
     warn(geometry.degenerate, "ignored {} faces with fewer than three vertices");
     warn(geometry.too_large, "triangulated {} concave polygons as fans: too many corners");
     warn(geometry.self_intersecting, "triangulated {} self-intersecting polygons as fans: too many corners");

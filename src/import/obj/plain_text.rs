@@ -29,7 +29,7 @@ impl PlainText {
     /// Adds the faces of `chunk`, parses the text with tobj and sets the positions (unless `keeps_positions`),
     /// texture coordinates and normals of all corners.
     pub fn parse_into(mut self, chunk: &mut Chunk, keeps_positions: bool) -> Result<(), LoadError> {
-        if chunk.faces == 0 {
+        if chunk.faces == 0 && chunk.round_vertices.is_empty() {
             return Ok(());
         }
         let has_uvs = chunk.corners.iter().any(|c| c.vt != NO_INDEX);
@@ -37,10 +37,12 @@ impl PlainText {
         // tobj wants the same attributes in all faces of a mesh. Corners without one use an element at the end.
         self.text.push_str("vt 0 0\nvn 0 0 0\n");
         self.push_faces(chunk, has_uvs, has_normals);
+        self.push_rounds(chunk, has_uvs, has_normals);
         let mesh = self.parse()?;
         let indices = [&mesh.indices, &mesh.texcoord_indices, &mesh.normal_indices];
         let expected = [true, has_uvs, has_normals];
-        if indices.iter().zip(expected).any(|(list, used)| used && list.len() != chunk.corners.len()) {
+        let count = chunk.corners.len() + 3 * chunk.round_vertices.len();
+        if indices.iter().zip(expected).any(|(list, used)| used && list.len() != count) {
             return Err(error(&"faces were lost"));
         }
         for (i, corner) in chunk.corners.iter().enumerate() {
@@ -56,31 +58,52 @@ impl PlainText {
                 chunk.normals[corner.vn as usize] = Vec3::from_slice(&mesh.normals[at(2, 3)..]);
             }
         }
+        if !keeps_positions {
+            let rounds = mesh.indices[chunk.corners.len()..].iter().step_by(3);
+            for (&vertex, &index) in chunk.round_vertices.iter().zip(rounds) {
+                chunk.positions[vertex as usize] = Vec3::from_slice(&mesh.positions[3 * index as usize..]);
+            }
+        }
         Ok(())
     }
 
     /// Adds the faces with one-based indices.
     fn push_faces(&mut self, chunk: &Chunk, has_uvs: bool, has_normals: bool) {
-        let one_based =
-            |index: u32, count: usize| if index == NO_INDEX { count + 1 } else { index as usize + 1 };
         let mut corners = chunk.corners.iter();
         for face in 0..chunk.faces {
             let arity = chunk.arities.get(face).map_or(3, |&a| a as usize);
             self.text.push('f');
-            for Corner { v, vt, vn } in corners.by_ref().take(arity) {
-                let v = v + 1;
-                let vt = one_based(*vt, chunk.uvs.len());
-                let vn = one_based(*vn, chunk.normals.len());
-                // Writing to a string cannot fail.
-                let _ = match (has_uvs, has_normals) {
-                    (true, true) => write!(self.text, " {v}/{vt}/{vn}"),
-                    (true, false) => write!(self.text, " {v}/{vt}"),
-                    (false, true) => write!(self.text, " {v}//{vn}"),
-                    (false, false) => write!(self.text, " {v}"),
-                };
+            for corner in corners.by_ref().take(arity) {
+                self.push_corner(corner, chunk, has_uvs, has_normals);
             }
             self.text.push('\n');
         }
+    }
+
+    /// Adds a triangle for each vertex of points and lines, whose corners are that vertex.
+    fn push_rounds(&mut self, chunk: &Chunk, has_uvs: bool, has_normals: bool) {
+        for &v in &chunk.round_vertices {
+            self.text.push('f');
+            for _ in 0..3 {
+                self.push_corner(&Corner { v, vt: NO_INDEX, vn: NO_INDEX }, chunk, has_uvs, has_normals);
+            }
+            self.text.push('\n');
+        }
+    }
+
+    fn push_corner(&mut self, corner: &Corner, chunk: &Chunk, has_uvs: bool, has_normals: bool) {
+        let one_based =
+            |index: u32, count: usize| if index == NO_INDEX { count + 1 } else { index as usize + 1 };
+        let v = corner.v + 1;
+        let vt = one_based(corner.vt, chunk.uvs.len());
+        let vn = one_based(corner.vn, chunk.normals.len());
+        // Writing to a string cannot fail.
+        let _ = match (has_uvs, has_normals) {
+            (true, true) => write!(self.text, " {v}/{vt}/{vn}"),
+            (true, false) => write!(self.text, " {v}/{vt}"),
+            (false, true) => write!(self.text, " {v}//{vn}"),
+            (false, false) => write!(self.text, " {v}"),
+        };
     }
 
     fn parse(&self) -> Result<tobj::Mesh, LoadError> {

@@ -195,15 +195,33 @@ fn smooth_normals_do_not_depend_on_the_triangulation() {
     }
 }
 
+/// Both parsers read points and lines by material, with absolute, relative and textured vertices.
+#[test]
+fn points_and_lines_are_read_without_faces() {
+    let text =
+        "v 0 0 0 1 0 0\nv 1 0 0 0 1 0\nv 0 1 0 0 0 1\no a\nl 1/1 2/1 3/1\nusemtl red\nl -2 -1\np 1 3\nl 2\n";
+    for text in [text.to_string(), text.replace("\nl 2\n", "\nl \\\n2\n")] {
+        let (scene, warnings) = read(text, &[]).unwrap();
+        assert!(warnings.is_empty(), "{warnings:?}");
+        let [plain, red, dots] = &scene.meshes[..] else { panic!("{} meshes", scene.meshes.len()) };
+        assert_eq!((plain.lines(), red.lines()), (&[[0, 1], [1, 2]][..], &[[0, 1], [0, 0]][..]));
+        assert_eq!((dots.point_count(), dots.colors.len(), red.colors[1].z), (2, 2, 1.0));
+        assert_eq!(scene.materials[red.material as usize].reflectance, blinn_scene::Reflectance::Unlit);
+        assert_eq!((red.material, plain.name.as_str()), (dots.material, "a"));
+    }
+    for wrong in ["l 1 4\n", "p 0\n", "l one\n", "p -4\n"] {
+        assert!(read(format!("v 0 0 0\nv 1 0 0\nv 0 1 0\n{wrong}"), &[]).is_err(), "{wrong}");
+    }
+}
+
 /// A triangle that uses a vertex twice is left out without a warning.
 #[test]
-fn lines_points_and_degenerate_faces_are_counted() {
+fn degenerate_faces_are_counted_and_lines_and_points_read() {
     let (scene, warnings) = read(format!("{SQUARE}l 1 2 3\np 1\nf 1 2\nf 1 1 2\nf 1 2 3\n"), &[]).unwrap();
     assert_eq!(scene.meshes[0].triangles.len(), 1);
-    let mut expected = vec![
-        "ignored 2 lines and points: only faces are rendered",
-        "ignored 1 faces with fewer than three vertices",
-    ];
+    assert_eq!(scene.meshes[1].lines(), [[0, 1], [1, 2]]);
+    assert_eq!((scene.meshes[1].positions.len(), scene.meshes[2].point_count()), (3, 1));
+    let mut expected = vec!["ignored 1 faces with fewer than three vertices"];
     assert_eq!(warnings, expected);
     // Curves, as Blender writes them, and surfaces.
     let curve =
@@ -240,7 +258,10 @@ fn errors_name_line_column_and_word() {
         ("v 0 0 0\nf 99999999999999999999 1 1\n", "is not a vertex index"),
         ("# empty\n", "use a .gltf, .glb, .obj, .stl or .ply file"),
         ("w 0 0 0\nh 1 1 1\n", "use a .gltf, .glb, .obj, .stl or .ply file"),
-        ("v 0 0 0\nl 1 1\n", "no faces to render"),
+        ("v 0 0 0\nl 1 3\n", "line 2, column 5, at '3': vertex 3 does not exist: the file has 1 vertices"),
+        ("v 0 0 0\np 1 one\n", "line 2, column 5, at 'one': 'one' is not a vertex index"),
+        ("v 0 0 0\nl /1 1\n", "'' is not a vertex index"),
+        ("v 0 0 0\nl\np\n", "no faces, lines or points to render"),
     ] {
         let error = error(obj);
         assert!(error.contains(expected), "{obj:?}: {error}");

@@ -51,7 +51,7 @@ fn obj(random: &mut Random) -> String {
     let colored = random.chance(4);
     let plain_forms = random.chance(2);
     for _ in 0..random.below(40) + 8 {
-        match random.below(14) {
+        match random.below(15) {
             0..4 => {
                 for _ in 0..random.below(5) + 1 {
                     have[0] += 1;
@@ -116,17 +116,20 @@ fn obj(random: &mut Random) -> String {
                 let word = if random.chance(3) { "o" } else { "g" };
                 let _ = write!(text, "{word} {}{end}", random.pick(&["a", "b c", "", "ü"]));
             }
+            13 if have[0] > 0 => {
+                text.push_str(random.pick(&["l", "p", "l", " p"]));
+                let has_uvs = have[1] > 0 && random.chance(2);
+                for _ in 0..random.below(5) {
+                    let sign = random.pick(&["", "", "-"]);
+                    let _ = write!(text, " {sign}{}", random.below(have[0]) + 1);
+                    if has_uvs {
+                        let _ = write!(text, "/{}", random.below(have[1]) + 1);
+                    }
+                }
+                text.push_str(end);
+            }
             _ => {
-                let line = random.pick(&[
-                    "# note é",
-                    "",
-                    "l 1 2",
-                    "p 1",
-                    "   ",
-                    "mtllib gone.mtl",
-                    "lod 1",
-                    "usemap w",
-                ]);
+                let line = random.pick(&["# note é", "", "   ", "mtllib gone.mtl", "lod 1", "usemap w"]);
                 let _ = write!(text, "{line}{end}");
             }
         }
