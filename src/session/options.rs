@@ -4,6 +4,7 @@ use std::path::{Path, PathBuf};
 
 use glam::DVec3;
 
+use crate::edge_options::EdgeOptions;
 use crate::error::SessionError;
 use crate::image_size::{DEFAULT_SIZE, natural_size, scaled_to};
 use crate::planned_frame::PlannedFrame;
@@ -87,6 +88,8 @@ pub struct Options {
     pub point_size: RoundWidth,
     /// Width of lines.
     pub line_width: RoundWidth,
+    /// Edges over the picture.
+    pub edges: EdgeOptions,
     /// The back faces that eye rays pass through.
     pub cull: BackFaceCulling,
     /// The shape that what is written of a dataset is scaled to.
@@ -134,6 +137,7 @@ impl Default for Options {
             denoise: Denoise::Auto,
             point_size: RoundWidth::Auto,
             line_width: RoundWidth::Auto,
+            edges: EdgeOptions::default(),
             cull: BackFaceCulling::SingleSided,
             normalize: None,
             rotation: None,
@@ -253,6 +257,7 @@ impl Options {
     /// The background where there is nothing; opaque if the background is the environment.
     pub fn fixed_background(&self) -> Background {
         match (self.background, self.stage) {
+            (None, _) if self.edges.alone => Background::Transparent,
             (Some(ImageBackground::Fixed(background)), _) => background,
             // The environment covers it.
             (Some(ImageBackground::Environment), _) => Background::Color(Rgb::ZERO),

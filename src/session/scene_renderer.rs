@@ -21,6 +21,7 @@ use crate::log::SessionLog;
 use crate::memory_estimate::bvh_triangles;
 use crate::near_plane::cuts_picture;
 use crate::notice::Notice;
+use crate::picture_edges::{blank, empty_drawing, picture_edges};
 use crate::picture_layers::{light_layers, normalize_layers};
 use crate::plan::SessionPlan;
 use crate::planned_frame::PlannedFrame;
@@ -33,8 +34,8 @@ use blinn_output::{CropWindow, IdNames, Picture};
 use blinn_render::display::{Display, ViewTransform};
 use blinn_render::integrator::{Aov, Frame, MaterialOverrides, NeighbourFrames, Phong, Stage};
 use blinn_render::{
-    AdaptiveSampling, AovLayer, ProgressMonitor, RenderMemory, RenderSettings, render_light_layers,
-    render_mattes, render_moving_aovs, render_with_memory,
+    AdaptiveSampling, AovLayer, EdgeCache, ProgressMonitor, RenderMemory, RenderSettings, draw_edges,
+    render_light_layers, render_mattes, render_moving_aovs, render_with_memory,
 };
 use blinn_scene::{
     Animation, AnimationChoice, AxisRotation, Camera, ClipBoundsCache, Environment, GroundKind,
@@ -55,6 +56,8 @@ pub struct SceneRenderer<'a> {
     aov_world: DMat3,
     /// Memory of finished images, for the next ones.
     memory: RenderMemory,
+    /// The edges of meshes, if pictures show them.
+    edges: EdgeCache,
     /// The light sources of all images.
     sources: String,
     /// True after the light of an image has been remarked on.
@@ -215,6 +218,7 @@ impl<'a> SceneRenderer<'a> {
             display: Display { ev, view, background: options.fixed_background() },
             aov_world: aov_world(&plan),
             memory: RenderMemory::default(),
+            edges: EdgeCache::default(),
             sources: lit.description,
             has_light_remarks: AtomicBool::new(lit.rig.is_dark()),
         })
@@ -363,11 +367,19 @@ impl<'a> SceneRenderer<'a> {
 
         let start = Instant::now();
         let integrator = Phong { stage: options.stage };
-        let pixels = render_with_memory(&self.memory, &frame, &integrator, settings, monitor)?;
+        let mut pixels = match options.edges.alone {
+            true => blank(settings),
+            false => render_with_memory(&self.memory, &frame, &integrator, settings, monitor)?,
+        };
         let detail = format!("{width}x{height}, {} samples, frame {}", settings.samples, planned.number);
         log.stage_since("render", start, &detail);
-        let empty = empty_reason(&frame, settings, &pixels, cancel)?;
+        let edges = picture_edges(&self.setup, &self.edges, &frame, settings)?;
+        let empty = match options.edges.alone {
+            true => empty_drawing(&frame, settings, edges.as_ref(), cancel)?,
+            false => empty_reason(&frame, settings, &pixels, cancel)?,
+        };
         if empty.is_none()
+            && !options.edges.alone
             && options.stage == Stage::Phong
             && !self.has_light_remarks.swap(true, Ordering::Relaxed)
         {
@@ -409,6 +421,9 @@ impl<'a> SceneRenderer<'a> {
         let depth_step = view.depth_step;
         if options.depth_unit.is_some() {
             check_depth_range(&layers, depth_step, planned.number, *log)?;
+        }
+        if let Some(edges) = edges {
+            draw_edges(&mut pixels, &edges);
         }
         let picture = Picture { id_names: self.id_names.clone(), ..Picture::new(pixels, self.display) };
         let picture = Picture { layers, mattes, crop_window, depth_step, ..picture };

@@ -52,6 +52,7 @@ mod cameras;
 mod dataset_formats;
 mod datasets;
 mod diff;
+mod edges;
 mod empty_images;
 mod examples;
 mod exit_codes;

@@ -20,6 +20,7 @@ mod diffuse_transmission;
 mod dispersion;
 mod document;
 mod draco;
+mod edge_visibility;
 mod extensions;
 #[cfg(test)]
 mod fixture;

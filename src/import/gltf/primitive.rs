@@ -12,6 +12,7 @@ use super::attributes::{Attributes, normalize, open_positions};
 use super::document::Document;
 use super::draco;
 use super::draco::DecodedPrimitive;
+use super::edge_visibility;
 use super::topology;
 use super::topology::{MeshSize, VertexOrder};
 use crate::compact::compact;
@@ -116,6 +117,7 @@ pub(super) fn read(
         ..Mesh::default()
     };
     attributes.morph_targets(id.mesh, &mut mesh, warnings)?;
+    edge_visibility::read(doc, json, &location, used.as_deref(), &mut mesh, warnings)?;
     if let Some(colors) = triangle_colors {
         let corners = 3 * colors.len() as u64;
         LoadError::check_limit("vertices", corners, doc.limits.vertices)?;

@@ -70,7 +70,7 @@ pub(super) const KNOWN: &[(&str, Support)] = &[
     ("EXT_mesh_features", Unrendered),
     ("EXT_mesh_gpu_instancing", Supported),
     ("EXT_mesh_manifold", Unrendered),
-    ("EXT_mesh_primitive_edge_visibility", Unrendered),
+    ("EXT_mesh_primitive_edge_visibility", Supported),
     ("EXT_mesh_primitive_restart", Supported),
     ("EXT_meshopt_compression", Supported),
     ("EXT_primitive_voxels", NotRequirable("voxels are not supported")),

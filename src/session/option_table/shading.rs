@@ -1,9 +1,11 @@
 //! Options of materials and of the visible objects.
 
 use super::{Choices, Effect, Heading, OptionDef, choose, names, store};
+use crate::edge_options::EdgeOptions;
 use crate::options::BackFaceCulling;
 use crate::round_sizes::RoundWidth;
 use crate::values::{self, whole};
+use blinn_render::HiddenEdges;
 use blinn_render::integrator::Stage;
 
 const BASE: OptionDef = OptionDef { heading: Heading::Shading, ..OptionDef::BASE };
@@ -17,7 +19,10 @@ const INTEGRATORS: Choices<Stage, 4> = [
 const CULLING: Choices<BackFaceCulling, 3> =
     [("auto", BackFaceCulling::SingleSided), ("back", BackFaceCulling::All), ("off", BackFaceCulling::Off)];
 
-pub static SHADING: [OptionDef; 10] = [
+const HIDDEN_EDGES: Choices<HiddenEdges, 3> =
+    [("off", HiddenEdges::Off), ("dashed", HiddenEdges::Dashed), ("faint", HiddenEdges::Faint)];
+
+pub static SHADING: [OptionDef; 16] = [
     OptionDef {
         name: "integrator",
         value_name: "INTEGRATOR",
@@ -102,6 +107,60 @@ pub static SHADING: [OptionDef; 10] = [
         default: Some("auto"),
         help: "Width of lines: pixels such as 2px, metres such as .01, auto for a pixel, or off",
         effect: Effect::Value(|options, text| store(&mut options.line_width, RoundWidth::parse(text))),
+        ..BASE
+    },
+    OptionDef {
+        name: "edges",
+        value_name: "KINDS",
+        is_repeatable: true,
+        help: "Draw edges over the picture: feature (sharp edges and borders), silhouette, boundary (borders of open \
+               surfaces), all (of triangles), or several as a list\n\n\
+               Edges change the picture and no layers. Transparent surfaces do not hide them.",
+        effect: Effect::Value(|options, text| options.edges.add_kinds(text)),
+        ..BASE
+    },
+    OptionDef {
+        name: "edge-angle",
+        value_name: "DEGREES",
+        requires: Some("edges"),
+        help: "Angle by which the surface turns at sharp edges, at least; 30 by default",
+        effect: Effect::Value(|options, text| {
+            store(&mut options.edges.angle, EdgeOptions::parse_angle(text))
+        }),
+        ..BASE
+    },
+    OptionDef {
+        name: "edge-color",
+        value_name: "COLOR",
+        requires: Some("edges"),
+        help: "Colour of edges: as for `background`; black by default",
+        effect: Effect::Value(|options, text| store(&mut options.edges.color, values::color(text))),
+        ..BASE
+    },
+    OptionDef {
+        name: "edge-width",
+        value_name: "WIDTH",
+        requires: Some("edges"),
+        help: "Width of edges: pixels such as 2px, metres such as .01, or auto (the default) for a pixel; at most 100 pixels",
+        effect: Effect::Value(|options, text| {
+            store(&mut options.edges.width, EdgeOptions::parse_width(text))
+        }),
+        ..BASE
+    },
+    OptionDef {
+        name: "hidden-edges",
+        value_name: "STYLE",
+        choices: &names(&HIDDEN_EDGES),
+        requires: Some("edges"),
+        help: "Edges behind surfaces: not drawn (off, the default), as dashes (dashed), or transparent (faint)",
+        effect: Effect::Value(|options, text| choose(&mut options.edges.hidden, text, &HIDDEN_EDGES)),
+        ..BASE
+    },
+    OptionDef {
+        name: "edges-only",
+        requires: Some("edges"),
+        help: "Draw the edges alone, on a transparent background unless `background` sets one",
+        effect: Effect::Flag(|options| options.edges.alone = true),
         ..BASE
     },
     OptionDef {

@@ -23,7 +23,7 @@ fn parsed(argv: &[OsString]) -> Option<Vec<(String, Vec<OsString>)>> {
 }
 
 /// Values of which at least one is valid for any option; those that are easily misread come first.
-const VALUES: [&str; 19] = [
+const VALUES: [&str; 20] = [
     "007",
     "-1,2,3",
     "1,2",
@@ -43,6 +43,7 @@ const VALUES: [&str; 19] = [
     "coco",
     "object",
     "sphere",
+    "feature",
 ];
 
 /// A valid command line that sets an option.
@@ -62,6 +63,7 @@ fn line_with(arg: &Arg, command: &str) -> Option<String> {
             "--views=3",
             "--size=640x480",
             "--indirect=4",
+            "--edges=all",
             "--check=golden",
             "--cameras=cameras.json",
             "--dataset=coco --views=3",

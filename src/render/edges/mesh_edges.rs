@@ -1,0 +1,239 @@
+//! The edges of meshes, each with the triangles beside it.
+//!
+//! Vertices with the same position are one vertex: split normals, seams of texture coordinates and borders of materials are
+//! no borders of the surface.
+
+use glam::Vec3;
+use rayon::prelude::*;
+
+use blinn_scene::Mesh;
+
+/// In place of a triangle beside an edge: there is none.
+const NONE: u32 = u32::MAX;
+/// In place of the second triangle beside an edge: there are several.
+const MANY: u32 = u32::MAX - 1;
+/// Set in the second triangle if it is wound against the first.
+const IS_TURNED: u32 = 1 << 31;
+/// Vertices whose edges one task finds.
+const VERTICES_PER_TASK: usize = 1 << 14;
+
+/// The triangles beside an edge, besides the first.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum OtherSide {
+    /// None: a border.
+    None,
+    /// One triangle.
+    Triangle {
+        /// Its number.
+        triangle: u32,
+        /// True if one of both shows its back where the other shows its front.
+        is_turned: bool,
+    },
+    /// Several.
+    Many,
+}
+
+/// An edge.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) struct MeshEdge {
+    /// Its vertices, numbered over all meshes.
+    pub ends: [u32; 2],
+    /// The first triangle beside it, numbered over all meshes.
+    pub triangle: u32,
+    other: u32,
+}
+
+impl MeshEdge {
+    /// Returns what is on its other side.
+    pub fn other_side(&self) -> OtherSide {
+        match self.other {
+            NONE => OtherSide::None,
+            MANY => OtherSide::Many,
+            other => OtherSide::Triangle { triangle: other & !IS_TURNED, is_turned: other & IS_TURNED != 0 },
+        }
+    }
+}
+
+/// The edges of meshes that form one object.
+#[derive(Debug, Default)]
+pub(super) struct MeshEdges {
+    /// All edges.
+    pub edges: Vec<MeshEdge>,
+    /// What the file says of each edge; empty if it says nothing.
+    pub marks: Vec<EdgeMark>,
+    /// Number of the first vertex and of the first triangle of each mesh, and of one more.
+    starts: Vec<[u32; 2]>,
+}
+
+/// What a file says of an edge (glTF: EXT_mesh_primitive_edge_visibility).
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
+pub(super) enum EdgeMark {
+    /// Nothing: its mesh has no marks.
+    None,
+    /// Never drawn.
+    Hidden,
+    /// Drawn as a silhouette.
+    Silhouette,
+    /// Drawn always.
+    Hard,
+}
+
+impl EdgeMark {
+    /// Reads the lowest two bits.
+    fn from_bits(bits: u8) -> EdgeMark {
+        match bits & 3 {
+            0 => EdgeMark::Hidden,
+            1 => EdgeMark::Silhouette,
+            _ => EdgeMark::Hard,
+        }
+    }
+}
+
+/// A triangle at the lower of an edge's vertices.
+#[derive(Clone, Copy)]
+struct HalfEdge {
+    /// The other vertex.
+    to: u32,
+    triangle: u32,
+}
+
+impl MeshEdges {
+    /// Finds the edges of meshes with triangles.
+    pub fn new(meshes: &[&Mesh]) -> MeshEdges {
+        let mut starts = vec![[0u32; 2]];
+        for mesh in meshes {
+            let [vertices, triangles] = starts[starts.len() - 1];
+            let next = |from: u32, count: usize| u32::try_from(count).ok().and_then(|n| from.checked_add(n));
+            let (v, t) = (next(vertices, mesh.positions.len()), next(triangles, mesh.triangles.len()));
+            // More do not fit in memory.
+            let (Some(v), Some(t)) = (v, t.filter(|t| *t < IS_TURNED / 2)) else {
+                return MeshEdges::default();
+            };
+            starts.push([v, t]);
+        }
+        let numbering = MeshEdges { starts, ..MeshEdges::default() };
+        let welded = weld(meshes);
+        let corners = |triangle: u32| {
+            let (mesh, local) = numbering.triangle(triangle);
+            let first = numbering.starts[mesh][0];
+            meshes[mesh].triangles[local as usize].map(|corner| welded[(first + corner) as usize])
+        };
+        let [_, triangles] = numbering.starts[meshes.len()];
+        // Half-edges by their lower vertex.
+        let mut ends = vec![0u32; welded.len() + 1];
+        for triangle in 0..triangles {
+            for [a, b] in sides(corners(triangle)) {
+                ends[a.min(b) as usize + 1] += 1;
+            }
+        }
+        for v in 1..ends.len() {
+            ends[v] += ends[v - 1];
+        }
+        let firsts = ends.clone();
+        let mut half_edges = vec![HalfEdge { to: 0, triangle: 0 }; ends[welded.len()] as usize];
+        let mut next = firsts.clone();
+        for triangle in 0..triangles {
+            for [a, b] in sides(corners(triangle)) {
+                let at = &mut next[a.min(b) as usize];
+                half_edges[*at as usize] = HalfEdge { to: a.max(b), triangle };
+                *at += 1;
+            }
+        }
+        drop(next);
+        let vertices: Vec<usize> = (0..welded.len()).step_by(VERTICES_PER_TASK).collect();
+        let edges_from = |&start: &usize| {
+            let mut out = Vec::new();
+            let mut own: Vec<HalfEdge> = Vec::new();
+            for v in start..(start + VERTICES_PER_TASK).min(welded.len()) {
+                own.clear();
+                own.extend_from_slice(&half_edges[firsts[v] as usize..firsts[v + 1] as usize]);
+                own.sort_unstable_by_key(|half| (half.to, half.triangle));
+                for beside in own.chunk_by(|a, b| a.to == b.to) {
+                    out.push(edge([v as u32, beside[0].to], beside, &corners));
+                }
+            }
+            out
+        };
+        let edges: Vec<Vec<MeshEdge>> = vertices.par_iter().map(edges_from).collect();
+        let mut out = MeshEdges { edges: edges.concat(), ..numbering };
+        if meshes.iter().any(|mesh| !mesh.edge_marks.is_empty()) {
+            out.add_marks(meshes, &welded);
+        }
+        out
+    }
+
+    /// Adds what files say of the edges. An edge between two triangles is what the one says that shows more.
+    fn add_marks(&mut self, meshes: &[&Mesh], welded: &[u32]) {
+        self.marks = vec![EdgeMark::None; self.edges.len()];
+        for (mesh, [first, _]) in meshes.iter().zip(&self.starts) {
+            for (triangle, bits) in mesh.triangles.iter().zip(&mesh.edge_marks) {
+                let corners = triangle.map(|corner| welded[(first + corner) as usize]);
+                for (i, [a, b]) in sides(corners).enumerate() {
+                    let ends = [a.min(b), a.max(b)];
+                    // Edges are sorted by their ends.
+                    let Ok(edge) = self.edges.binary_search_by_key(&ends, |edge| edge.ends) else { continue };
+                    self.marks[edge] = self.marks[edge].max(EdgeMark::from_bits(bits >> (2 * i)));
+                }
+            }
+        }
+    }
+
+    /// Returns the mesh of a vertex, and the vertex in it.
+    pub fn vertex(&self, vertex: u32) -> (usize, u32) {
+        let mesh = self.starts.partition_point(|[first, _]| *first <= vertex) - 1;
+        (mesh, vertex - self.starts[mesh][0])
+    }
+
+    /// Returns the mesh of a triangle, and the triangle in it.
+    pub fn triangle(&self, triangle: u32) -> (usize, u32) {
+        let mesh = self.starts.partition_point(|[_, first]| *first <= triangle) - 1;
+        (mesh, triangle - self.starts[mesh][1])
+    }
+}
+
+/// Returns the sides of a triangle; none if it has a vertex twice.
+fn sides([a, b, c]: [u32; 3]) -> impl Iterator<Item = [u32; 2]> {
+    let has_area = a != b && b != c && c != a;
+    [[a, b], [b, c], [c, a]].into_iter().filter(move |_| has_area)
+}
+
+/// Makes an edge of the triangles beside it. Of several with the same corners, as files write doubled faces, one counts.
+fn edge(ends: [u32; 2], beside: &[HalfEdge], corners: &impl Fn(u32) -> [u32; 3]) -> MeshEdge {
+    let first = beside[0].triangle;
+    let apex = |triangle: u32| corners(triangle).into_iter().find(|corner| !ends.contains(corner));
+    let mut other = NONE;
+    if beside.len() > 1 {
+        let first_apex = apex(first);
+        let mut other_apex = None;
+        for half in &beside[1..] {
+            let own = apex(half.triangle);
+            if own == first_apex || own == other_apex {
+                continue;
+            }
+            if other != NONE {
+                other = MANY;
+                break;
+            }
+            let runs = |triangle: u32| sides(corners(triangle)).any(|side| side == ends);
+            let is_turned = runs(first) == runs(half.triangle);
+            other = half.triangle | if is_turned { IS_TURNED } else { 0 };
+            other_apex = own;
+        }
+    }
+    MeshEdge { ends, triangle: first, other }
+}
+
+/// Returns for each vertex the first one with the same position.
+fn weld(meshes: &[&Mesh]) -> Vec<u32> {
+    // 0 and −0 are the same position.
+    let bits = |p: &Vec3| (*p + 0.0).to_array().map(f32::to_bits);
+    let positions = meshes.iter().flat_map(|mesh| &mesh.positions);
+    let mut keys: Vec<([u32; 3], u32)> = positions.zip(0..).map(|(p, vertex)| (bits(p), vertex)).collect();
+    keys.par_sort_unstable();
+    let mut welded = vec![0; keys.len()];
+    for same in keys.chunk_by(|a, b| a.0 == b.0) {
+        let first = same[0].1;
+        same.iter().for_each(|(_, vertex)| welded[*vertex as usize] = first);
+    }
+    welded
+}

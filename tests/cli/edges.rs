@@ -1,0 +1,119 @@
+//! Edges over pictures, as points and lines without faces are: lines that the camera sees.
+
+use std::fs;
+use std::path::Path;
+
+use image::RgbaImage;
+
+use crate::common::program::*;
+
+/// A cube of side 2 about the origin whose faces are quads, each of a material of its own, and whose vertices are not shared.
+fn cube() -> String {
+    let corner = |i: usize| [0, 1, 2].map(|axis| if i >> axis & 1 == 1 { 1 } else { -1 });
+    let faces = [[0, 2, 3, 1], [4, 5, 7, 6], [0, 1, 5, 4], [2, 6, 7, 3], [0, 4, 6, 2], [1, 3, 7, 5]];
+    let mut text = String::new();
+    for (face, corners) in faces.iter().enumerate() {
+        for &i in corners {
+            let [x, y, z] = corner(i);
+            text += &format!("v {x} {y} {z}\n");
+        }
+        text += &format!("usemtl {face}\nf -4 -3 -2 -1\n");
+    }
+    text
+}
+
+/// A square in the plane z = 0 whose diagonal and sides are edges.
+const SQUARE: &str = "v -1 -1 0\nv 1 -1 0\nv 1 1 0\nv -1 1 0\nf 1 2 3 4\n";
+/// A camera that sees the square from −2 to 2, in 64 pixels.
+const FRONT: &str =
+    "--view-point 0,0,8 --look-at 0,0,0 --projection orthographic --view-rect -2,2,-2,2 --size 64x64";
+
+fn render(folder: &Path, options: &str) -> RgbaImage {
+    runs(folder, &format!("render a.obj -o a.png {options}"));
+    image::open(folder.join("a.png")).unwrap().into_rgba8()
+}
+
+/// Sum of alpha over a picture, in pixels.
+fn coverage(picture: &RgbaImage) -> f64 {
+    picture.pixels().map(|pixel| f64::from(pixel[3]) / 255.0).sum()
+}
+
+/// Lines have the area of their length times their width, whatever the resolution, and round ends.
+#[test]
+fn drawings_cover_what_their_lines_do() {
+    let (_guard, folder) = folder();
+    fs::write(folder.join("a.obj"), SQUARE).unwrap();
+    let only = format!("{FRONT} --edges-only -s 64");
+    let diagonal = 32.0 * std::f64::consts::SQRT_2;
+    for (options, length, width) in [
+        ("--edges boundary", 128.0, 1.0),
+        ("--edges feature", 128.0, 1.0),
+        ("--edges silhouette --edge-width 2px", 128.0, 2.0),
+        ("--edges all", 128.0 + diagonal, 1.0),
+        ("--edges boundary --edge-width .125", 128.0, 2.0),
+    ] {
+        let area = coverage(&render(&folder, &format!("{only} {options}")));
+        let expected = length * width;
+        assert!((area - expected).abs() < 0.04 * expected, "{options}: {area}, not {expected}");
+    }
+    // A pixel stays a pixel.
+    let large = render(
+        &folder,
+        &format!("{} --edges-only -s 64 --edges boundary", FRONT.replace("64x64", "256x256")),
+    );
+    assert!((coverage(&large) - 512.0).abs() < 10.0, "{}", coverage(&large));
+}
+
+/// Materials and split vertices make no borders; the diagonals of quads are flat.
+#[test]
+fn a_cube_has_twelve_edges_of_which_nine_are_visible() {
+    let (_guard, folder) = folder();
+    fs::write(folder.join("a.obj"), cube()).unwrap();
+    let view = "--view-point 20,20,20 --look-at 0,0,0 --projection orthographic --view-rect -2,2,-2,2 --size 128x128";
+    // All edges are foreshortened alike.
+    let edge = 2.0 * (2.0f64 / 3.0).sqrt() * 32.0;
+    let drawn = |options: &str| {
+        let picture = render(&folder, &format!("{view} --edges-only -s 16 {options}"));
+        coverage(&picture) / edge
+    };
+    let near = |count: f64, expected: f64| assert!((count - expected).abs() < 0.3, "{count}, not {expected}");
+    near(drawn("--edges feature"), 9.0);
+    near(drawn("--edges silhouette"), 6.0);
+    assert_eq!(drawn("--edges boundary"), 0.0);
+    near(drawn("--edges feature --edge-angle 100"), 0.0);
+    // Of three hidden edges a quarter, or five eighths, is drawn.
+    near(drawn("--edges feature --hidden-edges faint"), 9.75);
+    near(drawn("--edges feature --hidden-edges dashed"), 9.0 + 3.0 * 5.0 / 8.0);
+}
+
+#[test]
+fn edges_lie_over_the_shading_and_change_no_layers() {
+    let (_guard, folder) = folder();
+    fs::write(folder.join("a.obj"), SQUARE).unwrap();
+    let options = format!("{FRONT} --aov depth,object-id -s 16");
+    let plain = render(&folder, &options);
+    let read = || ["a.depth.png", "a.object-id.png"].map(|name| image::open(folder.join(name)).unwrap());
+    let layers = read();
+    let red = render(&folder, &format!("{options} --edges boundary --edge-color #f00 --edge-width 4px"));
+    assert!(layers == read());
+    assert_eq!(plain.get_pixel(32, 32), red.get_pixel(32, 32));
+    for (x, y) in [(16, 32), (47, 32), (32, 16)] {
+        let [r, g, b, a] = red.get_pixel(x, y).0;
+        assert!(r > 200 && g < 60 && b < 60 && a == 255, "{x} {y}: {r} {g} {b} {a}");
+    }
+}
+
+#[test]
+fn edge_options_are_checked() {
+    let (_guard, folder) = folder();
+    fs::write(folder.join("a.obj"), SQUARE).unwrap();
+    for (options, message) in [
+        ("--edges features", "did you mean 'feature'?"),
+        ("--edges feature --edge-width 1000px", "at most 100 pixels"),
+        ("--edges feature --edge-angle 200", "degrees from 0 to 180"),
+        ("--edges feature --hidden-edges dotted", "dotted"),
+        ("--edges-only", "--edges"),
+    ] {
+        refused(&folder, &format!("render a.obj -o a.png {options}"), message);
+    }
+}
