@@ -42,3 +42,19 @@ fn other_formats_are_named_with_the_way_to_a_scene() {
         fails(&folder, &["render", name], 1, message);
     }
 }
+
+/// Points and lines have no light; their colour is replaced all the same.
+#[test]
+fn the_diffuse_coefficient_colours_points() {
+    let (_dir, dir) = folder();
+    let ply = "ply\nformat ascii 1.0\nelement vertex 3\nproperty float x\nproperty float y\nproperty float z\n\
+               property uchar red\nproperty uchar green\nproperty uchar blue\nend_header\n\
+               0 0 0 255 255 255\n1 0 0 10 200 30\n0 0 1 0 0 255\n";
+    fs::write(dir.join("cloud.ply"), ply).unwrap();
+    runs(
+        &dir,
+        "render cloud.ply --size 33x33 -s 1 --point-size 60px --kd red --ks 1,1,1 --view standard -o a.png",
+    );
+    let picture = image::open(dir.join("a.png")).unwrap().into_rgb8();
+    assert_eq!(picture.get_pixel(16, 16).0, [255, 0, 0]);
+}

@@ -36,7 +36,7 @@ pub static SHADING: [OptionDef; 16] = [
         name: "kd",
         value_name: "COLOR",
         help: "Diffuse coefficient k_d of all materials: R,G,B or one number, linear; or a displayed colour, as for \
-               `background`",
+               `background`. Unlit materials, points and lines show it",
         effect: Effect::Value(|options, text| {
             store(&mut options.overrides.k_d, values::color(text).map(Some))
         }),

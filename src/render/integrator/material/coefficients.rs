@@ -58,7 +58,7 @@ impl Coefficients {
 /// Coefficients set for every material, in place of the material's own.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct MaterialOverrides {
-    /// Replaces k_d.
+    /// Replaces k_d, and the colour of unlit materials.
     pub k_d: Option<Rgb>,
     /// Replaces k_s.
     pub k_s: Option<Rgb>,

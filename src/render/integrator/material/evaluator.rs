@@ -70,7 +70,9 @@ impl AutovecKernel for EvalMaterial<'_> {
                 };
                 base.eval(&lanes, out);
             }
-            Reflectance::Unlit => base.eval(&UnlitLanes { scale: settings.unlit_scale }, out),
+            Reflectance::Unlit => {
+                base.eval(&UnlitLanes { color: settings.overrides.k_d, scale: settings.unlit_scale }, out)
+            }
         }
     }
 }
@@ -96,6 +98,8 @@ struct BaseLanes {
 trait ReflectanceLanes {
     /// True if the highlights of a surface that reflects its surroundings are those of its layers.
     const HAS_LAYER_HIGHLIGHTS: bool;
+    /// False for materials that light does not change.
+    const IS_LIT: bool = true;
 
     /// Sets the coefficients and layers of point `i`, whose colour is known, and returns the share of its light that is
     /// not reflected by a metal.
@@ -167,7 +171,11 @@ impl BaseLanes {
             k.k_a *= self.occlusion[i];
             k.layers.occlusion = self.occlusion[i];
             k.set_transmission(self.transmission[i] * not_metal, self.transmission_color);
-            self.overrides.apply_to_colors(&mut k);
+            if R::IS_LIT {
+                self.overrides.apply_to_colors(&mut k);
+            } else if let Some(k_e) = self.overrides.k_e {
+                k.k_e = k_e;
+            }
             lanes.set(i, &k);
         }
         *out = lanes;
@@ -276,17 +284,20 @@ impl ReflectanceLanes for SpecularGlossinessLanes {
 }
 
 struct UnlitLanes {
+    /// The override of k_d, which replaces the colour.
+    color: Option<Rgb>,
     scale: f32,
 }
 
 impl ReflectanceLanes for UnlitLanes {
     const HAS_LAYER_HIGHLIGHTS: bool = false;
+    const IS_LIT: bool = false;
 
     #[inline(always)]
     fn apply(&self, _: usize, k: &mut Coefficients) -> f32 {
         k.k_a = Rgb::ZERO;
         k.k_d = Rgb::ZERO;
-        k.k_e = k.color * self.scale;
+        k.k_e = self.color.unwrap_or(k.color) * self.scale;
         1.0
     }
 }
