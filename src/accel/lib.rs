@@ -98,6 +98,8 @@ pub struct Accel {
     has_translucent: bool,
     /// Points and lines; `None` in most scenes.
     rounds: Option<Rounds>,
+    /// Their sizes for shadow rays and secondary rays.
+    solid_rounds: RoundSizes,
 }
 
 impl Accel {
@@ -122,6 +124,7 @@ impl Accel {
             flags_cache: MeshFlagsCache::default(),
             has_translucent: false,
             rounds: None,
+            solid_rounds: RoundSizes::NONE,
         };
         let report = accel.update_cancellable(posed, cancel)?;
         Ok((accel, report))
@@ -161,8 +164,18 @@ impl Accel {
         // Rebuilt for each pose: that is quick.
         self.rounds = None;
         self.rounds = Rounds::build(posed, cancel)?;
+        self.set_solid_rounds(self.solid_rounds);
         self.plan = plan;
         Ok(self.report())
+    }
+
+    /// Sets the sizes of points and lines for shadow rays, and for rays without sizes of their own, such as secondary rays. Sizes
+    /// in pixels make no sense there. None by default: such rays pass.
+    pub fn set_solid_rounds(&mut self, sizes: RoundSizes) {
+        self.solid_rounds = sizes;
+        if let Some(rounds) = &mut self.rounds {
+            rounds.set_solid(sizes);
+        }
     }
 
     fn update_dynamic_world(
@@ -207,6 +220,9 @@ impl Accel {
     pub fn occluded(&self, rays: &ShadowRayBatch, filter: &dyn HitFilter, out: &mut Vec<bool>) {
         out.clear();
         self.settings.simd.run(ShadowRayKernel { bvh: &self.bvh, rays, filter, out });
+        if let Some(rounds) = &self.rounds {
+            rounds.occlude(self.settings.simd, rays, filter, |i| out[i] = true);
+        }
     }
 
     /// Finds the transmittance of each shadow ray in linear RGB: 0 if it is occluded, otherwise the product of the
@@ -215,6 +231,9 @@ impl Accel {
     pub fn transmittance(&self, rays: &ShadowRayBatch, filter: &dyn HitFilter, out: &mut Vec<Rgb>) {
         out.clear();
         self.settings.simd.run(ShadowRayKernel { bvh: &self.bvh, rays, filter, out });
+        if let Some(rounds) = &self.rounds {
+            rounds.occlude(self.settings.simd, rays, filter, |i| out[i] = Rgb::ZERO);
+        }
     }
 
     /// Returns false if no ray inside a frustum can hit a triangle, by the bounds of the BVHs; true if one may, or if there

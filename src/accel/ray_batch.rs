@@ -39,7 +39,8 @@ pub struct RayBatch {
     /// The triangle that each ray starts on, which it does not hit. The hits of rays that leave a surface
     /// are found faster with it. Such rays are not traced as packets.
     pub source: Vec<HitId>,
-    /// The sizes in which the rays see points and lines. By default they are not there.
+    /// The sizes in which the rays see points and lines. By default those of
+    /// [`Accel::set_solid_rounds`](crate::Accel::set_solid_rounds).
     pub rounds: RoundSizes,
 }
 

@@ -11,7 +11,7 @@ use crate::log::SessionLog;
 use crate::notice::Notice;
 use crate::options::{BackFaceCulling, Options, TurntableRotation};
 use crate::plan::SessionPlan;
-use crate::round_sizes::round_sizes;
+use crate::round_sizes::{round_sizes, solid_sizes};
 use blinn_accel::{Accel, AccelSettings, BuildReport, RoundSizes};
 use blinn_core::cancellation::CancelToken;
 use blinn_render::integrator::{Emitters, Frame};
@@ -97,7 +97,9 @@ impl SceneSetup<'_> {
             return Ok(());
         }
         let start = Instant::now();
-        let (accel, report) = Accel::build_cancellable(&frame.posed, &self.build, &self.cancel)?;
+        let (mut accel, report) = Accel::build_cancellable(&frame.posed, &self.build, &self.cancel)?;
+        let Options { point_size, line_width, .. } = self.plan.options;
+        accel.set_solid_rounds(solid_sizes(point_size, line_width));
         frame.accel = Some(accel);
         self.log_build("build", start, &report)
     }

@@ -79,6 +79,15 @@ pub(crate) fn round_sizes(
     }
 }
 
+/// Returns the sizes that shadows and reflections have: those in metres.
+pub(crate) fn solid_sizes(points: RoundWidth, lines: RoundWidth) -> RoundSizes {
+    let size = |width: RoundWidth| match width {
+        RoundWidth::Metres(width) => RoundSize::in_scene((0.5 * width) as f32),
+        RoundWidth::Auto | RoundWidth::Pixels(_) | RoundWidth::Off => RoundSize::NONE,
+    };
+    RoundSizes { points: size(points), lines: size(lines) }
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;

@@ -117,3 +117,19 @@ fn edge_options_are_checked() {
         refused(&folder, &format!("render a.obj -o a.png {options}"), message);
     }
 }
+
+/// Scene units cast shadows, pixels do not.
+#[test]
+fn points_of_a_size_in_metres_cast_shadows() {
+    let (_guard, folder) = folder();
+    fs::write(folder.join("a.obj"), format!("{}p 5\nv 0 0 2\n", SQUARE.replace("f ", "v 0 0 2\nf ")))
+        .unwrap();
+    let view = FRONT.replace("0,0,8", "6,0,8");
+    let options = format!("{view} --lights none --sun 0,0,-1,3");
+    let dark = |size: &str| {
+        let picture = render(&folder, &format!("{options} --point-size {size}"));
+        picture.pixels().filter(|pixel| pixel[0] < 30).count()
+    };
+    let (pixels, metres) = (dark("8px"), dark(".5"));
+    assert!(metres > pixels + 30, "{metres} {pixels}");
+}

@@ -1,7 +1,8 @@
 //! Points and lines, traced as spheres and capsules (Embree: sphere points and round linear curves) in BVHs of their own.
 //!
 //! The primitives of all instances are kept in world space, points and line segments apart. Their radii are not part of
-//! the BVHs: they belong to the rays, because a size in pixels grows with the distance from the eye.
+//! the BVHs: they belong to the rays, because a size in pixels grows with the distance from the eye. Shadow rays and
+//! secondary rays see only sizes in metres ([`Rounds::set_solid`]).
 
 mod items;
 mod round_bvh;
@@ -12,9 +13,9 @@ mod traverse;
 
 pub use size::{RoundSize, RoundSizes};
 
-use crate::ray_batch::{HitBatch, HitFilter, RayBatch};
+use crate::ray_batch::{Coherence, HitBatch, HitFilter, RayBatch, ShadowRayBatch};
 use blinn_core::cancellation::{CancelToken, Cancelled};
-use blinn_core::geometry::HitId;
+use blinn_core::geometry::{Hit, HitId};
 use blinn_core::simd::SimdLevel;
 use blinn_scene::{AlphaMode, PosedScene};
 use items::{PointItem, SegmentItem};
@@ -30,6 +31,8 @@ pub(crate) struct Rounds {
     point_spacing: Option<f32>,
     /// Number of points and lines that are left out: a vertex is not finite, or too far away.
     non_finite: u64,
+    /// The sizes for rays without sizes of their own.
+    solid: RoundSizes,
 }
 
 /// The instances with points or lines, by the numbers of their primitives.
@@ -41,20 +44,19 @@ struct InstanceRange {
     /// Number of the first primitive.
     first: u32,
     instance: u32,
-    /// True if an alpha mask may hide it.
-    has_mask: bool,
+    alpha_mode: AlphaMode,
 }
 
 impl InstanceIds {
-    /// Returns the instance and the index in its mesh of a primitive, and true if an alpha mask may hide it.
-    fn hit_id(&self, primitive: u32) -> (HitId, bool) {
+    /// Returns the instance and the index in its mesh of a primitive, and its alpha mode.
+    fn hit_id(&self, primitive: u32) -> (HitId, AlphaMode) {
         let after = self.0.partition_point(|range| range.first <= primitive);
         match after.checked_sub(1).map(|i| &self.0[i]) {
             Some(range) => {
                 let id = HitId { instance: range.instance, triangle: primitive - range.first };
-                (id, range.has_mask)
+                (id, range.alpha_mode)
             }
-            None => (HitId::NONE, false),
+            None => (HitId::NONE, AlphaMode::Opaque),
         }
     }
 }
@@ -77,8 +79,8 @@ impl Rounds {
             let primitives = mesh.point_count() + mesh.lines().len();
             // More have no numbers, and do not fit in memory.
             let Some(end) = u32::try_from(primitives).ok().and_then(|n| next.checked_add(n)) else { break };
-            let has_mask = matches!(posed.materials[mesh.material as usize].alpha_mode, AlphaMode::Mask(_));
-            ids.0.push(InstanceRange { first: next, instance, has_mask });
+            let alpha_mode = posed.materials[mesh.material as usize].alpha_mode;
+            ids.0.push(InstanceRange { first: next, instance, alpha_mode });
             cancel.check()?;
             let transform = &posed.instances[instance as usize].transform;
             let positions = posed.positions(instance);
@@ -94,25 +96,75 @@ impl Rounds {
         let (points, lines) = rayon::join(|| RoundBvh::build(points), || RoundBvh::build(lines));
         cancel.check()?;
         let point_spacing = items::spacing(points.items());
-        Ok(Some(Rounds { points, lines, ids, point_spacing, non_finite }))
+        Ok(Some(Rounds { points, lines, ids, point_spacing, non_finite, solid: RoundSizes::NONE }))
+    }
+
+    /// Sets the sizes for rays without sizes of their own: shadow rays and secondary rays.
+    pub fn set_solid(&mut self, sizes: RoundSizes) {
+        self.solid = sizes;
     }
 
     /// Replaces hits by those of points and lines that come first.
     pub fn intersect(&self, simd: SimdLevel, rays: &RayBatch, filter: &dyn HitFilter, hits: &mut HitBatch) {
+        let sizes = if rays.rounds == RoundSizes::NONE { self.solid } else { rays.rounds };
+        self.find(simd, rays, sizes, false, filter, hits);
+    }
+
+    /// Calls `occlude` with each shadow ray that a point or a line blocks. Blended ones block none.
+    pub fn occlude(
+        &self,
+        simd: SimdLevel,
+        shadow_rays: &ShadowRayBatch,
+        filter: &dyn HitFilter,
+        mut occlude: impl FnMut(usize),
+    ) {
+        if self.solid == RoundSizes::NONE {
+            return;
+        }
+        let to = |i: usize| match shadow_rays.coherence {
+            Coherence::Direction(direction) => direction,
+            Coherence::Origin(_) | Coherence::None => shadow_rays.to[i] - shadow_rays.from[i],
+        };
+        let t_max =
+            if matches!(shadow_rays.coherence, Coherence::Direction(_)) { f32::INFINITY } else { 1.0 };
+        let rays = RayBatch {
+            origins: shadow_rays.from.clone(),
+            directions: (0..shadow_rays.len()).map(to).collect(),
+            source: shadow_rays.source.clone(),
+            t_max,
+            ..RayBatch::default()
+        };
+        let mut hits = vec![Hit::MISS; rays.len()];
+        self.find(simd, &rays, self.solid, true, filter, &mut hits);
+        hits.iter().enumerate().filter(|(_, hit)| !hit.is_miss()).for_each(|(i, _)| occlude(i));
+    }
+
+    /// Replaces hits by those of points and lines of given sizes that come first.
+    fn find(
+        &self,
+        simd: SimdLevel,
+        rays: &RayBatch,
+        sizes: RoundSizes,
+        skips_blended: bool,
+        filter: &dyn HitFilter,
+        hits: &mut HitBatch,
+    ) {
         let ids = &self.ids;
-        let RoundSizes { points, lines } = rays.rounds;
+        let RoundSizes { points, lines } = sizes;
         if points.is_drawn() && !self.points.is_empty() {
             simd.run(IntersectRounds {
                 bvh: &self.points,
                 ids,
                 size: points,
+                skips_blended,
                 rays,
                 filter,
                 hits: &mut *hits,
             });
         }
         if lines.is_drawn() && !self.lines.is_empty() {
-            simd.run(IntersectRounds { bvh: &self.lines, ids, size: lines, rays, filter, hits });
+            let size = lines;
+            simd.run(IntersectRounds { bvh: &self.lines, ids, size, skips_blended, rays, filter, hits });
         }
     }
 

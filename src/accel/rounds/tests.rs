@@ -55,10 +55,13 @@ fn rays(count: u32, rounds: RoundSizes) -> RayBatch {
     rays
 }
 
-const SIZES: [RoundSize; 3] = [
+/// The last two contain the origins of many rays.
+const SIZES: [RoundSize; 5] = [
     RoundSize { in_scene: 0.02, min: 0.0, max: f32::INFINITY },
     RoundSize { in_scene: 0.0, min: 0.004, max: 0.004 },
     RoundSize { in_scene: 0.03, min: 0.002, max: 0.005 },
+    RoundSize { in_scene: 3.9, min: 0.0, max: f32::INFINITY },
+    RoundSize { in_scene: 0.0, min: 1.9, max: 1.9 },
 ];
 
 #[test]
@@ -210,4 +213,43 @@ fn spheres_and_capsules_cover_the_area_of_discs_and_stadiums() {
         let area = covered_area(&scene, size);
         assert!((area / expected - 1.0).abs() < 0.003, "{area} {expected}");
     }
+}
+
+/// Only sizes in metres are there for shadow rays, and no ray hits what it starts on.
+#[test]
+fn solid_points_and_lines_block_shadow_rays() {
+    let scene = scene(vec![Vec3::ZERO], vec![Vec3::new(2.0, -1.0, 0.0), Vec3::new(2.0, 1.0, 0.0)]);
+    let posed = pose(&scene, &PoseSettings { centre: Some(DVec3::ZERO), ..PoseSettings::default() }).unwrap();
+    let (mut accel, _) = Accel::build(&posed, &AccelSettings::default());
+    let point = HitId { instance: 0, triangle: 0 };
+    let mut rays = ShadowRayBatch::default();
+    for (x, source) in
+        [(0.0, HitId::NONE), (0.4, HitId::NONE), (0.6, HitId::NONE), (2.0, HitId::NONE), (0.0, point)]
+    {
+        rays.push(Vec3::new(x, 0.5 * x.min(0.1), -3.0), Vec3::new(x, 0.0, 3.0), source);
+    }
+    let occluded = |accel: &Accel, rays: &ShadowRayBatch| {
+        let (mut occluded, mut transmittance) = (Vec::new(), Vec::new());
+        accel.occluded(rays, &AcceptAll, &mut occluded);
+        accel.transmittance(rays, &AcceptAll, &mut transmittance);
+        assert!(occluded.iter().zip(&transmittance).all(|(dark, light)| *dark == (light.x == 0.0)));
+        occluded
+    };
+    assert_eq!(occluded(&accel, &rays), [false; 5]);
+    let size = RoundSize::in_scene(0.5);
+    accel.set_solid_rounds(RoundSizes { points: size, lines: size });
+    assert_eq!(occluded(&accel, &rays), [true, true, false, true, false]);
+    // The light is nearer, or in the other direction.
+    let shorter = ShadowRayBatch { to: vec![Vec3::new(0.0, 0.0, -1.0); 5], ..rays.clone() };
+    assert_eq!(occluded(&accel, &shorter), [false; 5]);
+    let away = ShadowRayBatch { coherence: Coherence::Direction(-Vec3::Z), ..rays.clone() };
+    assert_eq!(occluded(&accel, &away), [false; 5]);
+    let toward = ShadowRayBatch { coherence: Coherence::Direction(Vec3::Z), ..rays };
+    assert_eq!(occluded(&accel, &toward), [true, true, false, true, false]);
+    // Secondary rays meet them, too.
+    let mut secondary = RayBatch::default();
+    secondary.push(Vec3::Z * 3.0, -Vec3::Z);
+    let mut hits = Vec::new();
+    accel.intersect(&secondary, &AcceptAll, &mut hits);
+    assert_eq!(hits, [Hit { t: 2.5, id: point }]);
 }

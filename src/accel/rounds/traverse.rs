@@ -7,8 +7,9 @@ use super::items::{Ray64, RoundItem};
 use super::round_bvh::{RoundBvh, RoundNode, WIDTH};
 use super::size::RoundSize;
 use crate::ray_batch::{HitBatch, HitFilter, RayBatch};
-use blinn_core::geometry::Hit;
+use blinn_core::geometry::{Hit, HitId};
 use blinn_core::simd::AutovecKernel;
+use blinn_scene::AlphaMode;
 
 /// Boxes are enlarged by this fraction of the coordinates of box and ray: more than rounding errs by.
 const SLACK: f32 = 4e-6;
@@ -18,6 +19,8 @@ pub(super) struct IntersectRounds<'a, T> {
     pub bvh: &'a RoundBvh<T>,
     pub ids: &'a InstanceIds,
     pub size: RoundSize,
+    /// True if those with alpha blending are not there.
+    pub skips_blended: bool,
     pub rays: &'a RayBatch,
     pub filter: &'a dyn HitFilter,
     pub hits: &'a mut HitBatch,
@@ -33,6 +36,8 @@ impl<T: RoundItem> AutovecKernel for IntersectRounds<'_, T> {
                 bvh: self.bvh,
                 ids: self.ids,
                 size: self.size,
+                skips_blended: self.skips_blended,
+                source: self.rays.source(i),
                 filter: self.filter,
                 o,
                 d,
@@ -60,6 +65,9 @@ struct Search<'a, T> {
     bvh: &'a RoundBvh<T>,
     ids: &'a InstanceIds,
     size: RoundSize,
+    skips_blended: bool,
+    /// The primitive that the ray starts on, which it does not hit.
+    source: HitId,
     filter: &'a dyn HitFilter,
     o: Vec3,
     d: Vec3,
@@ -114,7 +122,11 @@ impl<T: RoundItem> Search<'_, T> {
             if !(t > 0.0 && t <= self.hit.t && t <= self.t_max && t >= self.after.t) {
                 continue;
             }
-            let (id, has_mask) = self.ids.hit_id(item.id());
+            let (id, alpha_mode) = self.ids.hit_id(item.id());
+            if id == self.source || (self.skips_blended && alpha_mode == AlphaMode::Blend) {
+                continue;
+            }
+            let has_mask = matches!(alpha_mode, AlphaMode::Mask(_));
             let hit = Hit { t, id };
             if hit.before(&self.hit)
                 && self.after.before(&hit)
@@ -160,11 +172,16 @@ impl BoxTest {
     fn near(&self, node: &RoundNode) -> [f32; WIDTH] {
         let mut out = [f32::NAN; WIDTH];
         for i in 0..WIDTH {
-            // The greatest t of the box's points.
-            let mut far_t = 0.0;
+            // The least and the greatest t of the box's points, and the square of their greatest distance.
+            let (mut near_t, mut far_t, mut distance2) = (0.0, 0.0, 0.0);
             for axis in 0..3 {
                 let (low, high) = (node.min[axis][i] - self.o[axis], node.max[axis][i] - self.o[axis]);
-                far_t += 0.5 * ((low + high) * self.t[axis] + (high - low) * self.abs_t[axis]);
+                let (middle, half) =
+                    (0.5 * (low + high) * self.t[axis], 0.5 * (high - low) * self.abs_t[axis]);
+                near_t += middle - half;
+                far_t += middle + half;
+                let reach = low.abs().max(high.abs());
+                distance2 += reach * reach;
             }
             let t_slack = self.slack * self.abs_t[0].max(self.abs_t[1]).max(self.abs_t[2]) * 4.0;
             let r = self.size.up_to((far_t + t_slack).max(0.0)) * 1.0001 + self.slack;
@@ -175,7 +192,10 @@ impl BoxTest {
                 near = near.max(a.min(b));
                 far = far.min(a.max(b));
             }
-            let hits = near <= far * 1.000_001 && node.min[0][i] <= node.max[0][i];
+            // All spheres that contain the origin are behind the ray: it has left their surfaces.
+            let inside = self.size.up_to((near_t - t_slack).max(0.0)) * 0.999 - self.slack;
+            let contain_origin = inside > 0.0 && distance2 < inside * inside;
+            let hits = near <= far * 1.000_001 && node.min[0][i] <= node.max[0][i] && !contain_origin;
             out[i] = if hits { near * 0.999_999 } else { f32::NAN };
         }
         out
