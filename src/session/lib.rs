@@ -29,6 +29,7 @@ mod frame_neighbours;
 mod frames;
 mod framing;
 mod identity;
+mod idle_animations;
 mod image_size;
 mod light_advice;
 mod light_hints;

@@ -15,6 +15,7 @@ use crate::empty_reason::EmptyReason;
 use crate::error::SessionError;
 use crate::exposure::{ResolvedExposure, resolve_exposure};
 use crate::framing::Framing;
+use crate::idle_animations::log_idle_animations;
 use crate::image_size::check_crop;
 use crate::light_hints::{ImageLight, shows_surroundings};
 use crate::log::SessionLog;
@@ -38,10 +39,10 @@ use blinn_render::{
     render_light_layers, render_mattes, render_moving_aovs, render_with_memory,
 };
 use blinn_scene::{
-    Animation, AnimationChoice, AxisRotation, Camera, ClipBoundsCache, Environment, GroundKind,
-    LightRotation, LightSet, Lighting, Material, Normalization, PoseSettings, PosedScene, Scene,
+    AxisRotation, Camera, ClipBoundsCache, Environment, GroundKind, LightRotation, LightSet, Lighting,
+    Material, Normalization, PoseSettings, PosedScene, Scene,
 };
-use blinn_scene::{active_animations, clip_duration, pose};
+use blinn_scene::{clip_duration, pose};
 
 /// A scene with everything that its images share.
 pub struct SceneRenderer<'a> {
@@ -487,20 +488,4 @@ fn no_background() -> SessionError {
         "`background hdri`: no environment lights the scene; add `hdri FILE`, `hdri studio` or `hdri sky`"
             .into(),
     )
-}
-
-/// Notes the animations that do not play because they have the same targets as others.
-fn log_idle_animations(
-    scene: &Scene,
-    choice: &AnimationChoice,
-    log: &dyn SessionLog,
-) -> Result<(), SessionError> {
-    let (active, idle) = scene.animations.split_at(active_animations(scene, choice)?.len());
-    if *choice == AnimationChoice::Default && !idle.is_empty() {
-        let names =
-            |list: &[Animation]| list.iter().map(|a| format!("'{}'", a.name)).collect::<Vec<_>>().join(", ");
-        let (active, idle) = (names(active), names(idle));
-        log.note(Notice::IdleAnimations { active, idle });
-    }
-    Ok(())
 }
