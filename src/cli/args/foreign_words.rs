@@ -31,7 +31,7 @@ pub fn flag(flag: &str) -> Option<&'static Equivalent> {
 }
 
 /// Flags of other programs. f3d's names of cameras and sizes are aliases and not listed.
-static FLAGS: [(&[&str], Equivalent); 53] = [
+static FLAGS: [(&[&str], Equivalent); 55] = [
     // f3d
     (&["--ambient-occlusion"], Use("--ao SAMPLES")),
     (&["--anti-aliasing", "--anti-aliasing-mode"], Use("-s SAMPLES")),
@@ -90,6 +90,8 @@ static FLAGS: [(&[&str], Equivalent); 53] = [
     ),
     (&["--baseline"], Use("--compare OLD.json")),
     (&["--repeat", "--repetitions", "--iterations"], Use("--rounds N")),
+    (&["--wireframe", "--wire", "--show-edges"], Use("--edges all")),
+    (&["--outline", "--outlines", "--contour"], Use("--edges silhouette")),
     (&["--json"], Use("blinn info --json, or --progress json")),
 ];
 
