@@ -101,10 +101,13 @@ fn glass(scene: &Scene, mode: GlassMode) -> Vec<Value> {
         if !material.transmits() || !known.insert((instance.object, material.name.as_str())) {
             continue;
         }
+        let is_blender = scene.source.is_blender();
         let because = match (mesh.is_body, material.volume.is_some()) {
             _ if mode != GlassMode::Auto => "--glass",
             (true, true) => "volume",
+            (true, false) if is_blender => "closed or curved surface",
             (true, false) => "closed surface",
+            (false, _) if is_blender => "flat surface",
             (false, _) if refracts_if_closed(scene, material) => "open surface",
             (false, _) => "no volume",
         };

@@ -2,7 +2,7 @@
 
 use std::collections::HashMap;
 
-use glam::Vec3;
+use glam::{DVec3, Vec3};
 
 use super::GlassMode;
 use blinn_scene::{Material, Mesh, Reflectance, Scene};
@@ -10,13 +10,14 @@ use blinn_scene::{Material, Mesh, Reflectance, Scene};
 /// Sets [`Mesh::is_body`] of all meshes.
 ///
 /// By default a mesh bounds a body if its material has a volume, as KHR_materials_volume specifies. Blender refracts at every
-/// surface but exports no volume, and MTL's `Ni` stands for refraction: closed meshes of such files are bodies too.
+/// surface but exports no volume, and MTL's `Ni` stands for refraction: closed meshes of such files are bodies too, and so are
+/// open ones of Blender unless they are flat, like a window pane.
 pub(super) fn mark_bodies(scene: &mut Scene, mode: GlassMode) {
     let may_bound = |material: &Material| material.transmits() || material.diffuses_inside();
     if mode == GlassMode::Thin || !scene.materials.iter().any(may_bound) {
         return;
     }
-    let mut closed = ClosedObjects::new(scene);
+    let mut bounding = BoundingObjects::new(scene);
     let mut is_body = vec![false; scene.meshes.len()];
     for instance in &scene.instances {
         let is_body = &mut is_body[instance.mesh as usize];
@@ -25,7 +26,7 @@ pub(super) fn mark_bodies(scene: &mut Scene, mode: GlassMode) {
         *is_body |= material.transmits()
             && (mode == GlassMode::Solid
                 || material.volume.is_some()
-                || refracts_if_closed(scene, material) && closed.is_closed(scene, instance.object));
+                || refracts_if_closed(scene, material) && bounding.may_bound(scene, instance.object));
     }
     for (mesh, is_body) in scene.meshes.iter_mut().zip(is_body) {
         mesh.is_body = is_body;
@@ -41,15 +42,15 @@ pub fn refracts_if_closed(scene: &Scene, material: &Material) -> bool {
     }
 }
 
-/// A cache of the objects that are closed.
-struct ClosedObjects {
+/// A cache of the objects that may bound a body.
+struct BoundingObjects {
     /// The meshes of each object. Objects that are instances of the same meshes have the same answer.
     meshes: HashMap<u32, Vec<u32>>,
     known: HashMap<Vec<u32>, bool>,
 }
 
-impl ClosedObjects {
-    fn new(scene: &Scene) -> ClosedObjects {
+impl BoundingObjects {
+    fn new(scene: &Scene) -> BoundingObjects {
         let mut meshes: HashMap<u32, Vec<u32>> = HashMap::new();
         for instance in &scene.instances {
             meshes.entry(instance.object).or_default().push(instance.mesh);
@@ -59,17 +60,19 @@ impl ClosedObjects {
             of_object.sort_unstable();
             of_object.dedup();
         }
-        ClosedObjects { meshes, known: HashMap::new() }
+        BoundingObjects { meshes, known: HashMap::new() }
     }
 
-    fn is_closed(&mut self, scene: &Scene, object: u32) -> bool {
+    /// True if an object is closed, or one of Blender's that is not flat.
+    fn may_bound(&mut self, scene: &Scene, object: u32) -> bool {
         let Some(ids) = self.meshes.get(&object) else { return false };
         if let Some(&known) = self.known.get(ids) {
             return known;
         }
-        let closed = is_closed(ids.iter().map(|&id| &scene.meshes[id as usize]));
-        self.known.insert(ids.clone(), closed);
-        closed
+        let meshes = || ids.iter().map(|&id| &scene.meshes[id as usize]);
+        let bounds = scene.source.is_blender() && !is_flat(meshes()) || is_closed(meshes());
+        self.known.insert(ids.clone(), bounds);
+        bounds
     }
 }
 
@@ -94,6 +97,21 @@ fn is_closed<'m>(meshes: impl Iterator<Item = &'m Mesh>) -> bool {
         }
     }
     has_triangles && balance.values().all(|&sum| sum == 0)
+}
+
+/// True if all triangles of the meshes are in one plane, within 1 % of their extent.
+fn is_flat<'m>(meshes: impl Iterator<Item = &'m Mesh> + Clone) -> bool {
+    let corners = |mesh: &'m Mesh| mesh.triangles.iter().flatten().map(|&i| mesh.positions[i as usize]);
+    let positions = || meshes.clone().flat_map(corners).map(Vec3::as_dvec3);
+    let Some(origin) = positions().next() else { return true };
+    let triangles = meshes
+        .clone()
+        .flat_map(|mesh| mesh.triangles.iter().map(|t| t.map(|i| mesh.positions[i as usize].as_dvec3())));
+    let area = |[a, b, c]: [DVec3; 3]| (b - a).cross(c - a);
+    let largest = triangles.map(area).max_by(|a, b| a.length_squared().total_cmp(&b.length_squared()));
+    let normal = largest.map_or(DVec3::ZERO, DVec3::normalize_or_zero);
+    let extent = positions().map(|p| p.distance(origin)).fold(0.0, f64::max);
+    positions().all(|p| (p - origin).dot(normal).abs() <= 0.01 * extent)
 }
 
 /// A position as a key: −0 is 0.
@@ -127,6 +145,27 @@ mod tests {
         turned.triangles[0].swap(1, 2);
         assert!(!is_closed([&turned].into_iter()));
         assert!(!is_closed([&Mesh::default()].into_iter()));
+    }
+
+    #[test]
+    fn open_glass_of_blender_is_a_body_unless_it_is_flat() {
+        let mut open = tetrahedron();
+        open.triangles.pop();
+        let flat = Mesh { triangles: vec![open.triangles[0]], ..open.clone() };
+        assert!(is_flat([&flat].into_iter()) && !is_flat([&open].into_iter()));
+        let is_body = |mesh: &Mesh, generator: &str| {
+            let mut material = Material::default();
+            material.transmission.factor = 1.0;
+            let mut scene =
+                Scene { materials: vec![material], meshes: vec![mesh.clone()], ..Default::default() };
+            scene.source.generator = generator.into();
+            scene.instances.push(Default::default());
+            mark_bodies(&mut scene, GlassMode::Auto);
+            scene.meshes[0].is_body
+        };
+        let blender = "Khronos glTF Blender I/O v5.0.21";
+        assert!(is_body(&open, blender) && !is_body(&flat, blender));
+        assert!(!is_body(&open, "another exporter") && !is_body(&tetrahedron(), "another exporter"));
     }
 
     #[test]
