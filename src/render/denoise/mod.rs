@@ -33,7 +33,7 @@ pub(crate) use params::PartKind;
 pub(crate) use part::NoisyPart;
 pub(crate) use wavelets::{RoughLight, WAVELET_MARGIN, smooth_rough_light};
 
-use params::Params;
+use params::{Params, RANGE_RADIUS};
 use window::Rect;
 
 /// Pixels around a crop that its reconstruction depends on.
@@ -110,9 +110,11 @@ fn filter_tile(
     } else {
         pixels::fit(&window, params, simd, tile)
     };
-    for ((out, fitted), noisy) in out.iter_mut().zip(fitted).zip(noisy) {
+    let ranges = window.ranges(tile, RANGE_RADIUS);
+    for (((out, fitted), noisy), [low, high]) in out.iter_mut().zip(fitted).zip(noisy).zip(ranges) {
         if noisy {
-            *out = if fitted.is_finite() { fitted } else { Rgb::ZERO };
+            // A fit to few pixels beside something bright goes far beyond all of them.
+            *out = if fitted.is_finite() { fitted.clamp(low, high) } else { Rgb::ZERO };
         }
     }
     out

@@ -4,6 +4,8 @@
 pub(super) const SMOOTHING: usize = 1;
 /// Variance is averaged over so many pixels to each side.
 pub(super) const VARIANCE_RADIUS: usize = 2;
+/// Light is fitted within the range of the pixels that are so many to each side.
+pub(super) const RANGE_RADIUS: usize = 2;
 /// Spikes stand out from so many pixels to each side.
 pub(super) const SPIKE_RADIUS: usize = 1;
 

@@ -109,6 +109,35 @@ fn hard_shadows_stay_sharp() {
 }
 
 #[test]
+fn fits_stay_within_the_light_around_them() {
+    // Few pixels of each colour and normal are alike, and some are lamps.
+    let mut features = plane(64, 48);
+    let mut light = Vec::new();
+    for i in 0..64 * 48 {
+        let tilt = 0.3 * Vec3::new(noise(i, 5), noise(i, 6), noise(i, 7));
+        features.normal[i] = (Vec3::Z + tilt).normalize();
+        features.albedo[i] = Rgb::splat(0.5 + 0.2 * noise(i, 8));
+        light.push(Rgb::splat(if noise(i, 9) > 1.8 { 200.0 } else { 0.1 }));
+    }
+    let part = noisy(&light, 0.01);
+    let mean = part.mean(SAMPLES);
+    for kind in KINDS {
+        let out = filter(&features, &part, kind);
+        for (i, c) in out.iter().enumerate() {
+            let (x, y) = (i % 64, i / 64);
+            let rows = y.saturating_sub(2)..(y + 3).min(48);
+            let near = rows.flat_map(|y| mean[y * 64 + x.saturating_sub(2)..y * 64 + (x + 3).min(64)].iter());
+            let (low, high) =
+                near.fold((Rgb::INFINITY, Rgb::NEG_INFINITY), |(l, h), m| (l.min(*m), h.max(*m)));
+            assert!(
+                c.cmpge(low - 1e-4).all() && c.cmple(high * 1.0001).all(),
+                "{kind:?} {i}: {c} in {low} to {high}"
+            );
+        }
+    }
+}
+
+#[test]
 fn light_without_noise_keeps_its_bits() {
     let features = plane(48, 40);
     let light: Vec<Rgb> = (0..48 * 40).map(|i| Rgb::splat(0.1 + noise(i, 9).abs())).collect();

@@ -175,6 +175,34 @@ impl Window {
         rows.flat_map(|y| &self.mean[self.index(rect.x, y)..][..rect.width]).copied().collect()
     }
 
+    /// Returns for each pixel of `rect` the least and the most light, by colour, of the pixels that count within `radius`;
+    /// all numbers from 0 on where none does.
+    pub fn ranges(&self, rect: Rect, radius: usize) -> Vec<[Rgb; 2]> {
+        let width = self.rect.width;
+        let none = [Rgb::INFINITY, Rgb::NEG_INFINITY];
+        let wider = |a: [Rgb; 2], b: [Rgb; 2]| [a[0].min(b[0]), a[1].max(b[1])];
+        let of_pixel = |i: usize| match self.weight[i] > 0.0 {
+            true => [Rgb::new(self.light[0][i], self.light[1][i], self.light[2][i]); 2],
+            false => none,
+        };
+        let start = self.index(rect.x, rect.y);
+        let rows: Vec<Vec<[Rgb; 2]>> = (0..rect.height + 2 * radius)
+            .map(|y| {
+                let row = start + y * width - radius * width - radius;
+                let pixels: Vec<[Rgb; 2]> = (row..row + rect.width + 2 * radius).map(of_pixel).collect();
+                pixels.windows(2 * radius + 1).map(|near| near.iter().copied().fold(none, wider)).collect()
+            })
+            .collect();
+        let mut out = Vec::with_capacity(rect.area());
+        for near in rows.windows(2 * radius + 1) {
+            out.extend((0..rect.width).map(|x| {
+                let [low, high] = near.iter().map(|row| row[x]).fold(none, wider);
+                if low.cmple(high).all() { [low, high] } else { [Rgb::ZERO, Rgb::splat(MAX_LIGHT)] }
+            }));
+        }
+        out
+    }
+
     /// Returns for each pixel of `rect` whether it has light, and the halves differ at any pixel in reach.
     pub fn noisy_pixels(&self, rect: Rect, radius: usize) -> Vec<bool> {
         let width = self.rect.width;
