@@ -4,18 +4,19 @@ use std::collections::HashMap;
 
 use glam::{DVec3, Vec3, Vec4Swizzles};
 
+use crate::integrator::light_tree::{Emitter, LightTree};
 use crate::integrator::material::opacity::opacity;
 use crate::integrator::surface::ray_differentials::{BarycentricDifferentials, TriangleCoords};
 use crate::integrator::surface::shading_triangle::ShadingTriangle;
+use crate::integrator::surface::triangle_plane::TrianglePlane;
 use blinn_core::geometry::{HitId, Rgb, offset_ray_origin};
 use blinn_scene::{Material, PosedScene, TexelSemantics};
 
-/// The triangles of emissive materials. A triangle is chosen with a probability in proportion to its power.
+/// The triangles of emissive materials. A point picks a triangle by the light that it may send there.
 #[derive(Debug)]
 pub struct Emitters {
     triangles: Vec<HitId>,
-    /// Sum of the probabilities of the triangles up to and including each.
-    cumulative: Vec<f64>,
+    tree: LightTree,
     /// Index of the first triangle of each glowing instance.
     first_of_instance: HashMap<u32, u32>,
 }
@@ -37,40 +38,36 @@ impl Emitters {
     /// Collects the glowing triangles of a scene; `None` if there are none.
     pub fn new(posed: &PosedScene) -> Option<Emitters> {
         let mut triangles = Vec::new();
-        let mut power = Vec::new();
+        let mut emitters = Vec::new();
         let mut first_of_instance = HashMap::new();
         for instance in posed.glowing_instances(Material::emits_light) {
             first_of_instance.insert(instance, triangles.len() as u32);
+            let flips_winding = posed.instances[instance as usize].transform.flips_winding;
             for triangle in 0..posed.mesh(instance).triangles.len() as u32 {
                 let id = HitId { instance, triangle };
+                let corners = posed.world_triangle(id);
+                let normal = TrianglePlane::new(corners, flips_winding).front_normal;
+                emitters.push(Emitter {
+                    index: triangles.len() as u32,
+                    corners,
+                    normal: normal.map_or(Vec3::ZERO, |n| n.as_vec3()),
+                    power: posed.emitted_power(id),
+                });
                 triangles.push(id);
-                power.push(f64::from(posed.emitted_power(id)));
             }
         }
-        let total: f64 = power.iter().sum();
-        if !(total > 0.0 && total.is_finite()) {
-            return None;
-        }
-        let mut sum = 0.0;
-        let cumulative = power
-            .iter()
-            .map(|power| {
-                sum += power / total;
-                sum
-            })
-            .collect();
-        Some(Emitters { triangles, cumulative, first_of_instance })
+        let tree = LightTree::new(emitters, triangles.len())?;
+        Some(Emitters { triangles, tree, first_of_instance })
     }
 
-    /// The probability with which triangle number `i` is chosen.
-    fn probability_at(&self, i: usize) -> f64 {
-        self.cumulative[i] - if i > 0 { self.cumulative[i - 1] } else { 0.0 }
+    /// The number of a triangle; `None` if it does not glow.
+    fn index(&self, id: HitId) -> Option<u32> {
+        Some(self.first_of_instance.get(&id.instance)? + id.triangle)
     }
 
-    /// The probability with which a triangle is chosen; `None` if it does not glow.
-    pub(crate) fn probability(&self, id: HitId) -> Option<f64> {
-        let first = *self.first_of_instance.get(&id.instance)?;
-        Some(self.probability_at(first as usize + id.triangle as usize))
+    /// True if a triangle is of an emissive material.
+    pub(crate) fn glows(&self, id: HitId) -> bool {
+        self.first_of_instance.contains_key(&id.instance)
     }
 
     /// A random point of a random triangle as it is seen from `from`: `choice` selects the triangle and `u` the point.
@@ -81,10 +78,8 @@ impl Emitters {
         choice: f32,
         u: [f32; 2],
     ) -> Option<EmitterPoint> {
-        let last = self.triangles.len() - 1;
-        let i = self.cumulative.partition_point(|&sum| sum <= f64::from(choice)).min(last);
-        let id = self.triangles[i];
-        let probability = self.probability_at(i);
+        let (i, probability) = self.tree.sample(from, choice);
+        let id = self.triangles[i as usize];
         let surface = ShadingTriangle::new(posed, id).surface;
         let normal = surface.front_normal?;
         // Uniform barycentrics (Turk, “Generating Random Points in Triangles”, Graphics Gems, 1990).
@@ -117,7 +112,7 @@ impl Emitters {
         p: Vec3,
         n_g: DVec3,
     ) -> Option<f32> {
-        let probability = self.probability(id)?;
+        let probability = self.tree.probability(self.index(id)?, from);
         let offset = from.as_dvec3() - p.as_dvec3();
         let r2 = offset.length_squared();
         let cos = n_g.dot(offset).abs() / r2.sqrt();

@@ -317,7 +317,7 @@ impl<F> MaterialPass<'_, F> {
         let posed = self.frame.posed;
         let first = run.points.start / LANES * LANES;
         for (triangle, lanes) in run.triangles() {
-            if emitters.probability(triangle.id).is_none() {
+            if !emitters.glows(triangle.id) {
                 continue;
             }
             let is_double_sided = posed.materials[triangle.material as usize].double_sided;

@@ -32,6 +32,7 @@ mod layers;
 mod light_layers;
 mod light_parts;
 mod light_points;
+mod light_tree;
 mod lobe_light;
 mod lobe_samples;
 mod material;
