@@ -62,9 +62,10 @@ fn direct_parts(samples: &[SampleLayers]) -> Vec<SampleParts> {
 /// there is in all.
 fn add_light(layers: &mut LightLayers, all: &NoisyLight, direct: &NoisyLight) {
     let share = |direct: Rgb, all: Rgb| direct.clamp(all.min(Rgb::ZERO), all.max(Rgb::ZERO));
-    let (diffuse, specular) = (share(direct.indirect, all.indirect), share(direct.specular, all.specular));
-    layers[LightLayer::DiffuseDirect] += all.direct + diffuse;
-    layers[LightLayer::DiffuseIndirect] += all.indirect - diffuse;
+    let diffuse = share(direct.direct, all.direct) + share(direct.indirect, all.indirect);
+    let specular = share(direct.specular, all.specular);
+    layers[LightLayer::DiffuseDirect] += diffuse;
+    layers[LightLayer::DiffuseIndirect] += all.direct + all.indirect - diffuse;
     layers[LightLayer::SpecularDirect] += specular;
     layers[LightLayer::SpecularIndirect] += all.specular - specular;
 }

@@ -153,7 +153,7 @@ impl<'a> Compositor<'a> {
                 add_parts(parts, frame, batch, i, before, stopped());
             }
             if let Some(layers) = self.layers.get_mut(point.path) {
-                layers.add(batch, i, before);
+                layers.add(frame, batch, i, before);
             }
             if let Some(emission) = self.emission.get_mut(point.path) {
                 let (k_e, _) = batch.layered_ke_ka(i);
@@ -252,14 +252,20 @@ struct PathLayers {
 
 impl PathLayers {
     /// Adds the light of point `i`, of which `before` arrives.
-    fn add(&mut self, batch: &ShadingBatch, i: usize, before: Rgb) {
+    fn add(&mut self, frame: &Frame, batch: &ShadingBatch, i: usize, before: Rgb) {
         if batch.points[i].is_shadow_catcher {
             return;
         }
         let arrives = before * batch.coefficients(i).opacity;
-        self.layers += batch.layers.get(i) * arrives;
+        let layers = batch.layers.get(i);
+        self.layers += layers * arrives;
         let (block, lane) = batch.soa.lane(i);
         self.noisy_direct.specular += arrives * vec3(&block.noisy_specular, lane);
+        let noisy: Rgb = vec3(&block.noisy_diffuse, lane);
+        // The ambient term is noisy with ambient occlusion.
+        let has_noisy_ambient = frame.ambient_occlusion.is_some() && frame.indirect == 0;
+        let ambient = if has_noisy_ambient { layers[LightLayer::DiffuseIndirect] } else { Rgb::ZERO };
+        self.noisy_direct.direct += arrives * (noisy - ambient);
     }
 
     /// Adds the light that a ray found, of which `direct` comes from light sources and glowing surfaces.

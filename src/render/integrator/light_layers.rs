@@ -92,8 +92,9 @@ impl SampleLayers {
     pub fn exact(&self) -> LightLayers {
         let (noisy, direct) = (&self.parts.noisy, &self.noisy_direct);
         let mut exact = self.layers;
-        exact[LightLayer::DiffuseDirect] -= noisy.direct + direct.indirect;
-        exact[LightLayer::DiffuseIndirect] -= noisy.indirect - direct.indirect;
+        let direct_diffuse = direct.direct + direct.indirect;
+        exact[LightLayer::DiffuseDirect] -= direct_diffuse;
+        exact[LightLayer::DiffuseIndirect] -= noisy.direct + noisy.indirect - direct_diffuse;
         exact[LightLayer::SpecularDirect] -= direct.specular;
         exact[LightLayer::SpecularIndirect] -= noisy.specular - direct.specular;
         exact
