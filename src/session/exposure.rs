@@ -9,6 +9,7 @@ use crate::light_advice::LightAdvice;
 use crate::notice::Notice;
 use crate::options::Exposure;
 use crate::posed_frame::{PosedFrame, SceneSetup};
+use crate::surroundings::is_enclosed;
 use blinn_core::geometry::Rgb;
 use blinn_render::integrator::{Phong, Stage};
 use blinn_render::{MID_GREY, Metering, meter};
@@ -88,7 +89,13 @@ pub(crate) fn resolve_exposure(
             return Ok(METERED);
         }
         let lost_lights = start.posed.scene.lost_light_names();
-        let advice = LightAdvice::unlit(lit, options.indirect.is_some_and(|bounces| bounces > 0));
+        let eye = (camera.camera.view_point - start.posed.centre).as_vec3();
+        let advice = LightAdvice {
+            is_metered: true,
+            is_indirect: options.indirect.is_some_and(|bounces| bounces > 0),
+            is_enclosed: start.accel.as_ref().is_some_and(|accel| is_enclosed(&start.posed, accel, eye)),
+            ..LightAdvice::of_lighting(lit)
+        };
         log.warn(Notice::NothingLit { sources: lit.description.clone(), lost_lights, advice })?;
         return Ok(METERED);
     };

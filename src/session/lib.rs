@@ -63,6 +63,7 @@ mod scene_renderer;
 mod scheduler;
 mod session;
 mod simd_level;
+mod surroundings;
 pub mod values;
 
 pub use blend::load_scene;

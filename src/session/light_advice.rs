@@ -3,7 +3,6 @@
 use std::fmt;
 
 use blinn_core::geometry::Rgb;
-use blinn_render::integrator::Frame;
 use blinn_scene::{LightSet, ResolvedLighting};
 
 /// What is known about the light of a dark picture.
@@ -17,6 +16,8 @@ pub struct LightAdvice {
     pub is_indirect: bool,
     /// True if the lights of the camera are in use.
     pub has_rig: bool,
+    /// True if surfaces are on all sides of the camera: light from outside does not arrive.
+    pub is_enclosed: bool,
     /// True if an environment lights the scene.
     pub has_environment: bool,
     /// True if there is an ambient term.
@@ -24,28 +25,13 @@ pub struct LightAdvice {
 }
 
 impl LightAdvice {
-    /// The advice about a scene that is not lit at all, whose exposure is metered.
-    pub fn unlit(lit: &ResolvedLighting, is_indirect: bool) -> LightAdvice {
+    /// The advice about light that a picture or metering has not found.
+    pub fn of_lighting(lit: &ResolvedLighting) -> LightAdvice {
         LightAdvice {
-            is_lit: false,
-            is_metered: true,
-            is_indirect,
             has_rig: lit.sets.contains(&LightSet::ThreePoint),
             has_environment: lit.rig.sky.is_some() || lit.rig.environment.is_some(),
             has_ambient: lit.rig.ambient != Rgb::ZERO,
-        }
-    }
-
-    /// The advice about a picture.
-    pub fn of_picture(frame: &Frame, is_lit: bool, is_metered: bool) -> LightAdvice {
-        LightAdvice {
-            is_lit,
-            is_metered,
-            is_indirect: frame.indirect > 0,
-            // With any light there is, its place matters and not its kind.
-            has_rig: !frame.lights.is_empty() || !frame.area_lights.is_empty(),
-            has_environment: frame.sky.is_some() || frame.environment.is_some(),
-            has_ambient: frame.ambient != Rgb::ZERO,
+            ..LightAdvice::default()
         }
     }
 }
@@ -53,14 +39,14 @@ impl LightAdvice {
 impl fmt::Display for LightAdvice {
     /// Writes `` use `exposure auto`, `hdri studio` or `ambient` ``.
     fn fmt(&self, f: &mut fmt::Formatter) -> fmt::Result {
-        let LightAdvice { is_lit, is_metered, is_indirect, has_rig, has_environment, has_ambient } = *self;
-        // What lights the scene does not reach what is seen.
-        let is_closed = !is_lit && (has_rig || has_environment || is_indirect);
+        let LightAdvice { is_lit, is_metered, is_indirect, .. } = *self;
+        let LightAdvice { has_rig, is_enclosed, has_environment, has_ambient, .. } = *self;
+        let is_closed = !is_lit && is_enclosed;
         let options = [
             (is_closed, "`point-light` or `area-light` inside the scene"),
             (is_lit && !is_metered, "`exposure auto`"),
             (is_lit && !is_indirect, "`indirect 4`"),
-            (!is_lit && !has_rig, "`lights three-point`"),
+            (!is_lit && !has_rig && !is_closed, "`lights three-point`"),
             (!has_environment && !is_closed, "`hdri studio`"),
             // Traced light takes its place.
             (!is_indirect && !has_ambient, "`ambient`"),
@@ -90,11 +76,11 @@ mod tests {
                 "use `exposure auto`, `indirect 4`, `hdri studio` or `ambient`",
             ),
             (
-                LightAdvice { has_rig: true, ..metered },
+                LightAdvice { is_enclosed: true, ..metered },
                 "use `point-light` or `area-light` inside the scene or `ambient`",
             ),
             (
-                LightAdvice { has_rig: true, has_environment: true, is_indirect: true, ..none },
+                LightAdvice { has_rig: true, is_enclosed: true, is_indirect: true, ..none },
                 "use `point-light` or `area-light` inside the scene",
             ),
             (
@@ -105,6 +91,7 @@ mod tests {
                     has_environment: true,
                     has_ambient: true,
                     has_rig: true,
+                    is_enclosed: true,
                 },
                 "use a greater `exposure` or `light-scale`",
             ),

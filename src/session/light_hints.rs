@@ -1,13 +1,14 @@
 //! Remarks about pictures that are dark although lights exist.
 
-use glam::{DMat3, DVec3, Vec3};
+use glam::Vec3;
 
 use crate::exposure::ResolvedExposure;
 use crate::light_advice::LightAdvice;
 use crate::notice::{EnclosedLight, Notice};
-use blinn_accel::{Accel, RayBatch};
+use crate::surroundings::{is_enclosed, surroundings};
+use blinn_accel::Accel;
 use blinn_render::Pixels;
-use blinn_render::integrator::{Frame, MaterialHitFilter};
+use blinn_render::integrator::Frame;
 use blinn_scene::{LightKind, LightSet, Lighting, Material, PosedScene, Reflectance};
 
 /// Linear light below which a pixel is dark.
@@ -21,6 +22,8 @@ const BULB_SIZE: f64 = 0.1;
 pub struct ImageLight<'a> {
     /// Describes the light sources.
     pub sources: &'a str,
+    /// The advice about dark pictures, as far as the lights decide it.
+    pub advice: &'a LightAdvice,
     /// The exposure.
     pub exposure: &'a ResolvedExposure,
     /// The resolved lights.
@@ -39,7 +42,14 @@ impl ImageLight<'_> {
         let ResolvedExposure { ev, is_metered, .. } = *self.exposure;
         let is_lit = pixels.colors.iter().any(|color| color.truncate() != Vec3::ZERO);
         if is_dark(pixels, ev) && (is_lit || !is_metered) {
-            let advice = LightAdvice::of_picture(frame, is_lit, is_metered);
+            let eye = (frame.camera.view_point - frame.posed.centre).as_vec3();
+            let advice = LightAdvice {
+                is_lit,
+                is_metered,
+                is_indirect: frame.indirect > 0,
+                is_enclosed: is_enclosed(frame.posed, frame.accel, eye),
+                ..*self.advice
+            };
             let lost_lights = frame.posed.scene.lost_light_names();
             remarks.push(Notice::DarkImage { sources: self.sources.to_string(), lost_lights, advice });
         }
@@ -80,17 +90,9 @@ fn enclosed_light(posed: &PosedScene, accel: &Accel) -> Option<EnclosedLight> {
 
 /// The object whose opaque surface is near `position` in all of fourteen directions.
 fn enclosing_object(posed: &PosedScene, accel: &Accel, position: Vec3) -> Option<u32> {
-    let directions = fourteen_directions();
-    let rays = RayBatch {
-        origins: vec![position; directions.len()],
-        directions,
-        t_max: (BULB_SIZE * posed.bounding_sphere().radius) as f32,
-        ..RayBatch::default()
-    };
-    let mut hits = Vec::new();
-    accel.intersect(&rays, &MaterialHitFilter(posed), &mut hits);
     let mut enclosing = None;
-    for hit in &hits {
+    let size = (BULB_SIZE * posed.bounding_sphere().radius) as f32;
+    for hit in &surroundings(posed, accel, position, size) {
         if hit.is_miss() {
             return None;
         }
@@ -102,13 +104,4 @@ fn enclosing_object(posed: &PosedScene, accel: &Accel, position: Vec3) -> Option
         }
     }
     enclosing
-}
-
-/// The directions to the faces and the corners of a cube.
-fn fourteen_directions() -> Vec<Vec3> {
-    let axes = [DVec3::X, DVec3::Y, DVec3::Z].into_iter().flat_map(|axis| [axis, -axis]);
-    let signs = |i: u32| DVec3::new(f64::from(i & 1), f64::from(i >> 1 & 1), f64::from(i >> 2)) * 2.0 - 1.0;
-    // Slightly turned, so that no ray runs along an edge of a modelled box or sphere.
-    let turn = DMat3::from_axis_angle(DVec3::new(0.3, 0.5, 0.81).normalize(), 0.3);
-    axes.chain((0..8).map(signs)).map(|d| (turn * d.normalize()).as_vec3()).collect()
 }

@@ -17,6 +17,7 @@ use crate::exposure::{ResolvedExposure, resolve_exposure};
 use crate::framing::Framing;
 use crate::idle_animations::log_idle_animations;
 use crate::image_size::check_crop;
+use crate::light_advice::LightAdvice;
 use crate::light_hints::{ImageLight, shows_surroundings};
 use crate::log::SessionLog;
 use crate::memory_estimate::bvh_triangles;
@@ -61,6 +62,8 @@ pub struct SceneRenderer<'a> {
     edges: EdgeCache,
     /// The light sources of all images.
     sources: String,
+    /// The advice about dark pictures.
+    advice: LightAdvice,
     /// True after the light of an image has been remarked on.
     has_light_remarks: AtomicBool,
 }
@@ -220,6 +223,7 @@ impl<'a> SceneRenderer<'a> {
             aov_world: aov_world(&plan),
             memory: RenderMemory::default(),
             edges: EdgeCache::default(),
+            advice: LightAdvice::of_lighting(&lit),
             sources: lit.description,
             has_light_remarks: AtomicBool::new(lit.rig.is_dark()),
         })
@@ -386,6 +390,7 @@ impl<'a> SceneRenderer<'a> {
         {
             let light = ImageLight {
                 sources: &self.sources,
+                advice: &self.advice,
                 exposure: &self.exposure,
                 lighting: &self.setup.lighting,
             };

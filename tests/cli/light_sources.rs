@@ -99,9 +99,19 @@ fn a_dark_picture_names_its_lights_and_what_helps() {
     write_lamp(&at, 1.0, 0.0);
     let dark = runs(&at, &format!("render lamp.obj -o a.png {VIEW} -s 1 --sun 0,1,0,1"));
     assert!(
-        dark.contains("the picture is dark; lights: 1 given; use --exposure auto, --indirect 4"),
+        dark.contains(
+            "the picture is dark; lights: 1 given; use --lights three-point, --hdri studio or --ambient"
+        ),
         "{dark}"
     );
+    let dim = runs(&at, &format!("render lamp.obj -o a.png {VIEW} -s 1 --sun 0,-1,0,.001"));
+    assert!(dim.contains("use --exposure auto, --indirect 4, --hdri studio or --ambient"), "{dim}");
+    // Light from outside does not reach a closed room.
+    let cube = fs::read_to_string(model("tests/cube.obj")).unwrap();
+    fs::write(at.join("room.obj"), cube).unwrap();
+    let inside = "--view-point 0,0,0 --look-at 0,0,-1 --size 16x16 -s 1 --lights three-point";
+    let room = runs(&at, &format!("render room.obj -o a.png {inside} --ambient 0"));
+    assert!(room.contains("use --point-light or --area-light inside the scene"), "{room}");
     let lit = runs(&at, &format!("render lamp.obj -o a.png {VIEW} -s 1 --sun 0,-1,0,1"));
     assert!(!lit.contains("is dark"), "{lit}");
     let few = runs(
