@@ -421,7 +421,7 @@ fn invalid_results_files_are_errors_before_measuring() {
         refused(&folder, &format!("bench scene.glb --compare {file}"), message);
         refused(&folder, &format!("bench --from {file}"), file);
     }
-    refused(&folder, "bench", "arguments were not provided: <SCENE>");
+    refused(&folder, "bench", "name scene files, or --suite");
     refused(&folder, "bench --suite 70q", "70q");
     refused(&folder, "bench --suite=0", "not a number of triangles");
     refused(&folder, "bench a.glb --rounds 0", "0");
