@@ -3,7 +3,7 @@
 /// Formats a number of triangles: `1499`, `70k`, `1.1m`. Small ones are exact, as they name scenes.
 pub fn format_triangle_count(triangles: usize) -> String {
     let n = triangles as f64;
-    if triangles < 10_000 && triangles % 1000 != 0 {
+    if triangles < 10_000 && !triangles.is_multiple_of(1000) {
         return triangles.to_string();
     }
     if triangles < 999_500 { format!("{:.0}k", n / 1e3) } else { format!("{:.1}m", n / 1e6) }
