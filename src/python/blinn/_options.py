@@ -70,7 +70,7 @@ class RenderOptions(TypedDict, total=False):
     """Adaptive sampling: use all samples only where neighbouring pixels differ by more than THRESHOLD (0–1), 4 elsewhere."""
 
     denoise: Literal["auto", "on", "off"] | None
-    """Remove the noise of light that few samples find: of rough metals, area lights and indirect light (auto), also of soft shadows and ambient occlusion (on), or of none (off)."""
+    """Remove the noise of light that few samples find: of area lights, soft shadows, ambient occlusion, indirect light and rough metals (auto), the last with the slower, better filter (on), or of none (off)."""
 
     filter: Literal["box", "tent", "gaussian", "blackman-harris"] | None
     """Reconstruction filter."""
@@ -211,7 +211,7 @@ class RenderOptions(TypedDict, total=False):
     """Terms of the lecture's shading: color (unlit), diffuse (Lambert), shadow (Lambert with shadows), phong (all)."""
 
     kd: Union[float, Vector] | None
-    """Diffuse coefficient k_d of all materials: R,G,B or one number, linear; or a displayed colour, as for background."""
+    """Diffuse coefficient k_d of all materials: R,G,B or one number, linear; or a displayed colour, as for background. Unlit materials, points and lines show it."""
 
     ks: Union[float, Vector] | None
     """Specular coefficient k_s of all materials: as kd."""
@@ -227,6 +227,24 @@ class RenderOptions(TypedDict, total=False):
 
     line_width: Number | None
     """Width of lines: pixels such as 2px, metres such as .01, auto for a pixel, or off."""
+
+    edges: Names | None
+    """Draw edges over the picture: feature (sharp edges and borders), silhouette, boundary (borders of open surfaces), all (of triangles), or several as a list."""
+
+    edge_angle: Number | None
+    """Angle by which the surface turns at sharp edges, at least; 30 by default."""
+
+    edge_color: Union[float, Vector] | None
+    """Colour of edges: as for background; black by default."""
+
+    edge_width: Number | None
+    """Width of edges: pixels such as 2px, metres such as .01, or auto (the default) for a pixel; at most 100 pixels."""
+
+    hidden_edges: Literal["off", "dashed", "faint"] | None
+    """Edges behind surfaces: not drawn (off, the default), as dashes (dashed), or transparent (faint)."""
+
+    edges_only: bool | None
+    """Draw the edges alone, on a transparent background unless background sets one."""
 
     cull: Literal["auto", "back", "off"] | None
     """Back faces that the camera sees through: those of single-sided materials (auto), of all materials (back), or none (off)."""
