@@ -226,7 +226,7 @@ mod tests {
         let lamp = |k: u32| (20 * k..20 * k + 20).map(|i| tree.probability(i, from)).sum::<f64>();
         assert!(lamp(4) > 0.35 && lamp(4) > 5.0 * lamp(0), "{} {}", lamp(4), lamp(0));
         // The triangle at an angle of 5 radians faces down, the one at 2 radians up.
-        assert!(tree.probability(85, from) > 2.0 * tree.probability(82, from) / 3.0 * 2.0);
+        assert!(tree.probability(85, from) > 4.0 / 3.0 * tree.probability(82, from));
     }
 
     #[test]

@@ -1,0 +1,131 @@
+use glam::{DAffine3, DVec3};
+
+use super::*;
+use blinn_core::geometry::Rgb;
+use blinn_scene::{ColorInput, Instance, LocalTransform, Material, Mesh, Node, PoseSettings, Scene, pose};
+
+/// Objects of one triangle each, at these places.
+fn scene(objects: &[(&str, f64)]) -> Scene {
+    let mut scene = Scene { materials: vec![Material::default()], ..Scene::default() };
+    for (i, (name, x)) in objects.iter().enumerate() {
+        let i = i as u32;
+        let local = LocalTransform::Matrix(DAffine3::from_translation(DVec3::new(*x, 0.0, 0.0)));
+        scene.nodes.push(Node { local, visible: true, ..Node::default() });
+        let positions = vec![Vec3::ZERO, Vec3::X, Vec3::Y];
+        scene.meshes.push(Mesh { positions, triangles: vec![[0, 1, 2]], ..Mesh::default() });
+        scene.instances.push(Instance { node: i, mesh: i, object: i + 1, ..Instance::default() });
+        scene.objects.push(name.to_string());
+    }
+    scene
+}
+
+fn compare(old: &Scene, new: &Scene) -> Vec<ObjectDifference> {
+    let settings = PoseSettings { centre: Some(DVec3::ZERO), ..PoseSettings::default() };
+    compare_objects(&pose(old, &settings).unwrap(), &pose(new, &settings).unwrap())
+}
+
+#[test]
+fn reordered_objects_are_equal() {
+    let old = scene(&[("a", 0.0), ("b", 1.0), ("b", 2.0)]);
+    assert!(compare(&old, &scene(&[("b", 1.0), ("b", 2.0), ("a", 0.0)])).is_empty());
+}
+
+#[test]
+fn one_moved_corner_is_found_with_its_distance_and_bounds() {
+    let old = scene(&[("a", 0.0), ("b", 5.0)]);
+    let mut new = old.clone();
+    new.meshes[1].positions[2].z = 0.001;
+    let found = compare(&old, &new);
+    let [ObjectDifference { name, change, bounds }] = &found[..] else { panic!("{found:?}") };
+    let ObjectChange::Changed { moved_triangles: 1, max_distance, attributes: false, material: false } =
+        change
+    else {
+        panic!("{change:?}")
+    };
+    assert_eq!(name, "b");
+    assert!((max_distance - 0.001).abs() < 1e-9);
+    assert_eq!((bounds.min.x, bounds.max.x, bounds.max.z), (5.0, 6.0, f64::from(0.001f32)));
+}
+
+#[test]
+fn added_removed_rebuilt_and_repainted_objects_are_told_apart() {
+    let old = scene(&[("a", 0.0), ("b", 1.0), ("c", 2.0)]);
+    let mut new = scene(&[("a", 0.0), ("c", 2.0), ("d", 3.0)]);
+    new.meshes[1].triangles.push([2, 1, 0]);
+    new.materials[0].base_color = ColorInput::new(Rgb::splat(0.5));
+    let found = compare(&old, &new);
+    let changes: Vec<_> = found.iter().map(|d| (d.name.as_str(), &d.change)).collect();
+    let rebuilt = ObjectChange::Rebuilt {
+        triangles: [1, 2],
+        differing: [0, 1],
+        surface_distance: 0.0,
+        attributes: false,
+        material: true,
+    };
+    let material =
+        ObjectChange::Changed { moved_triangles: 0, max_distance: 0.0, attributes: false, material: true };
+    assert_eq!(
+        changes,
+        [
+            ("a", &material),
+            ("b", &ObjectChange::Removed { triangles: 1 }),
+            ("c", &rebuilt),
+            ("d", &ObjectChange::Added { triangles: 1 }),
+        ]
+    );
+}
+
+/// A grid of cells with a height at each of its 9 points, of 8 triangles in this order.
+fn grid(heights: [f32; 9], order: [usize; 8]) -> Scene {
+    let mut scene = scene(&[("grid", 0.0)]);
+    let mesh = &mut scene.meshes[0];
+    let place = |i: usize| Vec3::new((i % 3) as f32, (i / 3) as f32, heights[i]);
+    mesh.positions = (0..9).map(place).collect();
+    mesh.colors = (0..9u8).map(|i| Vec4::splat(f32::from(i) / 9.0)).collect();
+    let cells = [0u32, 1, 3, 4].map(|a| [[a, a + 1, a + 4], [a, a + 4, a + 3]]);
+    mesh.triangles = order.map(|i| cells[i / 2][i % 2]).to_vec();
+    scene
+}
+
+const ORDER: [usize; 8] = [0, 1, 2, 3, 4, 5, 6, 7];
+const SHUFFLED: [usize; 8] = [5, 2, 7, 0, 1, 6, 3, 4];
+
+#[test]
+fn the_order_of_triangles_and_of_their_corners_does_not_count() {
+    let old = grid([0.0; 9], ORDER);
+    let mut new = grid([0.0; 9], SHUFFLED);
+    new.meshes[0].triangles.iter_mut().for_each(|corners| corners.rotate_left(1));
+    assert!(compare(&old, &new).is_empty());
+    // What differs besides the order is still found.
+    new.meshes[0].colors[4] = Vec4::ONE;
+    let found = compare(&old, &new);
+    let expected =
+        ObjectChange::Changed { moved_triangles: 0, max_distance: 0.0, attributes: true, material: false };
+    assert_eq!(found.iter().map(|d| &d.change).collect::<Vec<_>>(), [&expected]);
+}
+
+#[test]
+fn parts_in_another_order_are_equal() {
+    let mut old = scene(&[("a", 0.0), ("a", 1.0)]);
+    old.instances.iter_mut().for_each(|instance| instance.object = 1);
+    let mut new = old.clone();
+    new.instances.reverse();
+    assert!(compare(&old, &new).is_empty());
+}
+
+#[test]
+fn in_another_order_the_distance_is_that_of_the_surfaces() {
+    let mut heights = [0.0; 9];
+    heights[0] = 0.25;
+    let found = compare(&grid([0.0; 9], ORDER), &grid(heights, SHUFFLED));
+    let [ObjectDifference { change, bounds, .. }] = &found[..] else { panic!("{found:?}") };
+    let expected = ObjectChange::Rebuilt {
+        triangles: [8, 8],
+        differing: [2, 2],
+        surface_distance: 0.25,
+        attributes: false,
+        material: false,
+    };
+    assert_eq!(change, &expected);
+    assert_eq!((bounds.min, bounds.max), (DVec3::ZERO, DVec3::new(1.0, 1.0, 0.25)));
+}
