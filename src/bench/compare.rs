@@ -100,7 +100,7 @@ struct ScenePair<'r> {
     new: &'r SceneResults,
 }
 
-/// Pairs scenes by name. Notes those without a partner.
+/// Pairs the scenes of both runs. Notes those without a partner.
 fn matching_scenes<'r>(
     old: &'r BenchResults,
     new: &'r BenchResults,
@@ -108,7 +108,7 @@ fn matching_scenes<'r>(
 ) -> Vec<ScenePair<'r>> {
     let mut pairs = Vec::new();
     for scene in &new.scenes {
-        let Some(old) = find_scene(&old.scenes, scene) else {
+        let Some(old) = old.find_scene(scene) else {
             notes.push(format!("{}: only in the new results", scene.name));
             continue;
         };
@@ -124,15 +124,9 @@ fn matching_scenes<'r>(
         }
         pairs.push(ScenePair { old, new: scene });
     }
-    let removed = old.scenes.iter().filter(|old| find_scene(&new.scenes, old).is_none());
+    let removed = old.scenes.iter().filter(|scene| new.find_scene(scene).is_none());
     notes.extend(removed.map(|old| format!("{}: only in the old results", old.name)));
     pairs
-}
-
-/// The scene of the same name, or else of the same file: its path may be another.
-fn find_scene<'r>(scenes: &'r [SceneResults], wanted: &SceneResults) -> Option<&'r SceneResults> {
-    let has_same_file = |scene: &&SceneResults| scene.sha256.is_some() && scene.sha256 == wanted.sha256;
-    scenes.iter().find(|scene| scene.name == wanted.name).or_else(|| scenes.iter().find(has_same_file))
 }
 
 fn compare_stages(

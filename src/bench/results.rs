@@ -280,6 +280,13 @@ impl SceneResults {
 }
 
 impl BenchResults {
+    /// Returns the scene of the same name as another run's, or else of the same file: its path may be another.
+    pub(super) fn find_scene(&self, wanted: &SceneResults) -> Option<&SceneResults> {
+        let has_same_file = |scene: &&SceneResults| scene.sha256.is_some() && scene.sha256 == wanted.sha256;
+        let has_same_name = |scene: &&SceneResults| scene.name == wanted.name;
+        self.scenes.iter().find(has_same_name).or_else(|| self.scenes.iter().find(has_same_file))
+    }
+
     /// The results of a run that has just ended on this machine.
     pub(super) fn new(settings: RecordedSettings, scenes: Vec<SceneResults>) -> BenchResults {
         let since_epoch = std::time::SystemTime::now().duration_since(std::time::UNIX_EPOCH);

@@ -21,11 +21,12 @@ pub struct MachineResults {
 /// first.
 pub fn result_tables(machines: &[MachineResults]) -> Vec<Table> {
     let mut tables = vec![machine_table(machines)];
-    for name in scene_names(machines) {
-        let scenes: Vec<Option<&SceneResults>> = machines.iter().map(|m| find_scene(m, name)).collect();
+    for scene in all_scenes(machines) {
+        let scenes: Vec<Option<&SceneResults>> =
+            machines.iter().map(|machine| machine.results.find_scene(scene)).collect();
         tables.push(match scenes[..] {
             [Some(scene)] => scene_table(scene),
-            _ => comparison_table(name, machines, &scenes),
+            _ => comparison_table(&scene.name, machines, &scenes),
         });
     }
     tables
@@ -38,7 +39,7 @@ pub fn different_work(machines: &[MachineResults]) -> Vec<String> {
     for scene in &first.results.scenes {
         for stage in &scene.stages {
             for other in others {
-                let found = find_scene(other, &scene.name).and_then(|scene| find_stage(scene, stage));
+                let found = other.results.find_scene(scene).and_then(|scene| find_stage(scene, stage));
                 if let (Some(a), Some(b)) = (&stage.hash, found.and_then(|found| found.hash.as_ref()))
                     && a != b
                     && is_same_work(stage, first, other)
@@ -68,7 +69,7 @@ fn has_common_hash(machines: &[MachineResults]) -> bool {
     let is_common = |scene: &SceneResults, stage: &StageResults| {
         stage.hash.is_some()
             && others.iter().any(|other| {
-                let found = find_scene(other, &scene.name).and_then(|scene| find_stage(scene, stage));
+                let found = other.results.find_scene(scene).and_then(|scene| find_stage(scene, stage));
                 found.is_some_and(|found| found.hash.is_some()) && is_same_work(stage, first, other)
             })
     };
@@ -95,19 +96,19 @@ pub fn machines_page(machines: &[MachineResults]) -> String {
     page + "</body></html>\n"
 }
 
-/// The names of all scenes, in the order in which they appear.
-fn scene_names(machines: &[MachineResults]) -> Vec<&str> {
-    let mut names: Vec<&str> = Vec::new();
-    for scene in machines.iter().flat_map(|machine| &machine.results.scenes) {
-        if !names.contains(&scene.name.as_str()) {
-            names.push(&scene.name);
+/// All scenes in the order in which they appear. Scenes that several machines measured are those of the first of them.
+fn all_scenes(machines: &[MachineResults]) -> Vec<&SceneResults> {
+    let mut scenes: Vec<&SceneResults> = Vec::new();
+    for (i, machine) in machines.iter().enumerate() {
+        for scene in &machine.results.scenes {
+            let is_known = scenes.iter().any(|known| known.name == scene.name)
+                || machines[..i].iter().any(|other| other.results.find_scene(scene).is_some());
+            if !is_known {
+                scenes.push(scene);
+            }
         }
     }
-    names
-}
-
-fn find_scene<'m>(machine: &'m MachineResults, name: &str) -> Option<&'m SceneResults> {
-    machine.results.scenes.iter().find(|scene| scene.name == name)
+    scenes
 }
 
 fn find_stage<'s>(scene: &'s SceneResults, like: &StageResults) -> Option<&'s StageResults> {
@@ -302,6 +303,16 @@ mod tests {
         machines.truncate(2);
         machines[1].results.scenes[0].stages[0].hash = None;
         assert!(machines_page(&machines).contains("no hash in common"));
+    }
+
+    #[test]
+    fn scenes_of_other_paths_are_one_scene_if_their_files_are_equal() {
+        let mut machines = vec![machine("a", 1.0, "same"), machine("b", 2.0, "same")];
+        machines[1].results.scenes[0].name = "folder/scan".into();
+        assert_eq!(result_tables(&machines).len(), 3);
+        machines.iter_mut().for_each(|machine| machine.results.scenes[0].sha256 = Some("5ca1".into()));
+        let tables = result_tables(&machines);
+        assert_eq!((tables.len(), tables[1].rows[0][5].as_str()), (2, "2.00 [2.00, 2.00]"));
     }
 
     #[test]
