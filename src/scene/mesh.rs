@@ -14,7 +14,7 @@ pub struct Mesh {
     pub positions: Vec<Vec3>,
     /// Vertex indices, counter-clockwise seen from the front. All are valid.
     pub triangles: Vec<[u32; 3]>,
-    /// Which sides of each triangle are drawn as edges, in two bits each, the first side in the lowest: 0 never, 1 as a
+    /// Marks of the sides of each triangle as edges, in two bits each, the first side in the lowest: 0 never drawn, 1 as a
     /// silhouette, 2 and 3 always. Empty if the file does not say.
     pub edge_marks: Vec<u8>,
     /// Points or lines in place of triangles.

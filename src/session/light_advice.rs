@@ -5,7 +5,7 @@ use std::fmt;
 use blinn_core::geometry::Rgb;
 use blinn_scene::{LightSet, ResolvedLighting};
 
-/// What is known about the light of a dark picture.
+/// Facts about the light of a dark picture, from which advice follows.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct LightAdvice {
     /// True if some light is seen, so that a longer exposure and bounces show more of it.

@@ -1,4 +1,4 @@
-//! What surrounds a point: surfaces on all sides, or a way out.
+//! Surroundings of a point: surfaces on all sides, or a way out.
 
 use glam::{DMat3, DVec3, Vec3};
 

@@ -81,7 +81,7 @@ fn a_cube_has_twelve_edges_of_which_nine_are_visible() {
     near(drawn("--edges silhouette"), 6.0);
     assert_eq!(drawn("--edges boundary"), 0.0);
     near(drawn("--edges feature --edge-angle 100"), 0.0);
-    // Of three hidden edges a quarter, or five eighths, is drawn.
+    // A quarter, or five eighths, of three hidden edges is drawn.
     near(drawn("--edges feature --hidden-edges faint"), 9.75);
     near(drawn("--edges feature --hidden-edges dashed"), 9.0 + 3.0 * 5.0 / 8.0);
 }

@@ -21,7 +21,7 @@ pub struct Face {
     pub triangle: u32,
 }
 
-/// What a face is made of.
+/// Parts of a face, from which its digests are made.
 pub struct FaceParts<'a> {
     pub instance: u32,
     pub triangle: u32,

@@ -50,7 +50,7 @@ pub(super) fn add_starts(ends: &[[u32; 2]], edges: &mut [ScreenEdge]) {
             }
         }
     }
-    // What is left is closed.
+    // Lines that are left are closed.
     for edge in 0..ends.len() as u32 {
         follow(edge, ends[edge as usize][0]);
     }

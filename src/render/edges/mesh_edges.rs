@@ -59,13 +59,13 @@ impl MeshEdge {
 pub(super) struct MeshEdges {
     /// All edges.
     pub edges: Vec<MeshEdge>,
-    /// What the file says of each edge; empty if it says nothing.
+    /// Marks of the edges; empty if the file has none.
     pub marks: Vec<EdgeMark>,
     /// Number of the first vertex and of the first triangle of each mesh, and of one more.
     starts: Vec<[u32; 2]>,
 }
 
-/// What a file says of an edge (glTF: EXT_mesh_primitive_edge_visibility).
+/// Mark of an edge in a file (glTF: EXT_mesh_primitive_edge_visibility).
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub(super) enum EdgeMark {
     /// Nothing: its mesh has no marks.

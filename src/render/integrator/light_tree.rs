@@ -24,7 +24,7 @@ pub(super) struct Emitter {
     pub power: f32,
 }
 
-/// What a point needs to know of some triangles.
+/// Bounds and power of some triangles.
 #[derive(Clone, Copy, Debug)]
 struct Node {
     center: Vec3,

@@ -96,7 +96,7 @@ fn the_order_of_triangles_and_of_their_corners_does_not_count() {
     let mut new = grid([0.0; 9], SHUFFLED);
     new.meshes[0].triangles.iter_mut().for_each(|corners| corners.rotate_left(1));
     assert!(compare(&old, &new).is_empty());
-    // What differs besides the order is still found.
+    // Differences besides the order are still found.
     new.meshes[0].colors[4] = Vec4::ONE;
     let found = compare(&old, &new);
     let expected =
