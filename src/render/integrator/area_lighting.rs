@@ -18,6 +18,7 @@ use crate::integrator::environment_lighting::apply_source_visibility;
 use crate::integrator::frame::Frame;
 use crate::integrator::layers::block_layers::{LayerWeights, add_layered_light};
 use crate::integrator::layers::layered_point::LobePdf;
+use crate::integrator::light_choice::LightChoice;
 use crate::integrator::light_points::{LightPoints, SampleAreaLight};
 use crate::integrator::material::ggx::{MIRROR_ALPHA, NARROW_ALPHA};
 use crate::integrator::material::highlight_lobe::reflection_pdf;
@@ -40,6 +41,7 @@ pub(crate) fn add_area_lights(
     batch: &mut ShadingBatch,
     stream: SampleStream,
     terms: LightTerms,
+    choice: &LightChoice,
     shadow: &mut ShadowBuffers,
 ) {
     let sources = Source::all(frame);
@@ -67,6 +69,14 @@ pub(crate) fn add_area_lights(
         let mut incident = IncidentLight::ZERO;
         let mut points = LightPoints::ZERO;
         for first in (0..batch.points.len()).step_by(LANES) {
+            let factors = match source {
+                Source::Area(_) => choice.of_block(frame.lights.len() + index, first),
+                _ => None,
+            };
+            if factors.is_some_and(|factors| *factors == [0.0; LANES]) {
+                batch.soa.lane_mut(first).0.clear_current_light();
+                continue;
+            }
             let count = LANES.min(batch.points.len() - first);
             let u = points_of_block(frame, batch, stream, dimension, first, count);
             let (block, _) = batch.soa.lane(first);
@@ -92,6 +102,7 @@ pub(crate) fn add_area_lights(
                     _ => &SpawnProbabilities::NONE,
                 },
                 terms,
+                factors,
                 incident: &mut incident,
             });
             let from = shadow.rays.len();
@@ -259,13 +270,15 @@ struct AddLightPoints<'a> {
     points: &'a LightPoints,
     spawn: &'a SpawnProbabilities,
     terms: LightTerms,
+    /// Factors of the light; 1 if there are none.
+    factors: Option<&'a [f32; LANES]>,
     incident: &'a mut IncidentLight,
 }
 
 impl AutovecKernel for AddLightPoints<'_> {
     #[inline(always)]
     fn run(self) {
-        let AddLightPoints { block, points, spawn, terms, incident } = self;
+        let AddLightPoints { block, points, spawn, terms, factors, incident } = self;
         let mut density = [0.0; LANES];
         for i in 0..LANES {
             let p: Vec3 = vec3(&block.p, i);
@@ -281,6 +294,9 @@ impl AutovecKernel for AddLightPoints<'_> {
             density[i] = 1.0 / solid_angle;
             let irradiance: Rgb = vec3(&points.radiance, i) * (solid_angle * (1.0 / PI));
             incident.set(block, i, l, if is_lit { irradiance } else { Rgb::ZERO });
+        }
+        if let Some(factors) = factors {
+            incident.scale(factors);
         }
         let lit = incident.lit_mask(LANES) != 0;
         let mut diffuse_weight = [1.0; LANES];

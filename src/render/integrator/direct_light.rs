@@ -80,6 +80,16 @@ impl IncidentLight {
         set3(&mut self.shadow_ray_origin, i, offset_to_smooth_surface(origin, offset, n_g_dot_l).to_array());
     }
 
+    /// Multiplies the irradiance at each point by a factor.
+    #[inline(always)]
+    pub fn scale(&mut self, factors: &[f32; LANES]) {
+        for channel in &mut self.irradiance {
+            for (irradiance, factor) in channel.iter_mut().zip(factors) {
+                *irradiance *= factor;
+            }
+        }
+    }
+
     /// The lit points among the first `count`, as a bit mask.
     #[inline(always)]
     pub fn lit_mask(&self, count: usize) -> u32 {

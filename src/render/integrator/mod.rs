@@ -29,6 +29,7 @@ mod ground_plane;
 mod highlight_limits;
 mod layer_split;
 mod layers;
+mod light_choice;
 mod light_layers;
 mod light_parts;
 mod light_points;

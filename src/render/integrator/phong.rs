@@ -40,6 +40,7 @@ use crate::integrator::gather::gather_points;
 use crate::integrator::highlight_limits::limit_highlights;
 use crate::integrator::layer_split::apply_specular_layers;
 use crate::integrator::layers::block_layers::add_layers;
+use crate::integrator::light_choice::LightChoice;
 use crate::integrator::light_layers::{LightLayer, SampleLayers};
 use crate::integrator::light_parts::{LightSplit, SampleParts};
 use crate::integrator::material::coefficients::Coefficients;
@@ -294,11 +295,14 @@ impl Phong {
         if has_layers {
             batch.start_layers();
         }
+        let choice = LightChoice::new(frame, batch, compositor.rays.states, stream);
         for (i, light) in frame.lights.iter().enumerate() {
             let is_noisy = light.radius > 0.0 && compositor.splits_all();
             frame.simd().run(DirectLightKernel {
                 points: &mut batch.soa,
                 light,
+                index: i,
+                choice: &choice,
                 has_specular: is_full_model,
                 has_shadow_catcher: frame.has_shadow_catcher(),
                 separates_specular: has_layers || is_noisy,
@@ -326,7 +330,7 @@ impl Phong {
             is_split: compositor.splits_all(),
             has_layers,
         };
-        add_area_lights(frame, compositor, batch, stream, terms, shadow);
+        add_area_lights(frame, compositor, batch, stream, terms, &choice, shadow);
     }
 }
 
@@ -334,6 +338,9 @@ impl Phong {
 struct DirectLightKernel<'a> {
     points: &'a mut PointsSoa,
     light: &'a PosedLight,
+    /// Index of the light.
+    index: usize,
+    choice: &'a LightChoice,
     has_specular: bool,
     /// True if the light without shadows is summed as well.
     has_shadow_catcher: bool,
@@ -348,6 +355,8 @@ impl AutovecKernel for DirectLightKernel<'_> {
         let DirectLightKernel {
             points,
             light,
+            index: light_index,
+            choice,
             has_specular,
             has_shadow_catcher,
             separates_specular,
@@ -358,8 +367,16 @@ impl AutovecKernel for DirectLightKernel<'_> {
         let light = light.light_eval();
         let mut incident = IncidentLight::ZERO;
         for (index, (block, count)) in points.blocks_mut().enumerate() {
+            let factors = choice.of_block(light_index, index * LANES);
+            if factors.is_some_and(|factors| *factors == [0.0; LANES]) {
+                block.clear_current_light();
+                continue;
+            }
             // l and I/r².
             incident.evaluate(&light, intensity, block);
+            if let Some(factors) = factors {
+                incident.scale(factors);
+            }
             let lit_mask = incident.lit_mask(count);
             let has_specular_points = has_specular && block.has_specular && lit_mask != 0;
             if separates_specular {

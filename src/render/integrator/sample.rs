@@ -37,6 +37,8 @@ pub(crate) enum SampleDimension {
     Roulette,
     /// The choice of a glowing triangle.
     EmitterChoice,
+    /// The choice of lights behind a diffuse bounce.
+    LightChoice,
     /// The direction of a diffuse ray.
     Diffuse,
     /// The choice of diffuse rays that are traced.
@@ -54,6 +56,7 @@ impl SampleDimension {
             SampleDimension::Diffuse => FIRST_PATH_PAIR + 3,
             SampleDimension::DiffuseRoulette => FIRST_PATH_PAIR + 4,
             SampleDimension::EmitterChoice => FIRST_PATH_PAIR + 5,
+            SampleDimension::LightChoice => FIRST_PATH_PAIR + 6,
         }
     }
 }

@@ -353,6 +353,13 @@ impl PointBlock {
         }
     }
 
+    /// Makes the current light 0.
+    #[inline(always)]
+    pub fn clear_current_light(&mut self) {
+        self.current_light = ZERO3_F32;
+        self.current_specular = ZERO3_F32;
+    }
+
     /// Adds the current light to the radiance.
     #[inline(always)]
     pub fn accumulate(&mut self) {
