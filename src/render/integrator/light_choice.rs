@@ -1,16 +1,16 @@
-//! The choice of lights behind a diffuse bounce: of many lights, a few random ones shine on each point.
+//! The choice of lights behind a diffuse bounce or a wide lobe: of many lights, a few random ones shine on each point.
 //!
 //! A shadow ray to each light at each bounce takes more time than all other rays together, and its light is a mean over
 //! many paths anyway. Points there pick lights with probabilities in proportion to an estimate of the light without shadows
 //! (Shirley, Wang and Zimmerman, “Monte Carlo Techniques for Direct Lighting Calculations”, ACM TOG 1996), by one random
 //! number for all picks: a light that is due more than once is always picked. Points that the eye sees, also in mirrors
-//! and through glass, take the light of all.
+//! and through glass, take the light of all lights.
 
 use glam::Vec3;
 
 use crate::integrator::direct_light::IncidentLight;
 use crate::integrator::frame::Frame;
-use crate::integrator::paths::PathStates;
+use crate::integrator::paths::{PathStates, SecondaryRay};
 use crate::integrator::sample::{SampleDimension, SampleStream};
 use crate::integrator::shading_batch::ShadingBatch;
 use crate::integrator::surface::point_block::PointBlock;
@@ -38,21 +38,21 @@ impl LightChoice {
     pub fn new(frame: &Frame, batch: &ShadingBatch, states: PathStates, stream: SampleStream) -> LightChoice {
         let mut choice = LightChoice { factors: Vec::new(), blocks: batch.points.len().div_ceil(LANES) };
         let lights = frame.lights.len() + frame.area_lights.len();
-        let is_indirect =
-            |i: usize| states.secondary(batch.points[i].path).is_some_and(|ray| ray.state.is_indirect);
-        if lights <= MAX_LIGHTS || stream.wave == 0 || !(0..batch.points.len()).any(is_indirect) {
+        let picks =
+            |i: usize| states.secondary(batch.points[i].path).is_some_and(|ray| picks_lights(frame, ray));
+        if lights <= MAX_LIGHTS || stream.wave == 0 || !(0..batch.points.len()).any(picks) {
             return choice;
         }
         choice.factors.resize(lights * choice.blocks, [1.0; LANES]);
         let mut estimates = vec![[0.0; LANES]; lights];
         for first in (0..batch.points.len()).step_by(LANES) {
             let points = first..batch.points.len().min(first + LANES);
-            if !points.clone().any(is_indirect) {
+            if !points.clone().any(picks) {
                 continue;
             }
             let (block, _) = batch.soa.lane(first);
             frame.simd().run(EstimateLights { frame, block, estimates: &mut estimates });
-            for i in points.filter(|&i| is_indirect(i)) {
+            for i in points.filter(|&i| picks(i)) {
                 let u = stream.get_2d(batch.points[i].path, SampleDimension::LightChoice)[0];
                 let lane = i % LANES;
                 let factors = systematic_factors(estimates.iter().map(|light| light[lane]), u);
@@ -68,6 +68,11 @@ impl LightChoice {
     pub fn of_block(&self, light: usize, first: usize) -> Option<&[f32; LANES]> {
         self.factors.get(light * self.blocks + first / LANES)
     }
+}
+
+/// True for a ray behind a diffuse bounce, and with bounced light also for one of a lobe so wide that it blurs what it shows.
+fn picks_lights(frame: &Frame, ray: &SecondaryRay) -> bool {
+    ray.state.is_indirect || (frame.indirect > 0 && ray.is_rough && ray.seen_share == 0.0)
 }
 
 /// The factors of lights with those estimates: the number of picks over that which is expected. Pick k falls on the light
