@@ -157,6 +157,24 @@ fn glowing_surfaces_light_like_area_lights() {
     }
 }
 
+/// Of many lights, points behind a diffuse bounce pick a few. Their light is that of one light of the same power and shape.
+#[test]
+fn many_lights_light_like_their_sum() {
+    let mut scene = scenes::of_material(square(10.0), matte(0.7, 0.0));
+    // The ceiling is lit from below, and what it reflects lights the floor.
+    add(&mut scene, square(10.0), matte(0.7, 0.0), &[DAffine3::from_translation(DVec3::new(0.0, 2.0, 0.0))]);
+    let row = |count: u32, width: f32| -> Vec<PosedAreaLight> {
+        let light = facing_down(AreaLightShape::Rect, [width, 1.0], 0.5, 3.0);
+        let x = |i: u32| (i as f32 + 0.5 - 0.5 * count as f32) * width;
+        (0..count)
+            .map(|i| PosedAreaLight { normal: Vec3::Y, centre: light.centre + Vec3::X * x(i), ..light })
+            .collect()
+    };
+    let radiance =
+        |area| mean_radiance(&scene, &down(0.5), &Lights { area, indirect: 2, ..Lights::default() }, 256);
+    assert_near(radiance(row(12, 0.5)), radiance(row(1, 6.0)), 0.01, "twelve lights");
+}
+
 /// Inside a closed room that glows by k_e and reflects the share ρ, the radiance is k_e / (1 − ρ) everywhere.
 #[test]
 fn a_furnace_has_its_analytic_radiance() {
