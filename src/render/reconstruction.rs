@@ -125,12 +125,44 @@ impl Reconstruction for AllLight {
     }
 }
 
+/// Number of columns that are filtered at once: memory does not grow with the width of a picture.
+const BAND: usize = 512;
+
 /// Filters the noisy light of the rows `strip` of the pixels in `held`.
 ///
 /// # Errors
 /// [`Cancelled`] if `monitor` cancels.
 pub(super) fn filter_light(
     parts: &[PixelParts],
+    held: PixelRect,
+    strip: Range<usize>,
+    samples: u32,
+    frame: &Frame,
+    monitor: &dyn ProgressMonitor,
+) -> Result<Vec<NoisyLight>, Cancelled> {
+    let width = held.width as usize;
+    let mut filtered = vec![NoisyLight::default(); strip.len() * width];
+    for first in (0..width).step_by(BAND) {
+        if monitor.is_cancelled() {
+            return Err(Cancelled);
+        }
+        let end = (first + BAND).min(width);
+        let columns = first.saturating_sub(MARGIN)..(end + MARGIN).min(width);
+        let pixels: Vec<&PixelParts> =
+            parts.chunks_exact(width).flat_map(|row| &row[columns.clone()]).collect();
+        let band = PixelRect { x: held.x + columns.start as u32, width: columns.len() as u32, ..held };
+        let light = filter_band(&pixels, band, strip.clone(), samples, frame, monitor)?;
+        let rows = filtered.chunks_exact_mut(width).zip(light.chunks_exact(columns.len()));
+        for (to, from) in rows {
+            to[first..end].copy_from_slice(&from[first - columns.start..end - columns.start]);
+        }
+    }
+    Ok(filtered)
+}
+
+/// Filters the noisy light of the rows `strip` of the pixels in `held`, all at once.
+fn filter_band(
+    parts: &[&PixelParts],
     held: PixelRect,
     strip: Range<usize>,
     samples: u32,
@@ -147,7 +179,7 @@ pub(super) fn filter_light(
         if monitor.is_cancelled() {
             return Err(Cancelled);
         }
-        let is_dark = |pixel: &PixelParts| pixel.noisy.iter().all(|half| light_of(half, kind) == Rgb::ZERO);
+        let is_dark = |pixel: &&PixelParts| pixel.noisy.iter().all(|half| light_of(half, kind) == Rgb::ZERO);
         if parts.iter().all(is_dark) {
             continue;
         }
@@ -193,7 +225,7 @@ fn reliability(color: Rgb) -> f32 {
 
 /// The features of all pixels in `held`, with these as albedo and normal.
 fn features(
-    parts: &[PixelParts],
+    parts: &[&PixelParts],
     held: PixelRect,
     albedo: fn(&SurfaceFeatures) -> Vec3,
     normal: fn(&SurfaceFeatures) -> Vec3,

@@ -71,7 +71,8 @@ pub(super) fn render_in_strips<R: Reconstruction>(
     let bottom = rendered.y + rendered.height;
     // The rows that the current strip depends on.
     let mut held = PixelRect { height: 0, ..rendered };
-    let mut pixels: Vec<R::Pixel> = Vec::new();
+    let most_rows = rendered.height.min(R::ROWS.saturating_add(2 * R::MARGIN));
+    let mut pixels: Vec<R::Pixel> = Vec::with_capacity(rendered.width as usize * most_rows as usize);
     let mut picture = Vec::with_capacity(window.width as usize * window.height as usize);
     for first in (window.y..window.y + window.height).step_by(R::ROWS as usize) {
         let end = (first + R::ROWS).min(window.y + window.height);
@@ -81,7 +82,9 @@ pub(super) fn render_in_strips<R: Reconstruction>(
         let rows = PixelRect { y: start, height: (end + R::MARGIN).min(bottom) - start, ..rendered };
         held = PixelRect { y: from, height: rows.y + rows.height - from, ..rendered };
         let of_rows = RenderSettings { crop: Some(rows), ..*settings };
-        pixels.extend(render_rows::<R>(memory, frame, integrator, &of_rows, window, monitor)?);
+        let known = pixels.len();
+        pixels.resize(known + rows.width as usize * rows.height as usize, R::Pixel::default());
+        render_rows::<R>(memory, frame, integrator, &of_rows, window, &mut pixels[known..], monitor)?;
         let strip = (first - held.y) as usize..(end - held.y) as usize;
         let reconstructed = R::reconstruct(&pixels, held, strip, settings.samples, frame, monitor)?;
         let left = (window.x - rendered.x) as usize;
@@ -113,19 +116,20 @@ fn with_margin(window: PixelRect, settings: &RenderSettings, margin: u32) -> Pix
     }
 }
 
-/// Renders all pixels of the settings' window, row by row from the top. Those in `wanted` are reported as done: the margin
-/// around a crop is no progress.
+/// Renders all pixels of the settings' window to `film`, row by row from the top. Those in `wanted` are reported as done:
+/// the margin around a crop is no progress.
 fn render_rows<R: Reconstruction>(
     memory: &RenderMemory,
     frame: &Frame,
     integrator: &dyn Integrator,
     settings: &RenderSettings,
     wanted: PixelRect,
+    film: &mut [R::Pixel],
     monitor: &dyn ProgressMonitor,
-) -> Result<Vec<R::Pixel>, Cancelled> {
+) -> Result<(), Cancelled> {
     let window = settings.window();
     let generator = SampleGenerator::new(settings);
-    let film = Mutex::new(vec![R::Pixel::default(); window.width as usize * window.height as usize]);
+    let film = Mutex::new(film);
     for_each_tile(memory, settings, &CancelOnly(monitor), |tile, scratch| {
         let [low, high] = generator.film_bounds(&tile.corners());
         if integrator.may_hit(frame, low, high) {
@@ -137,8 +141,7 @@ fn render_rows<R: Reconstruction>(
             }
         }
         monitor.pixels_done(common_pixels(tile, wanted));
-    })?;
-    Ok(film.into_inner().unwrap_or_else(|e| e.into_inner()))
+    })
 }
 
 /// Renders pixels in parts. After a cancellation, the rest is black.
