@@ -285,11 +285,15 @@ impl Accel {
         rays: &RayBatch,
         filter: &dyn HitFilter,
     ) -> Vec<(Hit, TraversalStats)> {
-        traverse::traversal_stats::intersect_with_stats(&self.bvh, rays, filter)
+        let traced = traverse::traversal_stats::intersect_with_stats(&self.bvh, rays, filter);
+        let Some(rounds) = &self.rounds else { return traced };
+        let (mut hits, mut stats): (Vec<Hit>, Vec<TraversalStats>) = traced.into_iter().unzip();
+        rounds.intersect_with_stats(self.settings.simd, rays, filter, &mut hits, &mut stats);
+        hits.into_iter().zip(stats).collect()
     }
 
     /// Finds occlusion as [`Accel::occluded`] does, with the number of nodes, blocks and triangles that each shadow ray
-    /// visits when it is traced alone. Slow: for statistics of traversal cost.
+    /// visits when it is traced alone. Slow: for statistics of traversal cost. Points and lines do not count.
     pub fn occluded_with_stats(
         &self,
         rays: &ShadowRayBatch,

@@ -136,13 +136,22 @@ pub struct ShadowRayBatch {
     pub from: Vec<Vec3>,
     /// End points; unused for directional lights.
     pub to: Vec<Vec3>,
-    /// The triangle that each ray starts on, which cannot occlude it.
+    /// The triangle, point or line that each ray starts on, which cannot occlude it.
     pub source: Vec<HitId>,
+    /// The sizes of points and lines that occlude. By default those of
+    /// [`Accel::set_solid_rounds`](crate::Accel::set_solid_rounds).
+    pub rounds: RoundSizes,
 }
 
 impl Default for ShadowRayBatch {
     fn default() -> Self {
-        ShadowRayBatch { coherence: Coherence::None, from: Vec::new(), to: Vec::new(), source: Vec::new() }
+        ShadowRayBatch {
+            coherence: Coherence::None,
+            from: Vec::new(),
+            to: Vec::new(),
+            source: Vec::new(),
+            rounds: RoundSizes::NONE,
+        }
     }
 }
 

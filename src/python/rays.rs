@@ -8,10 +8,11 @@ use numpy::ndarray::ArrayView2;
 use rayon::prelude::*;
 
 use super::ray_order::coherent_order;
-use blinn_accel::{Accel, Coherence, HitFilter, RayBatch, ShadowRayBatch};
+use blinn_accel::{Accel, Coherence, HitFilter, RayBatch, RoundSizes, ShadowRayBatch};
 use blinn_core::geometry::{Hit, HitId, Ray};
-use blinn_render::integrator::{MaterialHitFilter, barycentrics};
-use blinn_session::PosedFrame;
+use blinn_render::integrator::{MaterialHitFilter, barycentrics, nearest_on_axis};
+use blinn_scene::{Mesh, Rounds};
+use blinn_session::{PosedFrame, ray_sizes};
 
 /// Rays that one task traces.
 const TASK_RAYS: usize = 1 << 12;
@@ -22,13 +23,37 @@ pub struct RayHits {
     pub t: Vec<f32>,
     /// Object ids from 1; 0 for a miss.
     pub object: Vec<u32>,
-    /// Index into the instances of the scene, and of the triangle in the instance's mesh; −1 for a miss.
+    /// Index into the instances of the scene, and of the triangle, point or line in the instance's mesh; −1 for a miss.
     pub instance: Vec<i32>,
     pub triangle: Vec<i32>,
-    /// Barycentric coordinates of the triangle's corners; 0 for a miss.
+    /// Barycentric coordinates of the triangle's corners, or of a line's ends; 0 for a miss.
     pub barycentrics: Vec<[f32; 3]>,
-    /// The points in the world, in front of their triangles by their error bound; NaN for a miss.
+    /// The points in the world, in front of their surface by their error bound; NaN for a miss.
     pub points: Vec<[f64; 3]>,
+    /// What is hit: a [`HitKind`].
+    pub kind: Vec<u8>,
+}
+
+/// The kinds of primitives that rays hit, as numbers of the Python package.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+#[repr(u8)]
+enum HitKind {
+    #[default]
+    Miss,
+    Triangle,
+    Point,
+    Line,
+}
+
+impl HitKind {
+    /// The kind of the primitives of a mesh.
+    fn of(mesh: &Mesh) -> HitKind {
+        match mesh.rounds {
+            Rounds::None => HitKind::Triangle,
+            Rounds::Points => HitKind::Point,
+            Rounds::Lines(_) => HitKind::Line,
+        }
+    }
 }
 
 impl RayHits {
@@ -41,6 +66,7 @@ impl RayHits {
             triangle: vec![-1; count],
             barycentrics: vec![[0.0; 3]; count],
             points: vec![[f64::NAN; 3]; count],
+            kind: vec![HitKind::Miss as u8; count],
         }
     }
 }
@@ -51,21 +77,36 @@ fn read_rows(rows: &ArrayView2<f64>, centre: DVec3) -> Vec<Vec3> {
     (0..rows.nrows()).into_par_iter().with_min_len(TASK_RAYS).map(row).collect()
 }
 
+/// The sizes in which rays meet points and lines, as options of Python: see [`ray_sizes`].
+#[derive(Clone, Copy, Debug)]
+pub struct SizeOptions<'a> {
+    pub point_size: &'a str,
+    pub line_width: &'a str,
+}
+
+impl SizeOptions<'_> {
+    fn read(self, accel: &Accel) -> Result<RoundSizes> {
+        ray_sizes(self.point_size, self.line_width, accel).map_err(|message| anyhow!(message))
+    }
+}
+
 /// Finds the closest hits of rays. Rays that are not finite or have no direction miss.
 ///
 /// # Errors
-/// The scene has no acceleration structure.
+/// The scene has no acceleration structure, or a size is wrong.
 pub fn intersect(
     frame: &PosedFrame,
     origins: &ArrayView2<f64>,
     directions: &ArrayView2<f64>,
     cull_back_faces: bool,
+    sizes: SizeOptions<'_>,
 ) -> Result<RayHits> {
     let PosedFrame { posed, .. } = frame;
     let accel = accel(frame)?;
+    let rounds = sizes.read(accel)?;
     let (origins, directions) = (read_rows(origins, posed.centre), read_rows(directions, DVec3::ZERO));
     let trace = |order: &[u32]| {
-        let mut rays = RayBatch { cull_back_faces, ..Default::default() };
+        let mut rays = RayBatch { cull_back_faces, rounds, ..Default::default() };
         for &i in order {
             rays.push(origins[i as usize], directions[i as usize]);
         }
@@ -75,7 +116,12 @@ pub fn intersect(
         let point = |(i, hit): (usize, &Hit)| match hit.is_miss() {
             true => HitPoint::default(),
             false => {
-                HitPoint::new(posed.world_triangle(hit.id), Ray { o: rays.origins[i], d: rays.directions[i] })
+                let ray = Ray { o: rays.origins[i], d: rays.directions[i] };
+                let corners = posed.world_triangle(hit.id);
+                match HitKind::of(posed.mesh(hit.id.instance)) {
+                    HitKind::Point | HitKind::Line => HitPoint::on_round(corners, ray, hit.t),
+                    HitKind::Triangle | HitKind::Miss => HitPoint::new(corners, ray),
+                }
             }
         };
         let points: Vec<HitPoint> = hits.iter().enumerate().map(point).collect();
@@ -93,13 +139,14 @@ pub fn intersect(
                 out.triangle[i] = hit.id.triangle as i32;
                 out.barycentrics[i] = point.barycentrics;
                 out.points[i] = (point.p + posed.centre).to_array();
+                out.kind[i] = HitKind::of(posed.mesh(hit.id.instance)) as u8;
             }
         }
     }
     Ok(out)
 }
 
-/// A point where a ray hits a triangle.
+/// A point where a ray hits a triangle, point or line.
 #[derive(Clone, Copy, Default)]
 struct HitPoint {
     barycentrics: [f32; 3],
@@ -122,6 +169,17 @@ impl HitPoint {
         let p = terms.iter().sum::<DVec3>() + n * n.abs().dot(error);
         HitPoint { barycentrics: b.map(|b| b as f32), p }
     }
+
+    /// The point of a ray on the sphere or capsule about `corners`, moved away from their axis by its error bound.
+    fn on_round(corners: [Vec3; 3], ray: Ray, t: f32) -> HitPoint {
+        let (o, d) = (ray.o.as_dvec3(), ray.d.as_dvec3());
+        let p = o + d * f64::from(t);
+        let (barycentrics, from_axis) = nearest_on_axis(corners.map(|corner| corner.as_dvec3()), p);
+        let n = from_axis.normalize_or(-d.normalize_or_zero());
+        // t is rounded as well.
+        let error = (p.abs() + (p - o).abs()) * POINT_ERROR;
+        HitPoint { barycentrics, p: p + n * n.abs().dot(error) }
+    }
 }
 
 /// Length at the ends of a way in which nothing blocks it, relative to the size of the scene: points that callers compute
@@ -140,18 +198,21 @@ fn clear_ends(from: Vec3, to: Vec3, scene_size: f32) -> (Vec3, Vec3) {
 }
 
 /// Finds whether something blocks the way between two points. Translucent surfaces block nothing, and nothing blocks a
-/// way of no length or one that is not finite. The triangles of `sources`, on which ways start, do not block them.
+/// way of no length or one that is not finite. The triangles, points and lines of `sources`, on which ways start, do not
+/// block them.
 ///
 /// # Errors
-/// The scene has no acceleration structure.
+/// The scene has no acceleration structure, or a size is wrong.
 pub fn occluded(
     frame: &PosedFrame,
     from: &ArrayView2<f64>,
     to: &ArrayView2<f64>,
     sources: Option<&[HitId]>,
+    sizes: SizeOptions<'_>,
 ) -> Result<Vec<bool>> {
     let PosedFrame { posed, .. } = frame;
     let accel = accel(frame)?;
+    let rounds = sizes.read(accel)?;
     let (mut from, mut to) = (read_rows(from, posed.centre), read_rows(to, posed.centre));
     let bounds = posed.centred_bounds();
     let scene_size = bounds.min.abs().max(bounds.max.abs()).max_element() as f32;
@@ -162,7 +223,7 @@ pub fn occluded(
     }
     let directions: Vec<Vec3> = from.iter().zip(&to).map(|(from, to)| to - from).collect();
     let trace = |order: &[u32]| {
-        let mut segments = ShadowRayBatch::default();
+        let mut segments = ShadowRayBatch { rounds, ..Default::default() };
         for &i in order {
             let source = sources.map_or(HitId::NONE, |sources| sources[i as usize]);
             segments.push(from[i as usize], to[i as usize], source);

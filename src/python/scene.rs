@@ -20,7 +20,7 @@ use super::picture::PyPicture;
 use super::pictures::PyPictures;
 use super::pool;
 use super::posed::PosedCell;
-use super::rays;
+use super::rays::{self, SizeOptions};
 use super::render_job::RenderJob;
 use super::size::optional_size;
 use blinn_cli::embed::scene_properties;
@@ -277,20 +277,24 @@ impl PyScene {
     }
 
     /// Find the closest hits of rays. See the package.
-    #[pyo3(signature = (origins, directions, *, cull_back_faces = false))]
+    #[pyo3(signature = (origins, directions, *, cull_back_faces = false, point_size = "auto", line_width = "auto"))]
+    #[expect(clippy::too_many_arguments, reason = "they are keywords in Python")]
     fn intersect<'py>(
         &self,
         py: Python<'py>,
         origins: PyArrayLike2<'py, f64, AllowTypeChange>,
         directions: PyArrayLike2<'py, f64, AllowTypeChange>,
         cull_back_faces: bool,
+        point_size: &str,
+        line_width: &str,
     ) -> PyResult<Bound<'py, PyDict>> {
         let (origins, directions) = (origins.as_array(), directions.as_array());
         check_pairs("origins", origins.shape(), "directions", directions.shape())?;
         let pose_use = if cull_back_faces { PoseUse::TraceFrontFaces } else { PoseUse::Trace };
         let posed = self.posed(py, pose_use)?;
+        let sizes = SizeOptions { point_size, line_width };
         let hits = pool::run(py, || {
-            rays::intersect(posed.borrow_dependent(), &origins, &directions, cull_back_faces)
+            rays::intersect(posed.borrow_dependent(), &origins, &directions, cull_back_faces, sizes)
         })?;
         let out = PyDict::new(py);
         out.set_item("t", hits.t.into_pyarray(py))?;
@@ -302,18 +306,21 @@ impl PyScene {
         out.set_item("barycentrics", barycentrics.reshape([count, 3])?)?;
         let points = hits.points.into_flattened().into_pyarray(py);
         out.set_item("points", points.reshape([count, 3])?)?;
+        out.set_item("kind", hits.kind.into_pyarray(py))?;
         Ok(out)
     }
 
     /// Find whether something blocks the way between points. See the package. `sources` are the instances and triangles
     /// that the ways start on.
-    #[pyo3(signature = (from_points, to_points, *, sources = None))]
+    #[pyo3(signature = (from_points, to_points, *, sources = None, point_size = "off", line_width = "off"))]
     fn occluded<'py>(
         &self,
         py: Python<'py>,
         from_points: PyArrayLike2<'py, f64, AllowTypeChange>,
         to_points: PyArrayLike2<'py, f64, AllowTypeChange>,
         sources: Option<(PyReadonlyArray1<'py, i32>, PyReadonlyArray1<'py, i32>)>,
+        point_size: &str,
+        line_width: &str,
     ) -> PyResult<Bound<'py, PyArray1<bool>>> {
         let (from, to) = (from_points.as_array(), to_points.as_array());
         check_pairs("from_points", from.shape(), "to_points", to.shape())?;
@@ -330,8 +337,10 @@ impl PyScene {
         if sources.as_ref().is_some_and(|sources| sources.len() != from.nrows()) {
             return Err(value_error("from_points must be the points of from_hits, one for each hit"));
         }
-        let occluded =
-            pool::run(py, || rays::occluded(posed.borrow_dependent(), &from, &to, sources.as_deref()))?;
+        let sizes = SizeOptions { point_size, line_width };
+        let occluded = pool::run(py, || {
+            rays::occluded(posed.borrow_dependent(), &from, &to, sources.as_deref(), sizes)
+        })?;
         Ok(occluded.into_pyarray(py))
     }
 

@@ -35,6 +35,11 @@ impl Mesh {
         }
     }
 
+    /// Returns the number of triangles, points and lines.
+    pub fn primitive_count(&self) -> usize {
+        self.triangles.len() + self.point_count() + self.lines().len()
+    }
+
     /// Returns the corners of a triangle. Those of a point are its vertex three times, those of a line its start and
     /// twice its end.
     #[inline(always)]

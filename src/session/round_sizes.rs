@@ -88,6 +88,25 @@ pub(crate) fn solid_sizes(points: RoundWidth, lines: RoundWidth) -> RoundSizes {
     RoundSizes { points: size(points), lines: size(lines) }
 }
 
+/// Reads the sizes in which rays without pixels hit points and lines: metres, `off`, or `auto`, which is the spacing of the
+/// cloud for points, and no width for lines.
+///
+/// # Errors
+/// The option that is wrong, and what is expected.
+pub fn ray_sizes(point_size: &str, line_width: &str, accel: &Accel) -> Result<RoundSizes, String> {
+    let size = |name: &str, text: &str, auto: Option<f32>| match RoundWidth::parse(text) {
+        Ok(RoundWidth::Auto) => Ok(auto.map_or(RoundSize::NONE, RoundSize::in_scene)),
+        Ok(RoundWidth::Metres(width)) => Ok(RoundSize::in_scene((0.5 * width) as f32)),
+        Ok(RoundWidth::Off) => Ok(RoundSize::NONE),
+        Ok(RoundWidth::Pixels(_)) => Err(format!("{name}: rays have no pixels; pass metres, auto or off")),
+        Err(message) => Err(format!("{name}: {message}")),
+    };
+    Ok(RoundSizes {
+        points: size("point_size", point_size, accel.point_spacing())?,
+        lines: size("line_width", line_width, None)?,
+    })
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;

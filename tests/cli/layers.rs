@@ -10,26 +10,26 @@ use crate::common::program::*;
 use crate::image_output::{channel, read_exr};
 
 /// Size of the pictures.
-const SIZE: (usize, usize) = (48, 36);
+pub const SIZE: (usize, usize) = (48, 36);
 /// A camera without perspective: 4 m × 3 m in front of the plane z = 0.
-const FRONT: &str =
+pub const FRONT: &str =
     "--view-point 0,0,9 --view-dir 0,0,-1 --projection orthographic --view-width 4 --view-height 3";
 /// Pixels per metre of [`FRONT`].
-const SCALE: f64 = 12.0;
+pub const SCALE: f64 = 12.0;
 
 /// The channels of layers, pixel by pixel.
-struct Layers(crate::image_output::Exr);
+pub struct Layers(crate::image_output::Exr);
 
 impl Layers {
-    fn read(path: &Path) -> Layers {
+    pub fn read(path: &Path) -> Layers {
         Layers(read_exr(path))
     }
 
-    fn values(&self, name: &str) -> Vec<f64> {
+    pub fn values(&self, name: &str) -> Vec<f64> {
         channel(&self.0, name).into_iter().map(f64::from).collect()
     }
 
-    fn vectors(&self, name: &str, letters: &str) -> Vec<DVec3> {
+    pub fn vectors(&self, name: &str, letters: &str) -> Vec<DVec3> {
         let all: Vec<Vec<f64>> =
             letters.chars().map(|letter| self.values(&format!("{name}.{letter}"))).collect();
         (0..all[0].len()).map(|i| DVec3::from_array(std::array::from_fn(|k| all[k][i]))).collect()
@@ -37,14 +37,14 @@ impl Layers {
 }
 
 /// Renders EXR layers of `scene`.
-fn layers(at: &Path, scene: &str, aovs: &str, flags: &str) -> Layers {
+pub fn layers(at: &Path, scene: &str, aovs: &str, flags: &str) -> Layers {
     let (w, h) = SIZE;
     runs(at, &format!("render {scene} --size {w}x{h} -s 1 -q -o a.exr --aov {aovs} {flags}"));
     Layers::read(&at.join("a.exr"))
 }
 
 /// Pixels with a hit.
-fn hits(layers: &Layers) -> Vec<usize> {
+pub fn hits(layers: &Layers) -> Vec<usize> {
     let found: Vec<usize> =
         layers.values("mask.A").iter().enumerate().filter(|(_, v)| **v > 0.0).map(|(i, _)| i).collect();
     assert!(found.len() > 60, "{} hits", found.len());
@@ -52,7 +52,7 @@ fn hits(layers: &Layers) -> Vec<usize> {
 }
 
 /// The centre of a pixel, rows downward.
-fn centre(i: usize) -> DVec2 {
+pub fn centre(i: usize) -> DVec2 {
     DVec2::new((i % SIZE.0) as f64 + 0.5, (i / SIZE.0) as f64 + 0.5)
 }
 

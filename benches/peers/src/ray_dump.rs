@@ -153,7 +153,8 @@ impl Columns {
         let source = |&i: &usize| {
             ids.get(&self.source[i]).map_or(HitId::NONE, |&triangle| HitId { instance: 0, triangle })
         };
-        ShadowRayBatch { coherence, from, to, source: rows.iter().map(source).collect() }
+        let source = rows.iter().map(source).collect();
+        ShadowRayBatch { coherence, from, to, source, ..ShadowRayBatch::default() }
     }
 
     /// The order of squares of 4 × 4 pixels.

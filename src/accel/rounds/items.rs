@@ -28,6 +28,8 @@ pub(super) trait RoundItem: Copy + Send + Sync {
     fn id(&self) -> u32;
     /// The bounds of its axis, without its radius.
     fn bounds(&self) -> [Vec3; 2];
+    /// Returns true if both have the same axis.
+    fn is_at_place_of(&self, other: &Self) -> bool;
     /// Returns the t where a ray enters it.
     fn enter(&self, ray: &Ray64, size: &RoundSize) -> Option<f64>;
 }
@@ -76,6 +78,10 @@ impl RoundItem for PointItem {
         [self.p; 2]
     }
 
+    fn is_at_place_of(&self, other: &PointItem) -> bool {
+        self.p == other.p
+    }
+
     #[inline(always)]
     fn enter(&self, ray: &Ray64, size: &RoundSize) -> Option<f64> {
         let v = self.p.as_dvec3() - ray.o;
@@ -93,6 +99,10 @@ impl RoundItem for SegmentItem {
     #[inline(always)]
     fn bounds(&self) -> [Vec3; 2] {
         [self.a.min(self.b), self.a.max(self.b)]
+    }
+
+    fn is_at_place_of(&self, other: &SegmentItem) -> bool {
+        self.a == other.a && self.b == other.b
     }
 
     fn enter(&self, ray: &Ray64, size: &RoundSize) -> Option<f64> {

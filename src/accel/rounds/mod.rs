@@ -14,6 +14,7 @@ mod traverse;
 pub use size::{RoundSize, RoundSizes};
 
 use crate::ray_batch::{Coherence, HitBatch, HitFilter, RayBatch, ShadowRayBatch};
+use crate::traverse::traversal_stats::TraversalStats;
 use blinn_core::cancellation::{CancelToken, Cancelled};
 use blinn_core::geometry::{Hit, HitId};
 use blinn_core::simd::SimdLevel;
@@ -61,6 +62,15 @@ impl InstanceIds {
     }
 }
 
+impl InstanceIds {
+    /// Returns true if nothing is seen of one of two primitives that lie in the same place, whichever comes first: they belong to
+    /// the same opaque instance.
+    fn are_interchangeable(&self, a: u32, b: u32) -> bool {
+        let [(a, alpha_mode), (b, _)] = [a, b].map(|id| self.hit_id(id));
+        a.instance == b.instance && alpha_mode == AlphaMode::Opaque
+    }
+}
+
 impl Rounds {
     /// Builds the BVHs; `None` if nothing visible has points or lines.
     pub fn build(posed: &PosedScene, cancel: &CancelToken) -> Result<Option<Rounds>, Cancelled> {
@@ -93,7 +103,11 @@ impl Rounds {
             next = end;
         }
         let non_finite = u64::from(next) - (points.len() + lines.len()) as u64;
-        let (points, lines) = rayon::join(|| RoundBvh::build(points), || RoundBvh::build(lines));
+        let same = |a: u32, b: u32| ids.are_interchangeable(a, b);
+        let (points, lines) = rayon::join(
+            || RoundBvh::build(points, |a, b| same(a.id, b.id)),
+            || RoundBvh::build(lines, |a, b| same(a.id, b.id)),
+        );
         cancel.check()?;
         let point_spacing = items::spacing(points.items());
         Ok(Some(Rounds { points, lines, ids, point_spacing, non_finite, solid: RoundSizes::NONE }))
@@ -106,8 +120,19 @@ impl Rounds {
 
     /// Replaces hits by those of points and lines that come first.
     pub fn intersect(&self, simd: SimdLevel, rays: &RayBatch, filter: &dyn HitFilter, hits: &mut HitBatch) {
-        let sizes = if rays.rounds == RoundSizes::NONE { self.solid } else { rays.rounds };
-        self.find(simd, rays, sizes, false, filter, hits);
+        self.find(simd, rays, false, filter, hits, None);
+    }
+
+    /// Replaces hits as [`Rounds::intersect`] does, and adds what each ray visits to its statistics.
+    pub fn intersect_with_stats(
+        &self,
+        simd: SimdLevel,
+        rays: &RayBatch,
+        filter: &dyn HitFilter,
+        hits: &mut HitBatch,
+        stats: &mut [TraversalStats],
+    ) {
+        self.find(simd, rays, false, filter, hits, Some(stats));
     }
 
     /// Calls `occlude` with each shadow ray that a point or a line blocks. Blended ones block none.
@@ -118,7 +143,7 @@ impl Rounds {
         filter: &dyn HitFilter,
         mut occlude: impl FnMut(usize),
     ) {
-        if self.solid == RoundSizes::NONE {
+        if self.sizes(shadow_rays.rounds) == RoundSizes::NONE {
             return;
         }
         let to = |i: usize| match shadow_rays.coherence {
@@ -132,25 +157,31 @@ impl Rounds {
             directions: (0..shadow_rays.len()).map(to).collect(),
             source: shadow_rays.source.clone(),
             t_max,
+            rounds: shadow_rays.rounds,
             ..RayBatch::default()
         };
         let mut hits = vec![Hit::MISS; rays.len()];
-        self.find(simd, &rays, self.solid, true, filter, &mut hits);
+        self.find(simd, &rays, true, filter, &mut hits, None);
         hits.iter().enumerate().filter(|(_, hit)| !hit.is_miss()).for_each(|(i, _)| occlude(i));
     }
 
-    /// Replaces hits by those of points and lines of given sizes that come first.
+    /// Returns the sizes for rays that bring `own`.
+    fn sizes(&self, own: RoundSizes) -> RoundSizes {
+        if own == RoundSizes::NONE { self.solid } else { own }
+    }
+
+    /// Replaces hits by those of points and lines that come first.
     fn find(
         &self,
         simd: SimdLevel,
         rays: &RayBatch,
-        sizes: RoundSizes,
         skips_blended: bool,
         filter: &dyn HitFilter,
         hits: &mut HitBatch,
+        mut stats: Option<&mut [TraversalStats]>,
     ) {
         let ids = &self.ids;
-        let RoundSizes { points, lines } = sizes;
+        let RoundSizes { points, lines } = self.sizes(rays.rounds);
         if points.is_drawn() && !self.points.is_empty() {
             simd.run(IntersectRounds {
                 bvh: &self.points,
@@ -160,11 +191,21 @@ impl Rounds {
                 rays,
                 filter,
                 hits: &mut *hits,
+                stats: stats.as_deref_mut(),
             });
         }
         if lines.is_drawn() && !self.lines.is_empty() {
             let size = lines;
-            simd.run(IntersectRounds { bvh: &self.lines, ids, size, skips_blended, rays, filter, hits });
+            simd.run(IntersectRounds {
+                bvh: &self.lines,
+                ids,
+                size,
+                skips_blended,
+                rays,
+                filter,
+                hits,
+                stats,
+            });
         }
     }
 

@@ -52,9 +52,14 @@ pub(super) struct RoundBvh<T> {
 }
 
 impl<T: RoundItem> RoundBvh<T> {
-    /// Builds the BVH. It depends on the order of the items, but on no threads.
-    pub fn build(mut items: Vec<T>) -> RoundBvh<T> {
+    /// Builds the BVH. It depends on the order of the items, but on no threads. Of items of the same place that `is_same` says
+    /// no ray can tell apart, all but the first may be left out: a ray that hits one would have to visit them all.
+    pub fn build(mut items: Vec<T>, is_same: impl Fn(&T, &T) -> bool) -> RoundBvh<T> {
         sort(&mut items);
+        if remove_repeated(&mut items, is_same) {
+            items.shrink_to_fit();
+            sort(&mut items);
+        }
         let mut levels: Vec<Vec<RoundNode>> = Vec::new();
         if !items.is_empty() {
             let node = |items: &[T]| {
@@ -116,6 +121,19 @@ impl<T: RoundItem> RoundBvh<T> {
         let nodes: usize = self.levels.iter().map(Vec::len).sum();
         size_of_val(&self.items[..]) + nodes * size_of::<RoundNode>()
     }
+}
+
+/// Removes all but the first of neighbours in the same place. Returns true if it has removed some.
+fn remove_repeated<T: RoundItem>(items: &mut Vec<T>, is_same: impl Fn(&T, &T) -> bool) -> bool {
+    let count = items.len();
+    items.dedup_by(|next, kept| {
+        let repeats = next.is_at_place_of(kept) && is_same(next, kept);
+        if repeats && next.id() < kept.id() {
+            *kept = *next;
+        }
+        repeats
+    });
+    items.len() < count
 }
 
 fn bounds<T: RoundItem>(items: &[T]) -> [Vec3; 2] {

@@ -7,6 +7,7 @@ use super::items::{Ray64, RoundItem};
 use super::round_bvh::{RoundBvh, RoundNode, WIDTH};
 use super::size::RoundSize;
 use crate::ray_batch::{HitBatch, HitFilter, RayBatch};
+use crate::traverse::traversal_stats::TraversalStats;
 use blinn_core::geometry::{Hit, HitId};
 use blinn_core::simd::AutovecKernel;
 use blinn_scene::AlphaMode;
@@ -24,11 +25,13 @@ pub(super) struct IntersectRounds<'a, T> {
     pub rays: &'a RayBatch,
     pub filter: &'a dyn HitFilter,
     pub hits: &'a mut HitBatch,
+    /// Receives the nodes and leaves that each ray visits.
+    pub stats: Option<&'a mut [TraversalStats]>,
 }
 
 impl<T: RoundItem> AutovecKernel for IntersectRounds<'_, T> {
     #[inline(always)]
-    fn run(self) {
+    fn run(mut self) {
         let mut stack = Vec::new();
         for i in 0..self.rays.len() {
             let (o, d) = (self.rays.origins[i], self.rays.directions[i]);
@@ -44,9 +47,13 @@ impl<T: RoundItem> AutovecKernel for IntersectRounds<'_, T> {
                 after: self.rays.after(i),
                 t_max: self.rays.t_max,
                 hit: self.hits[i],
+                visits: TraversalStats::default(),
             };
             search.run(&mut stack);
             self.hits[i] = search.hit;
+            if let Some(stats) = &mut self.stats {
+                stats[i].add(search.visits);
+            }
         }
     }
 }
@@ -74,6 +81,7 @@ struct Search<'a, T> {
     after: Hit,
     t_max: f32,
     hit: Hit,
+    visits: TraversalStats,
 }
 
 impl<T: RoundItem> Search<'_, T> {
@@ -95,6 +103,7 @@ impl<T: RoundItem> Search<'_, T> {
                 self.leaf(index as usize, &ray);
                 continue;
             }
+            self.visits.nodes += 1;
             let nears = test.near(self.bvh.node(level as usize - 1, index as usize));
             let limit = self.hit.t.min(self.t_max);
             let first = stack.len();
@@ -116,7 +125,10 @@ impl<T: RoundItem> Search<'_, T> {
     /// Intersects the items of a leaf.
     #[inline(always)]
     fn leaf(&mut self, leaf: usize, ray: &Ray64) {
-        for item in self.bvh.leaf(leaf) {
+        let items = self.bvh.leaf(leaf);
+        self.visits.blocks += 1;
+        self.visits.triangles += items.len() as u32;
+        for item in items {
             let Some(t) = item.enter(ray, &self.size) else { continue };
             let t = t as f32;
             if !(t > 0.0 && t <= self.hit.t && t <= self.t_max && t >= self.after.t) {

@@ -29,10 +29,19 @@ use blinn_core::geometry::{EPSILON, Hit, HitId};
 pub struct TraversalStats {
     /// Inner nodes of all BVHs, each with up to eight boxes.
     pub nodes: u32,
-    /// Leaf blocks of up to four triangles.
+    /// Leaf blocks of up to four triangles, or of up to eight points or lines.
     pub blocks: u32,
-    /// Triangles of these blocks.
+    /// Triangles, points and lines of these blocks.
     pub triangles: u32,
+}
+
+impl TraversalStats {
+    /// Adds the visits of another traversal by the same ray.
+    pub(crate) fn add(&mut self, other: TraversalStats) {
+        self.nodes += other.nodes;
+        self.blocks += other.blocks;
+        self.triangles += other.triangles;
+    }
 }
 
 /// Returns the closest hit of each ray with the statistics of its traversal.

@@ -142,6 +142,8 @@ class Scene:
         directions: npt.NDArray[np.float64],
         *,
         cull_back_faces: bool = False,
+        point_size: str = "auto",
+        line_width: str = "auto",
     ) -> dict[str, Any]: ...
     def occluded(
         self,
@@ -149,4 +151,6 @@ class Scene:
         to_points: npt.NDArray[np.float64],
         *,
         sources: tuple[npt.NDArray[np.int32], npt.NDArray[np.int32]] | None = None,
+        point_size: str = "off",
+        line_width: str = "off",
     ) -> npt.NDArray[np.bool_]: ...

@@ -33,12 +33,19 @@ class Hits(NamedTuple):
     instance: npt.NDArray[np.int32]
     """Indices of the mesh instances, shape (n,)."""
     triangle: npt.NDArray[np.int32]
-    """Indices of the triangles in their meshes, shape (n,)."""
+    """Indices of the triangles, points or lines in their meshes, shape (n,)."""
     barycentrics: npt.NDArray[np.float32]
-    """Weights of the triangles' corners, shape (n, 3)."""
+    """Weights of the triangles' corners, shape (n, 3). For lines, those of the two ends and 0."""
     points: npt.NDArray[np.float64]
     """The points that are hit, shape (n, 3), metres; NaN for misses. They lie just in front of their triangles, on the
     side of the ray: rays that start there do not hit their own triangle, and `occluded` takes them."""
+    kind: npt.NDArray[np.uint8]
+    """What is hit, shape (n,): `MISS`, `TRIANGLE`, `POINT` or `LINE`, which are 0 to 3."""
+
+    MISS = 0
+    TRIANGLE = 1
+    POINT = 2
+    LINE = 3
 
 
 class SceneSource(NamedTuple):
@@ -294,11 +301,19 @@ class Scene:
         return self._scene.render_many(list(cameras), size, samples, _names(layers), callback, **options)
 
     def intersect(
-        self, origins: npt.ArrayLike, directions: npt.ArrayLike, *, cull_back_faces: bool = False
+        self,
+        origins: npt.ArrayLike,
+        directions: npt.ArrayLike,
+        *,
+        cull_back_faces: bool = False,
+        point_size: float | str = "auto",
+        line_width: float | str = "auto",
     ) -> Hits:
         """Find the closest hits of rays.
 
         ``origins`` and ``directions`` have shape (n, 3). Directions may have any length; t counts in it.
+        ``point_size`` and ``line_width`` are the diameter of points and the width of lines in metres, or "off".
+        "auto" makes points as large as closes the gaps of their cloud; lines without a width are not hit.
 
         >>> triangle = Scene.from_arrays([[0, 0, 0], [1, 0, 0], [0, 1, 0]], [[0, 1, 2]])
         >>> hits = triangle.intersect([[0.25, 0.25, 2], [5, 5, 2]], [[0, 0, -1], [0, 0, -1]])
@@ -306,18 +321,28 @@ class Scene:
         ([2.0, inf], [0, -1], [0.5, 0.25, 0.25])
         """
         hits = self._scene.intersect(
-            np.asarray(origins, np.float64), np.asarray(directions, np.float64), cull_back_faces=cull_back_faces
+            np.asarray(origins, np.float64),
+            np.asarray(directions, np.float64),
+            cull_back_faces=cull_back_faces,
+            point_size=str(point_size),
+            line_width=str(line_width),
         )
         return Hits(**hits)
 
     def occluded(
-        self, from_points: npt.ArrayLike, to_points: npt.ArrayLike, *, from_hits: Hits | None = None
+        self,
+        from_points: npt.ArrayLike,
+        to_points: npt.ArrayLike,
+        *,
+        from_hits: Hits | None = None,
+        point_size: float | str = "off",
+        line_width: float | str = "off",
     ) -> npt.NDArray[np.bool_]:
         """Find whether something blocks the way between two points, for each row of arrays of shape (n, 3).
 
         The points themselves may lie on surfaces: what is nearer to an end than the rounding of single precision does
         not count. ``from_hits`` are the hits that the ways start at, whose triangles do not block them.
-        Translucent surfaces block nothing.
+        Translucent surfaces block nothing. Points and lines block with ``point_size`` and ``line_width`` in metres.
 
         >>> triangle = Scene.from_arrays([[0, 0, 0], [1, 0, 0], [0, 1, 0]], [[0, 1, 2]])
         >>> hits = triangle.intersect([[0.25, 0.25, 2]], [[0, 0, -1]])
@@ -326,7 +351,11 @@ class Scene:
         """
         sources = None if from_hits is None else (from_hits.instance, from_hits.triangle)
         return self._scene.occluded(
-            np.asarray(from_points, np.float64), np.asarray(to_points, np.float64), sources=sources
+            np.asarray(from_points, np.float64),
+            np.asarray(to_points, np.float64),
+            sources=sources,
+            point_size=str(point_size),
+            line_width=str(line_width),
         )
 
     def __repr__(self) -> str:

@@ -53,7 +53,7 @@ pub enum Aov {
     FlowBackward,
     /// Barycentric coordinates of the triangle's three corners.
     Barycentric,
-    /// Number of the triangle in its object, from 1; 0 without a hit. An id with all bits: see [`Aov::id`].
+    /// Number of the triangle, point or line in its object, from 1; 0 without a hit. An id with all bits: see [`Aov::id`].
     TriangleId,
     /// Light of light sources and glowing surfaces that matte surfaces reflect.
     DiffuseDirect,
@@ -141,7 +141,7 @@ impl Aov {
             Aov::Uv => "UV",
             Aov::Mask => "A",
             Aov::ObjectId | Aov::MaterialId | Aov::TriangleId => "I",
-            // Nodes and blocks of triangles.
+            // Nodes and leaf blocks.
             Aov::Steps => "NB",
             // V is the visibility.
             Aov::FlowForward | Aov::FlowBackward => "XYV",
@@ -269,7 +269,7 @@ impl Aov {
             Aov::Barycentric => out.extend(surface.ctx.coords.b),
             Aov::TriangleId => {
                 let HitId { instance, triangle } = surface.id;
-                let number = spaces.map_or(triangle, |spaces| spaces.triangle_in_object(instance, triangle));
+                let number = spaces.map_or(triangle, |spaces| spaces.primitive_in_object(instance, triangle));
                 out.push(f32::from_bits(number.saturating_add(1)));
             }
             // Handled above, because it needs no surface.

@@ -1,7 +1,8 @@
 //! Optical flow: where the points of a picture are in the frames before and after, and whether those see them.
 //!
 //! A point keeps its triangle and its barycentric coordinates while the scene moves. Its positions in both frames are
-//! computed alike, so that the flow of what stands still is exactly 0.
+//! computed alike, so that the flow of what stands still is exactly 0. The surfaces of points and lines move with the nearest
+//! point of their axes.
 
 use glam::DVec2;
 
@@ -64,13 +65,19 @@ fn flow_to(
         flow[index] = [step.x, step.y, 0.0];
         // Where the point is, counted from the centre of its pixel.
         let film = DVec2::new(first.sample.x, first.sample.y) + (to - from);
-        if film.cmpge(DVec2::ZERO).all() && film.cmple(DVec2::ONE).all() {
+        if !(film.cmpge(DVec2::ZERO).all() && film.cmple(DVec2::ONE).all()) {
+            continue;
+        }
+        let target = SurfaceTarget { id: surface.id, front: surface.front, p, film: to };
+        indices.push(index);
+        targets.push(target);
+        // A sphere whose centre is covered by its neighbours sticks out elsewhere.
+        if frame.posed.mesh(surface.id.instance).has_rounds() {
             indices.push(index);
-            targets.push(SurfaceTarget { id: surface.id, front: surface.front, p, film: to });
+            targets.push(SurfaceTarget { film, ..target });
         }
     }
-    for (index, is_visible) in indices.into_iter().zip(sees(other, &targets, scratch)) {
-        flow[index][2] = if is_visible { 1.0 } else { 0.0 };
-    }
+    let visible = indices.into_iter().zip(sees(other, &targets, scratch));
+    visible.filter(|(_, is_visible)| *is_visible).for_each(|(index, _)| flow[index][2] = 1.0);
     flow
 }

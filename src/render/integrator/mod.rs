@@ -75,6 +75,7 @@ pub use phong::{Phong, Stage};
 pub use sample::Sample;
 pub use sampler::{LowDiscrepancySampler, Sampler};
 pub use scratch::Scratch;
+pub use surface::round_hit::nearest_on_axis;
 pub use surface::surface_point::SurfacePoint;
 pub use surface::triangle_plane::barycentrics;
 pub use visibility::{SurfaceTarget, sees};

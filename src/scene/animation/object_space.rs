@@ -13,7 +13,7 @@ use blinn_core::geometry::Aabb;
 /// which the node has no effect.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct ObjectSpace {
-    /// Bounds of the rest shape; empty without triangles.
+    /// Bounds of the rest shape; empty without triangles, points and lines.
     pub bounds: Aabb,
     /// Factors from the vertex positions of the object's meshes to this space.
     pub scale: DVec3,
@@ -38,8 +38,8 @@ impl ObjectSpace {
 #[derive(Clone, Debug)]
 pub struct ObjectSpaces {
     objects: Vec<ObjectSpace>,
-    /// For each instance, the number of triangles of the instances before it in its object.
-    first_triangle: Vec<u32>,
+    /// For each instance, the number of triangles, points and lines of the instances before it in its object.
+    first_primitive: Vec<u32>,
 }
 
 impl ObjectSpaces {
@@ -49,12 +49,12 @@ impl ObjectSpaces {
         let bounds: Vec<Aabb> = scene.meshes.iter().map(rest_bounds).collect();
         let mut objects: Vec<Option<ObjectSpace>> = vec![None; scene.objects.len()];
         let mut counts = vec![0u32; scene.objects.len()];
-        let mut first_triangle = Vec::with_capacity(scene.instances.len());
+        let mut first_primitive = Vec::with_capacity(scene.instances.len());
         for instance in &scene.instances {
             let object = object_index(instance);
             let mesh = &scene.meshes[instance.mesh as usize];
             let (Some(space), Some(count)) = (objects.get_mut(object), counts.get_mut(object)) else {
-                first_triangle.push(0);
+                first_primitive.push(0);
                 continue;
             };
             let space = space.get_or_insert_with(|| start(instance, mesh, &rest));
@@ -63,12 +63,12 @@ impl ObjectSpaces {
                 space.bounds.extend(mesh_bounds.min * space.scale);
                 space.bounds.extend(mesh_bounds.max * space.scale);
             }
-            first_triangle.push(*count);
-            *count = count.saturating_add(u32::try_from(mesh.triangles.len()).unwrap_or(u32::MAX));
+            first_primitive.push(*count);
+            *count = count.saturating_add(u32::try_from(mesh.primitive_count()).unwrap_or(u32::MAX));
         }
         let empty = ObjectSpace { bounds: Aabb::EMPTY, scale: DVec3::ONE };
         let objects = objects.into_iter().map(|space| space.unwrap_or(empty)).collect();
-        ObjectSpaces { objects, first_triangle }
+        ObjectSpaces { objects, first_primitive }
     }
 
     /// Returns the space of an object, which is counted from 1; `None` if there is no such object.
@@ -76,10 +76,10 @@ impl ObjectSpaces {
         self.objects.get((object as usize).wrapping_sub(1))
     }
 
-    /// Returns the number of a triangle of an instance in its object, from 0: the triangles of all meshes of the object
-    /// are counted in the order of the file.
-    pub fn triangle_in_object(&self, instance: u32, triangle: u32) -> u32 {
-        self.first_triangle.get(instance as usize).copied().unwrap_or(0).saturating_add(triangle)
+    /// Returns the number of a triangle, point or line of an instance in its object, from 0: those of all meshes of the
+    /// object are counted in the order of the file.
+    pub fn primitive_in_object(&self, instance: u32, primitive: u32) -> u32 {
+        self.first_primitive.get(instance as usize).copied().unwrap_or(0).saturating_add(primitive)
     }
 }
 
@@ -112,11 +112,15 @@ fn axis_scale(m: &DMat3) -> DVec3 {
     DVec3::new(mirror * length(m.x_axis), length(m.y_axis), length(m.z_axis))
 }
 
-/// Bounds of the vertices that triangles use, in the rest pose.
+/// Bounds of the vertices that triangles, points and lines use, in the rest pose.
 fn rest_bounds(mesh: &Mesh) -> Aabb {
     let mut bounds = Aabb::EMPTY;
-    for &corner in mesh.triangles.as_flattened() {
+    let corners = mesh.triangles.as_flattened().iter().chain(mesh.lines().as_flattened());
+    for &corner in corners {
         bounds.extend(mesh.positions[corner as usize].as_dvec3());
     }
+    // Each vertex is a point. Those that are not finite are not drawn.
+    let points = mesh.positions.iter().take(mesh.point_count()).filter(|p| p.is_finite());
+    points.for_each(|p| bounds.extend(p.as_dvec3()));
     bounds
 }

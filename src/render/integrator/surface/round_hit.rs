@@ -10,7 +10,7 @@ use blinn_scene::Mesh;
 
 /// Returns the barycentrics and the offset from the axis of `p` at a point or line, whose corners are those of
 /// [`Mesh::corners`].
-pub(crate) fn nearest_on_axis([a, b, _]: [DVec3; 3], p: DVec3) -> ([f32; 3], DVec3) {
+pub fn nearest_on_axis([a, b, _]: [DVec3; 3], p: DVec3) -> ([f32; 3], DVec3) {
     let e = b - a;
     let s = ((p - a).dot(e) / e.length_squared()).clamp(0.0, 1.0);
     // A point, or a line without length.
