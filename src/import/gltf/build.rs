@@ -65,7 +65,7 @@ pub(super) fn scene(
     let mesh_ids = add_meshes(&mut scene, meshes?, &primitives, &materials);
     let material_ids = materials.by_index;
     scene.materials = materials.materials;
-    show_unlit(&mut scene);
+    let copies = show_unlit(&mut scene);
     scene.images = materials.textures.images;
     scene.textures = materials.textures.textures;
     scene.environment = extras.world(doc, options.up.unwrap_or_default(), warnings)?;
@@ -86,6 +86,7 @@ pub(super) fn scene(
         environment: image_based,
     };
     scene.animations = animation::read(doc, &ids, warnings)?;
+    copies.animate(&mut scene.animations);
     if is_blender {
         blender::restore(&mut scene);
         light_temperature::restore(&mut scene, warnings);
