@@ -52,14 +52,18 @@ pub(super) fn select_edges(
         }
         let meshes: Vec<u32> = instances.iter().map(|&i| posed.scene.instances[i as usize].mesh).collect();
         let topology = cache.get(posed.scene, &meshes);
-        let object = ObjectEdges {
+        let mut object = ObjectEdges {
             posed,
             topology: &topology,
             instances: &instances,
             projector: &projector,
             kinds: style.kinds,
             least_cos,
+            normals: Vec::new(),
         };
+        if style.kinds.feature && !style.kinds.all {
+            object.normals = object.face_normals(&meshes);
+        }
         let select = |task: usize| {
             let range = task * EDGES_PER_TASK..((task + 1) * EDGES_PER_TASK).min(topology.edges.len());
             range.filter_map(|edge| Some((edge, object.select(edge)?))).collect::<Vec<_>>()
@@ -116,6 +120,8 @@ struct ObjectEdges<'a> {
     kinds: EdgeKinds,
     /// Cosine of the angle above which an edge is sharp.
     least_cos: f64,
+    /// The normal of each triangle, of any length. Empty unless sharp edges are drawn: three edges share a triangle.
+    normals: Vec<DVec3>,
 }
 
 impl ObjectEdges<'_> {
@@ -161,8 +167,7 @@ impl ObjectEdges<'_> {
             OtherSide::None => true,
             OtherSide::Many => true,
             OtherSide::Triangle { triangle, is_turned } => {
-                let (_, n) = self.plane(edge.triangle);
-                let (_, m) = self.plane(triangle);
+                let [n, m] = [edge.triangle, triangle].map(|triangle| self.normals[triangle as usize]);
                 let cos = n.dot(m) / (n.length_squared() * m.length_squared()).sqrt();
                 // Triangles without area have no normal: false for NaN.
                 (if is_turned { -cos } else { cos }) < self.least_cos
@@ -187,8 +192,18 @@ impl ObjectEdges<'_> {
 
     /// Returns a corner of a triangle, and its normal of any length.
     fn plane(&self, triangle: u32) -> (DVec3, DVec3) {
-        let [a, b, c] = self.posed.world_triangle(self.hit_id(triangle)).map(|p| p.as_dvec3());
-        (a, (b - a).cross(c - a))
+        plane(self.posed, self.hit_id(triangle))
+    }
+
+    /// Returns the normals of the triangles of all `meshes`, which are those of the instances.
+    fn face_normals(&self, meshes: &[u32]) -> Vec<DVec3> {
+        let mut normals = Vec::new();
+        for (&instance, &mesh) in self.instances.iter().zip(meshes) {
+            let count = self.posed.scene.meshes[mesh as usize].triangles.len() as u32;
+            let normal = |triangle: u32| plane(self.posed, HitId { instance, triangle }).1;
+            normals.par_extend((0..count).into_par_iter().map(normal));
+        }
+        normals
     }
 
     fn hit_id(&self, triangle: u32) -> HitId {
@@ -202,4 +217,10 @@ impl ObjectEdges<'_> {
         let p = self.posed.positions(instance)[vertex as usize];
         self.posed.instances[instance as usize].transform.point(p).as_dvec3()
     }
+}
+
+/// Returns a corner of a triangle, and its normal of any length.
+fn plane(posed: &PosedScene, id: HitId) -> (DVec3, DVec3) {
+    let [a, b, c] = posed.world_triangle(id).map(|p| p.as_dvec3());
+    (a, (b - a).cross(c - a))
 }

@@ -89,12 +89,24 @@ impl EdgeMark {
     }
 }
 
+/// Set in a [`HalfEdge`] whose triangle runs from its higher to its lower vertex.
+const RUNS_DOWN: u32 = 1 << 31;
+
 /// A triangle at the lower of an edge's vertices.
 #[derive(Clone, Copy)]
 struct HalfEdge {
     /// The other vertex.
     to: u32,
-    triangle: u32,
+    /// The triangle's third vertex.
+    apex: u32,
+    /// The triangle, and [`RUNS_DOWN`].
+    run: u32,
+}
+
+impl HalfEdge {
+    fn triangle(&self) -> u32 {
+        self.run & !RUNS_DOWN
+    }
 }
 
 impl MeshEdges {
@@ -113,32 +125,21 @@ impl MeshEdges {
         }
         let numbering = MeshEdges { starts, ..MeshEdges::default() };
         let welded = weld(meshes);
-        let corners = |triangle: u32| {
-            let (mesh, local) = numbering.triangle(triangle);
-            let first = numbering.starts[mesh][0];
-            meshes[mesh].triangles[local as usize].map(|corner| welded[(first + corner) as usize])
-        };
-        let [_, triangles] = numbering.starts[meshes.len()];
         // Half-edges by their lower vertex.
         let mut ends = vec![0u32; welded.len() + 1];
-        for triangle in 0..triangles {
-            for [a, b] in sides(corners(triangle)) {
-                ends[a.min(b) as usize + 1] += 1;
-            }
-        }
+        numbering.for_each_side(meshes, &welded, |_, [a, b, _]| ends[a.min(b) as usize + 1] += 1);
         for v in 1..ends.len() {
             ends[v] += ends[v - 1];
         }
-        let firsts = ends.clone();
-        let mut half_edges = vec![HalfEdge { to: 0, triangle: 0 }; ends[welded.len()] as usize];
+        let firsts = ends;
+        let mut half_edges = vec![HalfEdge { to: 0, apex: 0, run: 0 }; firsts[welded.len()] as usize];
         let mut next = firsts.clone();
-        for triangle in 0..triangles {
-            for [a, b] in sides(corners(triangle)) {
-                let at = &mut next[a.min(b) as usize];
-                half_edges[*at as usize] = HalfEdge { to: a.max(b), triangle };
-                *at += 1;
-            }
-        }
+        numbering.for_each_side(meshes, &welded, |triangle, [a, b, apex]| {
+            let at = &mut next[a.min(b) as usize];
+            let run = triangle | if a < b { 0 } else { RUNS_DOWN };
+            half_edges[*at as usize] = HalfEdge { to: a.max(b), apex, run };
+            *at += 1;
+        });
         drop(next);
         let vertices: Vec<usize> = (0..welded.len()).step_by(VERTICES_PER_TASK).collect();
         let edges_from = |&start: &usize| {
@@ -147,9 +148,9 @@ impl MeshEdges {
             for v in start..(start + VERTICES_PER_TASK).min(welded.len()) {
                 own.clear();
                 own.extend_from_slice(&half_edges[firsts[v] as usize..firsts[v + 1] as usize]);
-                own.sort_unstable_by_key(|half| (half.to, half.triangle));
+                own.sort_unstable_by_key(|half| (half.to, half.triangle()));
                 for beside in own.chunk_by(|a, b| a.to == b.to) {
-                    out.push(edge([v as u32, beside[0].to], beside, &corners));
+                    out.push(edge([v as u32, beside[0].to], beside));
                 }
             }
             out
@@ -160,6 +161,19 @@ impl MeshEdges {
             out.add_marks(meshes, &welded);
         }
         out
+    }
+
+    /// Calls `add` with each triangle, and the two ends of each of its sides and the third vertex.
+    fn for_each_side(&self, meshes: &[&Mesh], welded: &[u32], mut add: impl FnMut(u32, [u32; 3])) {
+        for (mesh, [first_vertex, first_triangle]) in meshes.iter().zip(&self.starts) {
+            for (triangle, corners) in (*first_triangle..).zip(&mesh.triangles) {
+                let [a, b, c] = corners.map(|corner| welded[(first_vertex + corner) as usize]);
+                // A triangle with a vertex twice has no area.
+                if a != b && b != c && c != a {
+                    [[a, b, c], [b, c, a], [c, a, b]].into_iter().for_each(|side| add(triangle, side));
+                }
+            }
+        }
     }
 
     /// Adds what files say of the edges. An edge between two triangles is what the one says that shows more.
@@ -198,29 +212,29 @@ fn sides([a, b, c]: [u32; 3]) -> impl Iterator<Item = [u32; 2]> {
 }
 
 /// Makes an edge of the triangles beside it. Of several with the same corners, as files write doubled faces, one counts.
-fn edge(ends: [u32; 2], beside: &[HalfEdge], corners: &impl Fn(u32) -> [u32; 3]) -> MeshEdge {
-    let first = beside[0].triangle;
-    let apex = |triangle: u32| corners(triangle).into_iter().find(|corner| !ends.contains(corner));
-    let mut other = NONE;
-    if beside.len() > 1 {
-        let first_apex = apex(first);
-        let mut other_apex = None;
-        for half in &beside[1..] {
-            let own = apex(half.triangle);
-            if own == first_apex || own == other_apex {
-                continue;
-            }
-            if other != NONE {
-                other = MANY;
-                break;
-            }
-            let runs = |triangle: u32| sides(corners(triangle)).any(|side| side == ends);
-            let is_turned = runs(first) == runs(half.triangle);
-            other = half.triangle | if is_turned { IS_TURNED } else { 0 };
-            other_apex = own;
+fn edge(ends: [u32; 2], beside: &[HalfEdge]) -> MeshEdge {
+    let first = beside[0];
+    let mut other: Option<HalfEdge> = None;
+    let mut has_many = false;
+    for half in &beside[1..] {
+        if half.apex == first.apex || other.is_some_and(|other| other.apex == half.apex) {
+            continue;
         }
+        if other.is_some() {
+            has_many = true;
+            break;
+        }
+        other = Some(*half);
     }
-    MeshEdge { ends, triangle: first, other }
+    let other = match other {
+        _ if has_many => MANY,
+        None => NONE,
+        Some(half) => {
+            let is_turned = (first.run ^ half.run) & RUNS_DOWN == 0;
+            half.triangle() | if is_turned { IS_TURNED } else { 0 }
+        }
+    };
+    MeshEdge { ends, triangle: first.triangle(), other }
 }
 
 /// Returns for each vertex the first one with the same position.
