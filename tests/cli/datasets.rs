@@ -133,6 +133,45 @@ fn depths_lie_on_the_mesh() {
     }
 }
 
+/// Depths of points of a pixel are half a pixel from their centres.
+#[test]
+fn depths_of_a_cloud_agree_with_its_points() {
+    let (_dir, at) = folder();
+    // The golden angle spreads points evenly over a sphere.
+    let cloud: Vec<DVec3> = (0..400)
+        .map(|i| {
+            let (y, angle) = (1.0 - (2.0 * f64::from(i) + 1.0) / 400.0, 2.399_963 * f64::from(i));
+            let r = (1.0 - y * y).sqrt();
+            DVec3::new(r * angle.cos(), y, 0.5 * r * angle.sin())
+        })
+        .collect();
+    let lines: String = cloud.iter().map(|p| format!("v {} {} {}\n", p.x, p.y, p.z)).collect();
+    let indices: String = (1..=cloud.len()).map(|i| format!("p {i}\n")).collect();
+    fs::write(at.join("cloud.obj"), lines + &indices).unwrap();
+    for (size, pixels) in [("1px", 1.0), ("3px", 3.0)] {
+        let flags = format!("--size 96x72 -s 1 --aov depth --point-size {size}");
+        runs(&at, &format!("turntable cloud.obj --views 3 {flags} -q -o ds/#.exr"));
+        let all = transforms(&at.join("ds"));
+        let mut hits = 0;
+        for frame in all["frames"].as_array().unwrap() {
+            let image =
+                crate::image_output::read_exr(&at.join("ds").join(frame["file_path"].as_str().unwrap()));
+            let depths = crate::image_output::channel(&image, "depth.Z");
+            let to_world = matrix(frame);
+            for (k, depth) in (0..).zip(depths).filter(|(_, depth)| depth.is_finite()) {
+                let depth = f64::from(depth);
+                let p = from_z_up(point(&all, &to_world, k % 96, k / 96, depth));
+                let off = cloud.iter().map(|q| q.distance(p)).fold(f64::INFINITY, f64::min);
+                // The radius is that at the centre, which is a little farther away than the surface.
+                let radius = 0.5 * pixels * depth / number(&all["fl_x"]);
+                assert!(off < 1.05 * radius, "{size}: {off} {radius}");
+                hits += 1;
+            }
+        }
+        assert!(hits > 200, "{size}: {hits}");
+    }
+}
+
 /// The distance of a point on the box from its nearest edge.
 fn side_distance(p: DVec3) -> f64 {
     let mut to_sides = [p - LOW, HIGH - p].map(|d| d.abs().to_array()).concat();

@@ -7,7 +7,7 @@ use crate::common::program::{blinn_args, folder, model, refused, runs};
 
 /// Renders. Returns the path of the picture.
 #[track_caller]
-fn rendered(folder: &Path, scene: &str, out: &str, flags: &str) -> PathBuf {
+pub fn rendered(folder: &Path, scene: &str, out: &str, flags: &str) -> PathBuf {
     let mut args = vec!["render", scene, "-o", out, "-q"];
     args.extend(flags.split_whitespace());
     let output = blinn_args(folder, &args);
@@ -104,7 +104,7 @@ pub fn channel(image: &Exr, name: &str) -> Vec<f32> {
 }
 
 /// The text of an attribute.
-fn text(image: &Exr, name: &str) -> String {
+pub fn text(image: &Exr, name: &str) -> String {
     let found = image.layer_data[0].attributes.other.iter().find(|(key, _)| *key == name);
     match found {
         Some((_, exr::prelude::AttributeValue::Text(t))) => t.to_string(),
@@ -117,7 +117,7 @@ const CRYPTOMATTE: [(&str, &str, &str); 2] =
     [("crypto_object", "f834d0a", "object-id.I"), ("crypto_material", "", "material-id.I")];
 
 /// Ids and coverages of each pixel, largest first.
-fn ranks(image: &Exr, layer: &str, pixels: usize) -> Vec<Vec<(u32, f32)>> {
+pub fn ranks(image: &Exr, layer: &str, pixels: usize) -> Vec<Vec<(u32, f32)>> {
     let mut all = vec![Vec::new(); pixels];
     for i in 0..6 {
         let letters = if i % 2 == 0 { ["R", "G"] } else { ["B", "A"] };

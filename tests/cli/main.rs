@@ -24,6 +24,7 @@
 //! - `library`: the same pictures from the library
 //! - `light_sources`: glowing surfaces as lights, and remarks on lights that cannot be seen
 //! - `lighting`: exposure, light radius, ambient occlusion, ground and environment maps from flags
+//! - `points`: points and lines: layers, animation, instances, sizes and bad input
 //! - `process_limits`: threads, file sizes and memory that the system does not grant
 //! - `render`: flags of `blinn render`, and the pictures that they change
 //! - `resume`: `--resume` after changes, crashes and kills
@@ -66,6 +67,7 @@ mod layers;
 mod library;
 mod light_sources;
 mod lighting;
+mod points;
 mod polygon_files;
 mod process_limits;
 mod render;
