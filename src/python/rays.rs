@@ -77,33 +77,28 @@ fn read_rows(rows: &ArrayView2<f64>, centre: DVec3) -> Vec<Vec3> {
     (0..rows.nrows()).into_par_iter().with_min_len(TASK_RAYS).map(row).collect()
 }
 
-/// The sizes in which rays meet points and lines, as options of Python: see [`ray_sizes`].
-#[derive(Clone, Copy, Debug)]
-pub struct SizeOptions<'a> {
-    pub point_size: &'a str,
-    pub line_width: &'a str,
-}
-
-impl SizeOptions<'_> {
-    fn read(self, accel: &Accel) -> Result<RoundSizes> {
-        ray_sizes(self.point_size, self.line_width, accel).map_err(|message| anyhow!(message))
-    }
+/// Reads the sizes in which rays meet points and lines: see [`ray_sizes`].
+///
+/// # Errors
+/// A size is wrong.
+pub fn sizes(frame: &PosedFrame, point_size: &str, line_width: &str) -> Result<RoundSizes, String> {
+    let accel = accel(frame).map_err(|error| error.to_string())?;
+    ray_sizes(point_size, line_width, accel)
 }
 
 /// Finds the closest hits of rays. Rays that are not finite or have no direction miss.
 ///
 /// # Errors
-/// The scene has no acceleration structure, or a size is wrong.
+/// The scene has no acceleration structure.
 pub fn intersect(
     frame: &PosedFrame,
     origins: &ArrayView2<f64>,
     directions: &ArrayView2<f64>,
     cull_back_faces: bool,
-    sizes: SizeOptions<'_>,
+    rounds: RoundSizes,
 ) -> Result<RayHits> {
     let PosedFrame { posed, .. } = frame;
     let accel = accel(frame)?;
-    let rounds = sizes.read(accel)?;
     let (origins, directions) = (read_rows(origins, posed.centre), read_rows(directions, DVec3::ZERO));
     let trace = |order: &[u32]| {
         let mut rays = RayBatch { cull_back_faces, rounds, ..Default::default() };
@@ -202,17 +197,16 @@ fn clear_ends(from: Vec3, to: Vec3, scene_size: f32) -> (Vec3, Vec3) {
 /// block them.
 ///
 /// # Errors
-/// The scene has no acceleration structure, or a size is wrong.
+/// The scene has no acceleration structure.
 pub fn occluded(
     frame: &PosedFrame,
     from: &ArrayView2<f64>,
     to: &ArrayView2<f64>,
     sources: Option<&[HitId]>,
-    sizes: SizeOptions<'_>,
+    rounds: RoundSizes,
 ) -> Result<Vec<bool>> {
     let PosedFrame { posed, .. } = frame;
     let accel = accel(frame)?;
-    let rounds = sizes.read(accel)?;
     let (mut from, mut to) = (read_rows(from, posed.centre), read_rows(to, posed.centre));
     let bounds = posed.centred_bounds();
     let scene_size = bounds.min.abs().max(bounds.max.abs()).max_element() as f32;

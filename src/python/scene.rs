@@ -20,7 +20,7 @@ use super::picture::PyPicture;
 use super::pictures::PyPictures;
 use super::pool;
 use super::posed::PosedCell;
-use super::rays::{self, SizeOptions};
+use super::rays;
 use super::render_job::RenderJob;
 use super::size::optional_size;
 use blinn_cli::embed::scene_properties;
@@ -278,7 +278,6 @@ impl PyScene {
 
     /// Find the closest hits of rays. See the package.
     #[pyo3(signature = (origins, directions, *, cull_back_faces = false, point_size = "auto", line_width = "auto"))]
-    #[expect(clippy::too_many_arguments, reason = "they are keywords in Python")]
     fn intersect<'py>(
         &self,
         py: Python<'py>,
@@ -292,7 +291,7 @@ impl PyScene {
         check_pairs("origins", origins.shape(), "directions", directions.shape())?;
         let pose_use = if cull_back_faces { PoseUse::TraceFrontFaces } else { PoseUse::Trace };
         let posed = self.posed(py, pose_use)?;
-        let sizes = SizeOptions { point_size, line_width };
+        let sizes = rays::sizes(posed.borrow_dependent(), point_size, line_width).map_err(value_error)?;
         let hits = pool::run(py, || {
             rays::intersect(posed.borrow_dependent(), &origins, &directions, cull_back_faces, sizes)
         })?;
@@ -337,7 +336,7 @@ impl PyScene {
         if sources.as_ref().is_some_and(|sources| sources.len() != from.nrows()) {
             return Err(value_error("from_points must be the points of from_hits, one for each hit"));
         }
-        let sizes = SizeOptions { point_size, line_width };
+        let sizes = rays::sizes(posed.borrow_dependent(), point_size, line_width).map_err(value_error)?;
         let occluded = pool::run(py, || {
             rays::occluded(posed.borrow_dependent(), &from, &to, sources.as_deref(), sizes)
         })?;

@@ -157,3 +157,38 @@ def test_back_faces_are_culled_whatever_the_material(quad: blinn.Scene) -> None:
     for scene in (quad, single):
         np.testing.assert_array_equal(scene.intersect(origins, directions, cull_back_faces=True).t, [np.inf, 2])
         np.testing.assert_array_equal(scene.intersect(origins, directions).t, [2, 2])
+
+
+def test_points_and_lines_are_hit() -> None:
+    obj = "".join(f"v {x} {y} 0\n" for y in range(3) for x in range(3)) + "p 1 2 3 4 5 6 7 8 9\nv 0 0 -2\nv 2 0 -2\nl 10 11\n"
+    scene = blinn.load(obj.encode(), name="cloud.obj")
+    origins = [[0.1, 0, 3], [1.0, 1, 3], [5, 5, 3], [0.45, 0.02, 3]]
+    directions = [[0, 0, -1]] * 4
+    hits = scene.intersect(origins, directions, point_size=0.5, line_width=0.2)
+    kinds = [blinn.Hits.POINT, blinn.Hits.POINT, blinn.Hits.MISS, blinn.Hits.LINE]
+    np.testing.assert_array_equal(hits.kind, kinds)
+    np.testing.assert_array_equal(hits.triangle, [0, 4, -1, 0])
+    np.testing.assert_allclose(hits.t[1], 2.75, rtol=1e-6)
+    np.testing.assert_allclose(hits.points[0], [0.1, 0, (0.25**2 - 0.1**2) ** 0.5], atol=1e-5)
+    np.testing.assert_allclose(hits.barycentrics[3], [0.775, 0.225, 0], atol=1e-5)
+    # By default points close the gaps of their cloud: a ray between four hits. Lines have no width.
+    kinds = scene.intersect([[0.5, 0.5, 3]], [[0, 0, -1]]).kind
+    np.testing.assert_array_equal(kinds, [blinn.Hits.POINT])
+    off = scene.intersect(origins, directions, point_size="off")
+    assert (off.kind == blinn.Hits.MISS).all()
+    with pytest.raises(ValueError, match="rays have no pixels"):
+        scene.intersect(origins, directions, point_size="3px")
+
+
+def test_points_occlude_with_a_size() -> None:
+    scene = blinn.load(b"v 0 0 0\nv 1 0 0\np 1 2\n", name="dots.obj")
+    ways = [[0.1, 0, 1]], [[0.1, 0, -1]]
+    assert not scene.occluded(*ways).any()
+    assert scene.occluded(*ways, point_size=0.5).all()
+    hits = scene.intersect([[0, 0, 3]], [[0, 0, -1]], point_size=0.5)
+    assert not scene.occluded(hits.points, [[0, 0, 9]], from_hits=hits, point_size=0.5).any()
+
+
+def test_triangles_have_their_kind(quad: blinn.Scene) -> None:
+    kinds = quad.intersect([[0.5, 0.25, 3], [2, 0, 3]], [[0, 0, -1], [0, 0, -1]]).kind
+    np.testing.assert_array_equal(kinds, [blinn.Hits.TRIANGLE, blinn.Hits.MISS])
