@@ -34,16 +34,19 @@ pub(crate) struct LightChoice {
 }
 
 impl LightChoice {
+    /// All lights shine on all points.
+    pub const ALL: LightChoice = LightChoice { factors: Vec::new(), blocks: 0 };
+
     /// Picks the lights of the points of a batch.
     pub fn new(frame: &Frame, batch: &ShadingBatch, states: PathStates, stream: SampleStream) -> LightChoice {
-        let mut choice = LightChoice { factors: Vec::new(), blocks: batch.points.len().div_ceil(LANES) };
         let lights = frame.lights.len() + frame.area_lights.len();
         let picks =
             |i: usize| states.secondary(batch.points[i].path).is_some_and(|ray| picks_lights(frame, ray));
         if lights <= MAX_LIGHTS || stream.wave == 0 || !(0..batch.points.len()).any(picks) {
-            return choice;
+            return LightChoice::ALL;
         }
-        choice.factors.resize(lights * choice.blocks, [1.0; LANES]);
+        let blocks = batch.points.len().div_ceil(LANES);
+        let mut choice = LightChoice { factors: vec![[1.0; LANES]; lights * blocks], blocks };
         let mut estimates = vec![[0.0; LANES]; lights];
         for first in (0..batch.points.len()).step_by(LANES) {
             let points = first..batch.points.len().min(first + LANES);

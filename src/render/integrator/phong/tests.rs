@@ -23,6 +23,8 @@ fn points_that_face_away_from_a_light_get_none_of_it_however_strong() {
         DirectLightKernel {
             points: &mut points,
             light: &light,
+            index: 0,
+            choice: &LightChoice::ALL,
             has_specular: false,
             has_shadow_catcher: false,
             separates_specular: false,
