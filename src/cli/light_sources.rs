@@ -6,12 +6,14 @@ use glam::{DVec3, Vec3};
 use serde_json::{Value, json};
 
 use blinn_core::geometry::{HitId, Rgb};
-use blinn_scene::{AreaLight, AreaLightShape, Light, LightKind, LightUnits, PosedAreaLight, PosedScene};
+use blinn_scene::{
+    AreaLight, AreaLightShape, Light, LightKind, LightProfile, LightUnits, PosedAreaLight, PosedScene,
+};
 
 /// Lists the lights of the file, at nodes that are shown or hidden.
 ///
-/// `watts` is the power of a white light: 4π · intensity for points and, as Blender counts them, spots; π · area · radiance
-/// for area lights. A sun has an irradiance, and no power.
+/// `watts` is the power of a white light: 4π · intensity for points and, as Blender counts them, spots; 4π · the mean
+/// intensity of photometric lights, whose `intensity` is that of the brightest direction; π · area · radiance for area lights. A sun has an irradiance, and no power.
 pub fn lights(posed: &PosedScene) -> Vec<Value> {
     let scene = posed.scene;
     let punctual = scene.lights.iter().map(|light| punctual_light(posed, light));
@@ -23,13 +25,15 @@ fn punctual_light(posed: &PosedScene, light: &Light) -> Value {
     let units = LightUnits::Auto.resolve(&posed.scene.source);
     let is_sun = light.kind == LightKind::Directional;
     // The factor gives the lecture's intensity, which has a factor of 1/π.
-    let watts = f64::from(light.intensity * units.factor(light.kind)) * 4.0 * PI * PI;
+    let intensity = posed.scene.peak_intensity(light);
+    let mean = posed.scene.light_profile(light).map_or(1.0, LightProfile::relative_mean);
+    let watts = f64::from(intensity * units.factor(light.kind) * mean) * 4.0 * PI * PI;
     json!({
         "name": light.name,
         "node": posed.scene.nodes[light.node as usize].name,
         "kind": light.kind.name(),
         "color": light.color.to_array(),
-        "intensity": light.intensity,
+        "intensity": intensity,
         "watts": (!is_sun).then_some(watts as f32),
         "position": (!is_sun).then(|| coordinates(node.translation)),
         "direction": (light.kind != LightKind::Point).then(|| direction(-node.matrix3.z_axis)),

@@ -24,6 +24,7 @@ mod file_settings;
 mod framing;
 mod ground;
 mod light;
+mod light_profile;
 mod light_units;
 mod lighting;
 mod material;
@@ -49,6 +50,8 @@ mod view;
 mod view_rect;
 mod view_sampling;
 
+use std::sync::Arc;
+
 pub use animation::animated_properties::{CameraProperty, LightProperty, MaterialProperty, TextureSlot};
 pub use animation::bounds_cache::ClipBoundsCache;
 pub use animation::keyframes::{Animation, Channel, ChannelTarget, Interpolation, Keyframes};
@@ -70,6 +73,7 @@ pub use file_settings::{FileFrames, FileSettings, PictureRegion};
 pub use framing::{DEFAULT_VIEW_DIR, DEFAULT_YFOV};
 pub use ground::{Ground, GroundKind};
 pub use light::{Light, LightEval, LightKind, LightSample, LocalLight, PosedLight, PosedLightKind};
+pub use light_profile::{LightProfile, Photometry};
 pub use light_units::LightUnits;
 pub use lighting::{LightSet, Lighting, ResolvedLighting, UserLight};
 pub use material::{
@@ -130,6 +134,8 @@ pub struct Scene {
     pub images: Vec<Image>,
     /// Lights at nodes.
     pub lights: Vec<Light>,
+    /// Profiles of photometric lights.
+    pub light_profiles: Vec<Arc<LightProfile>>,
     /// Area lights at nodes.
     pub area_lights: Vec<AreaLight>,
     /// Empty nodes that were probably area lights, which Blender's exporter does not write.
@@ -160,6 +166,24 @@ impl Scene {
     /// Returns the number of line segments over all instances.
     pub fn instanced_line_count(&self) -> u64 {
         self.instances.iter().map(|i| self.meshes[i.mesh as usize].lines().len() as u64).sum()
+    }
+
+    /// Returns the intensity of a light in its brightest direction, in the file's unit.
+    pub fn peak_intensity(&self, light: &Light) -> f32 {
+        match self.light_profile(light) {
+            Some(profile) => light.intensity * profile.peak(),
+            None => light.intensity,
+        }
+    }
+
+    /// Returns the profile of a photometric light.
+    pub fn light_profile(&self, light: &Light) -> Option<&LightProfile> {
+        match light.kind {
+            LightKind::Photometric { profile } => {
+                self.light_profiles.get(profile as usize).map(|profile| &**profile)
+            }
+            _ => None,
+        }
     }
 
     /// Returns the names of the empty nodes that were probably area lights.

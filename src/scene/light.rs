@@ -1,10 +1,12 @@
 //! Point, spot and directional lights: as files describe them, and as the lecture's formula uses them.
 //!
-//! glTF's lights are those of KHR_lights_punctual. [`super::LightUnits`] converts their units.
+//! glTF's lights are those of KHR_lights_punctual and EXT_lights_ies. [`super::LightUnits`] converts their units.
+
+use std::sync::Arc;
 
 use glam::{DAffine3, DMat3, DVec3, Vec3};
 
-use super::{Source, SpotCone};
+use super::{LightProfile, Source, SpotCone};
 use blinn_core::geometry::{Rgb, concentric_disc, coordinate_system};
 
 /// The type of a light.
@@ -21,6 +23,11 @@ pub enum LightKind {
     },
     /// Emits parallel light along its node's −Z.
     Directional,
+    /// Emits as a luminaire was measured, aimed along its node's −Z.
+    Photometric {
+        /// Index in [`super::Scene::light_profiles`].
+        profile: u32,
+    },
 }
 
 impl LightKind {
@@ -30,12 +37,19 @@ impl LightKind {
             LightKind::Point => "point",
             LightKind::Spot { .. } => "spot",
             LightKind::Directional => "directional",
+            LightKind::Photometric { .. } => "photometric",
         }
     }
 
     /// Returns the posed light at `position`, for a node with the linear transform `node`. The cone of a
-    /// spot light depends on `source`: Blender's cones scale with their node.
-    pub fn pose(self, position: Vec3, node: &DMat3, source: &Source) -> PosedLightKind {
+    /// spot light depends on `source`: Blender's cones scale with their node. `profiles` are those of the scene.
+    pub fn pose(
+        self,
+        position: Vec3,
+        node: &DMat3,
+        source: &Source,
+        profiles: &[Arc<LightProfile>],
+    ) -> PosedLightKind {
         let direction = (-node.z_axis).normalize_or(DVec3::NEG_Z).as_vec3();
         match self {
             LightKind::Point => PosedLightKind::Point { position },
@@ -48,6 +62,14 @@ impl LightKind {
                 PosedLightKind::Spot { position, direction, cone, world_to_cone: None }
             }
             LightKind::Directional => PosedLightKind::Directional { direction },
+            LightKind::Photometric { profile } => match profiles.get(profile as usize) {
+                Some(profile) => PosedLightKind::Photometric {
+                    position,
+                    world_to_light: unscaled(node).transpose(),
+                    profile: profile.clone(),
+                },
+                None => PosedLightKind::Point { position },
+            },
         }
     }
 }
@@ -63,12 +85,22 @@ pub struct Light {
     pub kind: LightKind,
     /// Linear colour.
     pub color: Rgb,
-    /// Intensity in the file's unit; see [`super::LightUnits`].
+    /// Intensity in the file's unit; see [`super::LightUnits`]. Of photometric lights, the factor of the profile.
     pub intensity: f32,
     /// Distance at which the light ends, in metres; infinite where the file gives none.
     pub range: f32,
     /// Radius of the light, as in [`PosedLight::radius`]; 0 where the file gives none.
     pub radius: f32,
+}
+
+/// Returns the rotation of a node, with its mirror image if it has one, without scale and shear.
+fn unscaled(node: &DMat3) -> DMat3 {
+    let z = node.z_axis.normalize_or(DVec3::Z);
+    let (any_x, any_y) = coordinate_system(z);
+    let x = node.x_axis.reject_from_normalized(z).normalize_or(any_x);
+    let y = node.y_axis.reject_from_normalized(z).reject_from_normalized(x);
+    let y = if y == DVec3::ZERO || !y.is_finite() { any_y.reject_from_normalized(x) } else { y };
+    DMat3::from_cols(x, y.normalize_or(z.cross(x)), z)
 }
 
 /// Returns the inverse of a node's linear transform if it is more than a rotation and a uniform scale.
@@ -81,7 +113,7 @@ fn world_to_cone(node: &DMat3) -> Option<DMat3> {
 }
 
 /// The type of a posed light. Positions are relative to the posed scene's centre.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq)]
 pub enum PosedLightKind {
     /// A point light.
     Point {
@@ -105,10 +137,19 @@ pub enum PosedLightKind {
         /// Direction in which the light travels, unit length.
         direction: Vec3,
     },
+    /// A light with the intensities of a measured luminaire.
+    Photometric {
+        /// Position.
+        position: Vec3,
+        /// Maps world directions to the space of the profile, orthogonal.
+        world_to_light: DMat3,
+        /// Intensities by direction; the light's intensity is their peak.
+        profile: Arc<LightProfile>,
+    },
 }
 
 /// A light in the lecture's terms: I/r², or a constant irradiance E for directional lights.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq)]
 pub struct PosedLight {
     /// Type and position.
     pub kind: PosedLightKind,
@@ -150,7 +191,9 @@ impl PosedLight {
     /// Returns the light's position; `None` for directional lights.
     pub fn position(&self) -> Option<Vec3> {
         match self.kind {
-            PosedLightKind::Point { position } | PosedLightKind::Spot { position, .. } => Some(position),
+            PosedLightKind::Point { position }
+            | PosedLightKind::Spot { position, .. }
+            | PosedLightKind::Photometric { position, .. } => Some(position),
             PosedLightKind::Directional { .. } => None,
         }
     }
@@ -161,6 +204,13 @@ impl PosedLight {
         let moved_dir = |d: Vec3| (motion.matrix3 * d.as_dvec3()).as_vec3();
         let kind = match self.kind {
             PosedLightKind::Point { position } => PosedLightKind::Point { position: moved_point(position) },
+            PosedLightKind::Photometric { position, world_to_light, ref profile } => {
+                PosedLightKind::Photometric {
+                    position: moved_point(position),
+                    world_to_light: world_to_light * motion.matrix3.transpose(),
+                    profile: profile.clone(),
+                }
+            }
             PosedLightKind::Spot { position, direction, cone, world_to_cone } => {
                 let world_to_cone =
                     world_to_cone.map(|world_to_cone| world_to_cone * motion.matrix3.transpose());
@@ -189,7 +239,7 @@ impl PosedLight {
 
     /// Returns the light prepared for evaluation at many points.
     #[inline]
-    pub fn light_eval(&self) -> LightEval {
+    pub fn light_eval(&self) -> LightEval<'_> {
         let local = |position: Vec3, axis: Vec3, cone| LocalLight {
             position: position.as_dvec3(),
             axis: axis.as_dvec3(),
@@ -202,6 +252,10 @@ impl PosedLight {
             }
             PosedLightKind::Point { position } => {
                 LightEval::Local(local(position, Vec3::ZERO, SpotCone::NONE))
+            }
+            PosedLightKind::Photometric { position, world_to_light, ref profile } => {
+                let light = local(position, Vec3::ZERO, SpotCone::NONE);
+                LightEval::Photometric(light, world_to_light, profile)
             }
             PosedLightKind::Spot { position, direction, cone, world_to_cone } => {
                 let spot = local(position, direction, cone);
@@ -220,22 +274,27 @@ impl PosedLight {
 
 /// A light prepared for evaluation at many points.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub enum LightEval {
+pub enum LightEval<'a> {
     /// A directional light, by the unit vector towards it. It has no falloff.
     Directional(DVec3),
     /// A point light, or a spot light with a round cone.
     Local(LocalLight),
     /// A spot light whose cone is scaled by its node, with the matrix from world to cone space.
     ScaledSpot(LocalLight, DMat3),
+    /// A photometric light, with the matrix from world to the profile's space.
+    Photometric(LocalLight, DMat3, &'a LightProfile),
 }
 
-impl LightEval {
+impl LightEval<'_> {
     /// Returns the light seen from `p`.
     fn sample(&self, p: Vec3) -> LightSample {
         match *self {
             LightEval::Directional(l) => LightSample { l, attenuation: 1.0 },
             LightEval::Local(light) => light.sample(p),
             LightEval::ScaledSpot(light, world_to_cone) => light.sample_in_cone_frame(p, &world_to_cone),
+            LightEval::Photometric(light, world_to_light, profile) => {
+                light.sample_profile(p, &world_to_light, profile)
+            }
         }
     }
 }
@@ -256,7 +315,7 @@ impl LocalLight {
     /// Branch-free, so that loops over points vectorise.
     #[inline(always)]
     pub fn sample(&self, p: Vec3) -> LightSample {
-        self.attenuate(p, |l| -l.dot(self.axis))
+        self.attenuate(p, |l| self.cone.falloff(-l.dot(self.axis) as f32))
     }
 
     /// Samples the light like [`LocalLight::sample`], with the cone in the space of `world_to_cone`.
@@ -264,14 +323,20 @@ impl LocalLight {
     pub fn sample_in_cone_frame(&self, p: Vec3, world_to_cone: &DMat3) -> LightSample {
         self.attenuate(p, |l| {
             let l = *world_to_cone * l;
-            l.z / l.length()
+            self.cone.falloff((l.z / l.length()) as f32)
         })
     }
 
-    /// Attenuates by distance, range and cone. `cos_angle` is the cosine of the angle between the cone's axis
-    /// and a direction to the light.
+    /// Samples the light like [`LocalLight::sample`], with the intensities of `profile` in the space of
+    /// `world_to_light`.
     #[inline(always)]
-    fn attenuate(&self, p: Vec3, cos_angle: impl Fn(DVec3) -> f64) -> LightSample {
+    pub fn sample_profile(&self, p: Vec3, world_to_light: &DMat3, profile: &LightProfile) -> LightSample {
+        self.attenuate(p, |l| profile.relative_intensity(*world_to_light * -l))
+    }
+
+    /// Attenuates by distance, range and `strength`, the relative intensity by the direction to the light.
+    #[inline(always)]
+    fn attenuate(&self, p: Vec3, strength: impl Fn(DVec3) -> f32) -> LightSample {
         let to_light = self.position - p.as_dvec3();
         let r2 = to_light.length_squared();
         let r = r2.sqrt();
@@ -281,7 +346,7 @@ impl LocalLight {
         let q = r * self.inv_range;
         let q2 = q * q;
         let window = (1.0 - q2 * q2).clamp(0.0, 1.0) as f32;
-        let strength = self.cone.falloff(cos_angle(l) as f32) * window;
+        let strength = strength(l) * window;
         let attenuation = (f64::from(strength) * inv_r * inv_r) as f32;
         LightSample { l, attenuation: if r2 > 0.0 { attenuation } else { 0.0 } }
     }
@@ -308,7 +373,7 @@ mod tests {
         {
             for node in [turn * DMat3::from_diagonal(scale), DMat3::from_diagonal(scale) * turn] {
                 let light = |source| PosedLight {
-                    kind: spot.pose(Vec3::ZERO, &node, source),
+                    kind: spot.pose(Vec3::ZERO, &node, source, &[]),
                     ..PosedLight::point(Vec3::ZERO, Vec3::ONE)
                 };
                 let (light, round) = (light(&blender), light(&Source::default()));

@@ -46,7 +46,9 @@ impl LightUnits {
         use std::f64::consts::PI;
         let factor = match (self, kind) {
             (LightUnits::Standard, _) => 1.0 / (683.0 * PI),
-            (LightUnits::Raw, LightKind::Point | LightKind::Spot { .. }) => 1.0 / (4.0 * PI * PI),
+            (LightUnits::Raw, LightKind::Point | LightKind::Spot { .. } | LightKind::Photometric { .. }) => {
+                1.0 / (4.0 * PI * PI)
+            }
             _ => 1.0 / PI,
         };
         factor as f32

@@ -78,6 +78,19 @@ pub fn pictured(name: &str) -> Vec<u8> {
     file.gltf()
 }
 
+/// A triangle below a light with the photometric profile `name`.
+pub fn lit_by(name: &str) -> Vec<u8> {
+    let mut file = Fixture::empty();
+    file.vec3(&TRIANGLE);
+    let file = one_mesh(file, json!({"attributes": {"POSITION": 0}})).with(json!({
+        "extensionsUsed": ["EXT_lights_ies"],
+        "extensions": {"EXT_lights_ies": {"lights": [{"uri": name}]}},
+        "scenes": [{"nodes": [0, 1]}],
+        "nodes": [{"mesh": 0}, {"translation": [0.2, 0.3, 1], "extensions": {"EXT_lights_ies": {"light": 0}}}],
+    }));
+    file.gltf()
+}
+
 /// The file with a node that has a mesh of one primitive.
 fn one_mesh(file: Fixture, primitive: Value) -> Fixture {
     file.with(

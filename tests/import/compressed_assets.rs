@@ -213,7 +213,7 @@ fn read(posed: &PosedScene, pointer: &str) -> Option<Vec<f64>> {
         &posed.materials[i.parse::<usize>().unwrap()]
     };
     let transform = |i: &str| material(i).base_color.texture.unwrap().transform;
-    let light = |i: &str| posed.lights(LightUnits::Raw, 1.0)[i.parse::<usize>().unwrap()];
+    let light = |i: &str| posed.lights(LightUnits::Raw, 1.0)[i.parse::<usize>().unwrap()].clone();
     let stored = |i: &str| &posed.scene.lights[i.parse::<usize>().unwrap()];
     Some(match *parts.as_slice() {
         ["materials", i, "pbrMetallicRoughness", "baseColorFactor"] => {

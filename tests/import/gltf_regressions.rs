@@ -402,7 +402,7 @@ fn posed_lights(light: Value, node: Value) -> Vec<blinn::scene::PosedLight> {
 fn p18_a_spot_with_equal_cones_is_a_step() {
     let spot =
         json!({"type": "spot", "intensity": 10, "spot": {"innerConeAngle": 0.4, "outerConeAngle": 0.4}});
-    let light = posed_lights(spot, json!({}))[0];
+    let light = &posed_lights(spot, json!({}))[0];
     let at = light.position().unwrap();
     let inside = light.sample(at - Vec3::Z).attenuation;
     assert!(inside.is_finite() && inside > 0.0);

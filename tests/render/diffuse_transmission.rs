@@ -133,7 +133,7 @@ fn wax_attenuates_light_along_its_way() {
     let light = sun(Vec3::new(0.0, 0.0, 1.0));
     let attenuation = Rgb::from_array(volume.attenuation_color.to_array().map(|color| color.powf(2.0 / 1.5)));
     let expected = COLOR * 0.5 * attenuation * light.intensity;
-    assert_close(mean(&scene, vec![light], |_| (), 1), expected, 1e-4);
+    assert_close(mean(&scene, vec![light.clone()], |_| (), 1), expected, 1e-4);
     // A thin box is opaque to light that passes straight.
     scene.meshes[0].is_body = false;
     assert_eq!(mean(&scene, vec![light], |_| (), 1), Rgb::ZERO);

@@ -5,8 +5,9 @@ use blinn::geometry::Rgb;
 use blinn::integrator::{Frame, MaterialOverrides, Phong, Stage};
 use blinn::render::{RenderSettings, render};
 use blinn::scene::{
-    Camera, ColorInput, Instance, LocalTransform, Material, Mesh, MtlReflectance, Node, PoseSettings,
-    PosedLight, Projection, Reflectance, Scene, SkyIrradiance, View, pose,
+    Camera, ColorInput, Instance, LightProfile, LocalTransform, Material, Mesh, MtlReflectance, Node,
+    Photometry, PoseSettings, PosedLight, PosedLightKind, Projection, Reflectance, Scene, SkyIrradiance,
+    View, pose,
 };
 use glam::{DQuat, DVec3, Vec3};
 
@@ -285,7 +286,8 @@ fn lights_add_up() {
     let one = point(DVec3::new(1.0, 1.0, 2.0), 3.0);
     let two = PosedLight::sun(DVec3::new(0.4, 0.1, -1.0), Rgb::new(0.2, 0.5, 0.9));
     let l = |lights: &[PosedLight]| radiance(&scene, EYE, lights, Rgb::ZERO, Stage::Phong);
-    let (a, b, both) = (l(&[one]), l(&[two]), l(&[one, two]));
+    let lights = [one, two];
+    let (a, b, both) = (l(&lights[..1]), l(&lights[1..]), l(&lights));
     assert!((a + b).abs_diff_eq(both, 1e-6) && a.x > 0.0 && b.z > 0.0);
 }
 
@@ -352,4 +354,37 @@ fn the_colour_stage_shows_the_surfaces_colour() {
     let scene = squares(&[FLAT], material(Rgb::ONE, Rgb::new(0.2, 0.4, 0.6), Rgb::ONE, 5.0));
     let l = radiance(&scene, EYE, &[point(DVec3::Z, 9.0)], Rgb::ONE, Stage::Color);
     assert_eq!(l, Vec3::new(0.2, 0.4, 0.6));
+}
+
+/// A lamp of I·cos θ at a height h above a plane, r away, gives E = I·(h/r)·(h/r)/r².
+#[test]
+fn a_measured_lamp_lights_a_plane_by_its_profile() {
+    let vertical: Vec<f64> = (0..=90).map(f64::from).collect();
+    let candela: Vec<f32> = vertical.iter().map(|v| 50.0 * v.to_radians().cos() as f32).collect();
+    let profile = LightProfile::new(Photometry::TypeC, vertical, vec![0.0], &candela).unwrap();
+    let profile = std::sync::Arc::new(profile);
+    let scene = squares(&[FLAT], white());
+    let lamp = |position: DVec3, turn: DQuat| PosedLight {
+        kind: PosedLightKind::Photometric {
+            position: position.as_vec3(),
+            world_to_light: glam::DMat3::from_quat(turn.inverse()),
+            profile: profile.clone(),
+        },
+        ..point(position, 50.0)
+    };
+    let lit =
+        |light: PosedLight| radiance(&scene, DVec3::new(0.1, 0.2, 3.0), &[light], Rgb::ZERO, Stage::Phong).x;
+    for position in [DVec3::new(0.0, 0.0, 2.0), DVec3::new(1.5, 0.0, 2.0), DVec3::new(-2.0, 3.0, 1.0)] {
+        let (h, r) = (position.z, position.length());
+        let expected = 50.0 * h * h / r.powi(4);
+        let found = f64::from(lit(lamp(position, DQuat::IDENTITY)));
+        assert!((found - expected).abs() < 1e-3 * expected, "{position}: {found} and {expected}");
+        // Turned to the origin, the lamp is as bright as its peak there.
+        let aimed = DQuat::from_rotation_arc(DVec3::NEG_Z, -position.normalize());
+        let expected = 50.0 * h / r.powi(3);
+        let found = f64::from(lit(lamp(position, aimed)));
+        assert!((found - expected).abs() < 1e-3 * expected, "{position}: {found} and {expected}");
+        let away = DQuat::from_rotation_arc(DVec3::NEG_Z, position.normalize());
+        assert_eq!(lit(lamp(position, away)), 0.0);
+    }
 }

@@ -71,9 +71,9 @@ fn highlights_in_mirrors_are_bounded_for_each_light() {
     assert!(highlight(false, &[sun]) > 500.0, "it is bright where the eye sees it");
     // Between the mirror and the ball, on the way of the ray.
     let light = PosedLight::point(Vec3::new(1.2, 0.0, 1.2), Rgb::splat(5.0));
-    let one = highlight(true, &[light]);
+    let one = highlight(true, std::slice::from_ref(&light));
     assert!((one - 10.0).abs() < 0.5, "{one}");
-    let both = highlight(true, &[light, light]);
+    let both = highlight(true, &[light.clone(), light.clone()]);
     assert!((both - 10.0).abs() < 0.5, "{both}");
     // As near to the ball, but seen by it at a cosine of 0.56.
     let beside = PosedLight::point(Vec3::new(1.374, 0.45, 1.374), Rgb::splat(5.0));

@@ -241,7 +241,7 @@ fn a_light_wider_than_its_housing_does_not_leak() {
         }
         let centre = scenes::posed(&scene).centre.as_vec3();
         for kind in kinds(Vec3::new(0.01, 3.02, -0.03) - centre) {
-            let light = PosedLight { kind, ..point_light(Vec3::ZERO, 1.5) };
+            let light = PosedLight { kind: kind.clone(), ..point_light(Vec3::ZERO, 1.5) };
             let lit = Shot { samples: 16, lights: vec![light], ..Shot::of(view.clone()) }.render(&scene);
             let bright = lit.iter().filter(|c| c.x > 0.0).count();
             assert_eq!(bright, if housed { 0 } else { 1024 }, "{kind:?}");
@@ -432,7 +432,7 @@ fn a_ground_plane_is_grey_and_receives_and_casts_shadows() {
     };
     for (kind, lit) in [(GroundKind::Plane, false), (GroundKind::ShadowCatcher, true)] {
         for radius in [0.0, 0.05] {
-            let light = PosedLight { radius, ..below };
+            let light = PosedLight { radius, ..below.clone() };
             let ground = shot.ground.map(|g| Ground { kind, ..g });
             let shot = Shot { view: up.clone(), lights: vec![light], ambient: 0.0, ground, ..shot.clone() };
             assert_eq!(shot.render(&scene).iter().any(|c| c.x > 0.0), lit, "{kind:?}");

@@ -26,6 +26,7 @@ pub(super) struct SceneIds<'a> {
     /// One light for each node with it.
     pub lights: &'a HashMap<usize, Vec<u32>>,
     pub area_lights: &'a HashMap<usize, Vec<u32>>,
+    pub photometric_lights: &'a HashMap<usize, u32>,
     /// One camera for each node with it.
     pub cameras: &'a HashMap<usize, Vec<u32>>,
     /// The image-based light of the scene.
@@ -216,6 +217,10 @@ impl FileTarget {
                 PointerTarget::Light(i, field) => {
                     all(ids.lights, i).into_iter().map(|l| ChannelTarget::Light(l, field)).collect()
                 }
+                PointerTarget::PhotometricLight(node, field) => {
+                    let light = ids.photometric_lights.get(&node);
+                    light.map(|&l| ChannelTarget::Light(l, field)).into_iter().collect()
+                }
                 PointerTarget::AreaLight(i, field) => {
                     let lights = all(ids.area_lights, i);
                     lights.into_iter().map(|l| ChannelTarget::AreaLight(l, field)).collect()
@@ -259,7 +264,9 @@ impl FileTarget {
                 PointerTarget::Weight(..) | PointerTarget::MeshWeight(..) => Some(1),
                 PointerTarget::Visibility(_) | PointerTarget::Camera(..) => Some(1),
                 PointerTarget::Material(_, field) => Some(field.width()),
-                PointerTarget::Light(_, field) | PointerTarget::AreaLight(_, field) => Some(field.width()),
+                PointerTarget::Light(_, field)
+                | PointerTarget::AreaLight(_, field)
+                | PointerTarget::PhotometricLight(_, field) => Some(field.width()),
                 PointerTarget::Environment(_, field) => Some(field.width()),
             },
         }

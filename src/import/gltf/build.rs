@@ -82,6 +82,7 @@ pub(super) fn scene(
         materials: &material_ids,
         lights: &attached.lights,
         area_lights: &attached.area_lights,
+        photometric_lights: &attached.photometric_lights,
         cameras: &attached.cameras,
         environment: image_based,
     };

@@ -52,7 +52,9 @@ fn radius(json: &JsonLight, kind: LightKind, index: usize, warnings: &mut Warnin
     let number = |name: &'static str| Some((name, extras.get(name)?.as_f64()?));
     let found = match kind {
         LightKind::Directional => number(ANGLE),
-        LightKind::Point | LightKind::Spot { .. } => RADII.into_iter().find_map(number),
+        LightKind::Point | LightKind::Spot { .. } | LightKind::Photometric { .. } => {
+            RADII.into_iter().find_map(number)
+        }
     };
     let Some((name, value)) = found else { return 0.0 };
     let radius = if name == ANGLE { (0.5 * value).tan() } else { value } as f32;

@@ -45,6 +45,7 @@ mod missing_material;
 mod null_values;
 mod objects;
 mod parse;
+mod photometric_light;
 mod pointer;
 mod primitive;
 mod ranges;

@@ -6,6 +6,7 @@ use std::collections::{HashMap, HashSet};
 use super::document::Document;
 use super::graph::SceneNode;
 use super::instancing::InstanceAttributes;
+use super::photometric_light::Profiles;
 use super::{area_light, blinn_extras, instancing, light, skin};
 use crate::error::{LoadError, Warnings};
 use blinn_scene::{Instance, LightUnits, Scene};
@@ -16,6 +17,8 @@ pub(super) struct AttachedIds {
     pub cameras: HashMap<usize, Vec<u32>>,
     pub lights: HashMap<usize, Vec<u32>>,
     pub area_lights: HashMap<usize, Vec<u32>>,
+    /// The scene's photometric light for each node of the file with one.
+    pub photometric_lights: HashMap<usize, u32>,
 }
 
 /// Attaches instances of meshes, cameras and lights to nodes.
@@ -50,6 +53,7 @@ impl<'a, 'd> ObjectBuilder<'a, 'd> {
     ) -> Result<AttachedIds, LoadError> {
         let root = self.doc.root();
         let mut attached = AttachedIds::default();
+        let mut profiles = Profiles::default();
         let offset = (scene.nodes.len() - nodes.len()) as u32;
         let units = LightUnits::Auto.resolve(&scene.source);
         for (id, node) in (offset..).zip(nodes) {
@@ -70,9 +74,17 @@ impl<'a, 'd> ObjectBuilder<'a, 'd> {
             if !node.is_drawn {
                 continue;
             }
+            // A light of KHR_lights_punctual at the same node stands for programs without profiles.
+            let photometric = profiles.light(self.doc, node.node, id, warnings)?;
+            let has_profile = photometric.is_some();
+            if let Some(light) = photometric {
+                attached.photometric_lights.insert(node.node, scene.lights.len() as u32);
+                scene.lights.push(light);
+            }
             let light = json.extensions.as_ref().and_then(|e| e.khr_lights_punctual.as_ref());
             let lights = root.extensions.as_ref().and_then(|e| e.khr_lights_punctual.as_ref());
             if let (Some(light), Some(lights)) = (light, lights)
+                && !has_profile
                 && let index = light.light.value()
                 && let Some(json) = lights.lights.get(index)
                 && let Some(light) = light::light(json, index, id, units, warnings)
@@ -87,6 +99,7 @@ impl<'a, 'd> ObjectBuilder<'a, 'd> {
                 scene.area_lights.push(light);
             }
         }
+        scene.light_profiles = profiles.read;
         Ok(attached)
     }
 

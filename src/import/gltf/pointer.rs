@@ -2,7 +2,7 @@
 
 use super::{
     anisotropy, area_light, clearcoat, diffuse_transmission, dispersion, image_based_light, iridescence,
-    sheen,
+    photometric_light, sheen,
 };
 use blinn_scene::{CameraProperty, EnvironmentProperty, LightProperty, MaterialProperty, TextureSlot};
 
@@ -20,6 +20,8 @@ pub(super) enum PointerTarget {
     Material(usize, MaterialProperty),
     Light(usize, LightProperty),
     AreaLight(usize, LightProperty),
+    /// The photometric light of a node.
+    PhotometricLight(usize, LightProperty),
     Camera(usize, CameraProperty),
     /// A light of EXT_lights_image_based.
     Environment(usize, EnvironmentProperty),
@@ -37,6 +39,9 @@ pub(super) fn parse(pointer: &str) -> Option<PointerTarget> {
         ["materials", i, ref field @ ..] => PointerTarget::Material(index(i)?, material(field)?),
         ["extensions", "KHR_lights_punctual", "lights", i, ref field @ ..] => {
             PointerTarget::Light(index(i)?, light(field)?)
+        }
+        ["nodes", i, "extensions", photometric_light::NAME, field] => {
+            PointerTarget::PhotometricLight(index(i)?, photometric_light(field)?)
         }
         ["extensions", area_light::NAME, "lights", i, field] => {
             PointerTarget::AreaLight(index(i)?, area_light(field)?)
@@ -154,6 +159,14 @@ fn area_light(field: &str) -> Option<LightProperty> {
     Some(match field {
         "color" => LightProperty::Color,
         "intensity" => LightProperty::Intensity,
+        _ => return None,
+    })
+}
+
+fn photometric_light(field: &str) -> Option<LightProperty> {
+    Some(match field {
+        "color" => LightProperty::Color,
+        "multiplier" => LightProperty::Intensity,
         _ => return None,
     })
 }

@@ -65,7 +65,7 @@ pub(super) const KNOWN: &[(&str, Support)] = &[
     // Several vendors.
     ("EXT_feature_metadata", Unrendered),
     ("EXT_instance_features", Unrendered),
-    ("EXT_lights_ies", Ignored("lights are isotropic")),
+    ("EXT_lights_ies", Supported),
     ("EXT_lights_image_based", Supported),
     ("EXT_mesh_features", Unrendered),
     ("EXT_mesh_gpu_instancing", Supported),

@@ -3,8 +3,8 @@
 
 use serde_json::{Map, Value, json};
 
-use super::area_light;
 use super::json_tree::{Object, as_objects, objects, primitives};
+use super::{area_light, photometric_light};
 use crate::error::Warnings;
 
 /// An index for which no object exists.
@@ -193,7 +193,7 @@ fn is_complete_sparse(sparse: &Value) -> bool {
 
 fn remove_light_without_index(node: &mut Object, location: &str, warnings: &mut Warnings) {
     let Some(Value::Object(extensions)) = node.get_mut("extensions") else { return };
-    for name in ["KHR_lights_punctual", area_light::NAME] {
+    for name in ["KHR_lights_punctual", area_light::NAME, photometric_light::NAME] {
         if extensions.get(name).is_some_and(|body| !body.get("light").is_some_and(Value::is_u64)) {
             warnings.add(format_args!("{location}.extensions.{name}"), "ignored light without an index");
             extensions.remove(name);

@@ -18,6 +18,7 @@ mod materials;
 mod nodes;
 mod null_values;
 mod parse;
+mod photometric_light;
 mod ranges;
 mod scale;
 mod tangents;

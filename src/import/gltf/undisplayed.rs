@@ -2,8 +2,8 @@
 
 use serde_json::Value;
 
-use super::area_light;
 use super::json_tree::{Object, for_each_object, objects, path_text};
+use super::{area_light, photometric_light};
 use crate::error::Warnings;
 use crate::files::escape::printable;
 
@@ -53,7 +53,7 @@ pub(super) fn remove_invalid(root: &mut Value, warnings: &mut Warnings) {
         }
     }
     if let Some(extensions) = root.get_mut("extensions").and_then(Value::as_object_mut) {
-        for name in ["KHR_lights_punctual", area_light::NAME] {
+        for name in ["KHR_lights_punctual", area_light::NAME, photometric_light::NAME] {
             let has_lights = |body: &Value| body.get("lights").is_some_and(Value::is_array);
             remove(extensions, name, has_lights, "extensions", warnings);
         }

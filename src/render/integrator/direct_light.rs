@@ -41,7 +41,7 @@ impl IncidentLight {
     /// Evaluates a light with the given `intensity` at the points of a block. Each type of light has its own branch-free
     /// loop, which the compiler vectorises: a match inside the loop, or a closure that all types share, prevents that.
     #[inline(always)]
-    pub fn evaluate(&mut self, light: &LightEval, intensity: Rgb, block: &PointBlock) {
+    pub fn evaluate(&mut self, light: &LightEval<'_>, intensity: Rgb, block: &PointBlock) {
         match *light {
             LightEval::Directional(l) => {
                 self.sample_points(intensity, block, |_| LightSample { l, attenuation: 1.0 });
@@ -49,6 +49,9 @@ impl IncidentLight {
             LightEval::Local(light) => self.sample_points(intensity, block, |p| light.sample(p)),
             LightEval::ScaledSpot(light, world_to_cone) => {
                 self.sample_points(intensity, block, |p| light.sample_in_cone_frame(p, &world_to_cone));
+            }
+            LightEval::Photometric(light, world_to_light, profile) => {
+                self.sample_points(intensity, block, |p| light.sample_profile(p, &world_to_light, profile));
             }
         }
     }

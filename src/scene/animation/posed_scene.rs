@@ -154,8 +154,14 @@ impl<'s> PosedScene<'s> {
             .map(|light| {
                 let to_world = self.node_to_world[light.node as usize];
                 let position = (to_world.translation - self.centre).as_vec3();
-                let kind = light.kind.pose(position, &to_world.matrix3, &self.scene.source);
-                let intensity = light.color * (light.intensity * units.factor(light.kind) * scale);
+                let kind = light.kind.pose(
+                    position,
+                    &to_world.matrix3,
+                    &self.scene.source,
+                    &self.scene.light_profiles,
+                );
+                let peak = self.scene.peak_intensity(light);
+                let intensity = light.color * (peak * units.factor(light.kind) * scale);
                 PosedLight { kind, intensity, range: light.range, radius: light.radius }
             })
             .collect()

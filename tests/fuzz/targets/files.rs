@@ -41,6 +41,14 @@ pub fn mtl(bytes: &[u8], folder: &Path) -> bool {
     load_and_render(&path)
 }
 
+/// A photometric profile of the light above a triangle.
+pub fn ies(bytes: &[u8], folder: &Path) -> bool {
+    fs::write(folder.join("a.ies"), bytes).unwrap();
+    let path = folder.join("a.gltf");
+    fs::write(&path, seed_files::lit_by("a.ies")).unwrap();
+    load_and_render(&path)
+}
+
 /// An image of any format on a triangle.
 pub fn image(bytes: &[u8], folder: &Path) -> bool {
     fs::write(folder.join("a.img"), bytes).unwrap();

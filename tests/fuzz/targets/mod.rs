@@ -27,12 +27,13 @@ use blinn::scene::{AnimationChoice, Lighting, PoseSettings, Scene, View, pose};
 pub type Target = fn(&[u8], &Path) -> bool;
 
 /// All targets by name.
-pub const TARGETS: [(&str, Target); 15] = [
+pub const TARGETS: [(&str, Target); 16] = [
     ("camera", files::camera),
     ("cameras", files::cameras),
     ("draco", streams::draco),
     ("glb", files::glb),
     ("gltf", gltf::target),
+    ("ies", files::ies),
     ("image", files::image),
     ("ktx2", files::image),
     ("meshopt", streams::meshopt),
