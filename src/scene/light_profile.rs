@@ -136,7 +136,8 @@ impl LightProfile {
     /// The vertical and horizontal angle of a direction.
     fn angles(&self, d: DVec3) -> (f64, f64) {
         let atan2 = |y: f64, x: f64| libm::atan2(y, x).to_degrees();
-        let [forward, up, right] = [-d.z, d.x, -d.y];
+        // A difference has no negative 0, which would turn the angles at a pole by half a circle.
+        let [forward, up, right] = [0.0 - d.z, d.x + 0.0, 0.0 - d.y];
         let length = |a: f64, b: f64| (a * a + b * b).sqrt();
         match self.photometry {
             Photometry::TypeC => (atan2(length(d.x, d.y), forward), atan2(d.y, d.x)),
