@@ -192,3 +192,20 @@ def test_points_occlude_with_a_size() -> None:
 def test_triangles_have_their_kind(quad: blinn.Scene) -> None:
     kinds = quad.intersect([[0.5, 0.25, 3], [2, 0, 3]], [[0, 0, -1], [0, 0, -1]]).kind
     np.testing.assert_array_equal(kinds, [blinn.Hits.TRIANGLE, blinn.Hits.MISS])
+
+
+def test_points_of_mirrored_and_flattened_instances_are_not_occluded() -> None:
+    """The octahedron is convex: nothing lies between its surface and a point straight outwards."""
+    vertices = [[1, 0, 0], [0, 1, 0], [-1, 0, 0], [0, -1, 0], [0, 0, 1], [0, 0, -1]]
+    faces = [face for i in range(4) for face in ([i, (i + 1) % 4, 4], [(i + 1) % 4, i, 5])]
+    radii, centre = np.array([3e3, 1, 0.2]), np.array([1e3, -50, 7])
+    matrix = np.diag([*(radii * [-1, 1, 1]), 1])
+    matrix[:3, 3] = centre
+    scene = blinn.Scene.from_arrays(vertices, faces, transforms=matrix)
+    outwards = np.random.default_rng(3).normal(size=(2000, 3)) * radii
+    hits = scene.intersect(centre + 9 * outwards, -outwards)
+    assert np.isfinite(hits.points).all()
+    far = hits.points + 9 * outwards
+    assert not scene.occluded(hits.points, far).any()
+    assert not scene.occluded(hits.points, far, from_hits=hits).any()
+    assert scene.occluded(hits.points, hits.points - 9 * outwards, from_hits=hits).all()

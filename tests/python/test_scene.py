@@ -317,3 +317,12 @@ def test_trimesh_scenes_far_away_keep_their_shape() -> None:
     for source in (scene, ball.copy().apply_translation(offset)):
         loaded = blinn.Scene.from_trimesh(source)
         np.testing.assert_allclose(loaded.bounds - offset, ball.bounds, atol=1e-6)
+
+
+def test_transforms_bring_arrays_back_from_far_away() -> None:
+    offset = np.array([4e6 + 0.25, 5e6, 0])
+    back = np.eye(4)
+    back[:3, 3] = -offset
+    vertices = np.array([[-1, -1, 0], [1, -1, 0], [1, 1, 0]]) + offset
+    scene = blinn.Scene.from_arrays(vertices, [[0, 1, 2]], transforms=back)
+    np.testing.assert_array_equal(scene.bounds, [[-1, -1, 0], [1, 1, 0]])
