@@ -91,3 +91,20 @@ def test_depths_of_pictures_are_metric(quad: blinn.Scene, tmp_path: Path) -> Non
         picture.save_all(tmp_path / "near.png", depth_unit="inch")
     picture.save_all(tmp_path / "all.exr")
     assert "near.png" not in names(tmp_path) and "all.exr" in names(tmp_path)
+
+
+@pytest.mark.parametrize("kind", ["png", "jpg", "webp", "exr"])
+@pytest.mark.parametrize("damage", ["zeros", "half", "hole"])
+def test_resumed_datasets_repair_damaged_pictures(models: Path, tmp_path: Path, kind: str, damage: str) -> None:
+    options = {"views": 2, "name": "{frame:04}." + kind, **SMALL}
+    blinn.write_dataset(models / "tests/cube.obj", tmp_path, **options)
+    picture = sorted(tmp_path.rglob(f"*.{kind}"))[0]
+    whole = picture.read_bytes()
+    size = len(whole)
+    start, end = {"zeros": (size * 6 // 10, size * 6 // 10 + 6), "half": (size // 2, size), "hole": (size * 8 // 10, size)}[
+        damage
+    ]
+    picture.write_bytes(whole[:start] + (b"" if damage == "half" else bytes(end - start) + whole[end:]))
+    assert picture.read_bytes() != whole
+    blinn.write_dataset(models / "tests/cube.obj", tmp_path, resume=True, **options)
+    assert picture.read_bytes() == whole
