@@ -165,7 +165,7 @@ def test_points_and_lines_are_hit() -> None:
     origins = [[0.1, 0, 3], [1.0, 1, 3], [5, 5, 3], [0.45, 0.02, 3]]
     directions = [[0, 0, -1]] * 4
     hits = scene.intersect(origins, directions, point_size=0.5, line_width=0.2)
-    kinds = [blinn.Hits.POINT, blinn.Hits.POINT, blinn.Hits.MISS, blinn.Hits.LINE]
+    kinds = [blinn.HitKind.POINT, blinn.HitKind.POINT, blinn.HitKind.MISS, blinn.HitKind.LINE]
     np.testing.assert_array_equal(hits.kind, kinds)
     np.testing.assert_array_equal(hits.triangle, [0, 4, -1, 0])
     np.testing.assert_allclose(hits.t[1], 2.75, rtol=1e-6)
@@ -173,9 +173,9 @@ def test_points_and_lines_are_hit() -> None:
     np.testing.assert_allclose(hits.barycentrics[3], [0.775, 0.225, 0], atol=1e-5)
     # By default points close the gaps of their cloud: a ray between four hits. Lines have no width.
     kinds = scene.intersect([[0.5, 0.5, 3]], [[0, 0, -1]]).kind
-    np.testing.assert_array_equal(kinds, [blinn.Hits.POINT])
+    np.testing.assert_array_equal(kinds, [blinn.HitKind.POINT])
     off = scene.intersect(origins, directions, point_size="off")
-    assert (off.kind == blinn.Hits.MISS).all()
+    assert (off.kind == blinn.HitKind.MISS).all()
     with pytest.raises(ValueError, match="rays have no pixels"):
         scene.intersect(origins, directions, point_size="3px")
 
@@ -191,7 +191,7 @@ def test_points_occlude_with_a_size() -> None:
 
 def test_triangles_have_their_kind(quad: blinn.Scene) -> None:
     kinds = quad.intersect([[0.5, 0.25, 3], [2, 0, 3]], [[0, 0, -1], [0, 0, -1]]).kind
-    np.testing.assert_array_equal(kinds, [blinn.Hits.TRIANGLE, blinn.Hits.MISS])
+    np.testing.assert_array_equal(kinds, [blinn.HitKind.TRIANGLE, blinn.HitKind.MISS])
 
 
 def test_points_of_mirrored_and_flattened_instances_are_not_occluded() -> None:

@@ -29,11 +29,12 @@ from ._blinn import (
 )
 from ._dataset import write_dataset
 from ._glb import Mesh
-from ._scene import Hits, Scene, load
+from ._scene import HitKind, Hits, Scene, load
 
 __all__ = [
     "Camera",
     "Error",
+    "HitKind",
     "Hits",
     "LimitError",
     "LoadError",

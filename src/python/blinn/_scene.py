@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+from enum import IntEnum
 from typing import TYPE_CHECKING, Any, Callable, Iterable, Mapping, NamedTuple, Sequence, Union
 
 import numpy as np
@@ -23,6 +24,15 @@ Source = Union[str, "os.PathLike[str]", bytes, bytearray, memoryview]
 Size = Union[int, Sequence[int]]
 
 
+class HitKind(IntEnum):
+    """What a ray hits."""
+
+    MISS = 0
+    TRIANGLE = 1
+    POINT = 2
+    LINE = 3
+
+
 class Hits(NamedTuple):
     """The closest hits of n rays. Rays that miss have t = inf, object = 0 and triangle = -1."""
 
@@ -40,12 +50,7 @@ class Hits(NamedTuple):
     """The points that are hit, shape (n, 3), metres; NaN for misses. They lie just in front of their triangles, on the
     side of the ray: rays that start there do not hit their own triangle, and `occluded` takes them."""
     kind: npt.NDArray[np.uint8]
-    """What is hit, shape (n,): `MISS`, `TRIANGLE`, `POINT` or `LINE`, which are 0 to 3."""
-
-    MISS = 0
-    TRIANGLE = 1
-    POINT = 2
-    LINE = 3
+    """What is hit, as a `HitKind`, shape (n,)."""
 
 
 class SceneSource(NamedTuple):
