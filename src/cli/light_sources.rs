@@ -13,7 +13,8 @@ use blinn_scene::{
 /// Lists the lights of the file, at nodes that are shown or hidden.
 ///
 /// `watts` is the power of a white light: 4π · intensity for points and, as Blender counts them, spots; 4π · the mean
-/// intensity of photometric lights, whose `intensity` is that of the brightest direction; π · area · radiance for area lights. A sun has an irradiance, and no power.
+/// intensity of photometric lights, whose `intensity` is that of the brightest direction; π · area · radiance for area
+/// lights. A sun has an irradiance, and no power.
 pub fn lights(posed: &PosedScene) -> Vec<Value> {
     let scene = posed.scene;
     let punctual = scene.lights.iter().map(|light| punctual_light(posed, light));

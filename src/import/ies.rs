@@ -109,7 +109,7 @@ impl Version {
     }
 }
 
-/// What follows `key` in a line that begins with it, without spaces around.
+/// Returns the rest of a line that begins with `key`, without spaces around.
 fn value_of<'a>(line: &'a [u8], key: &[u8]) -> Option<&'a [u8]> {
     let (start, value) = line.split_at_checked(key.len())?;
     start.eq_ignore_ascii_case(key).then(|| value.trim_ascii())
@@ -152,7 +152,7 @@ impl<'a> Iterator for Lines<'a> {
 /// The numbers after the line TILT=, separated by spaces, commas or the ends of lines.
 struct Numbers<'a> {
     lines: Lines<'a>,
-    /// What is left of the current line.
+    /// Rest of the current line.
     rest: &'a [u8],
     line: usize,
 }

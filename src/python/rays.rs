@@ -30,7 +30,7 @@ pub struct RayHits {
     pub barycentrics: Vec<[f32; 3]>,
     /// The points in the world, in front of their surface by their error bound; NaN for a miss.
     pub points: Vec<[f64; 3]>,
-    /// What is hit: a [`HitKind`].
+    /// Kinds of primitives: [`HitKind`].
     pub kind: Vec<u8>,
 }
 

@@ -157,7 +157,7 @@ fn glowing_surfaces_light_like_area_lights() {
     }
 }
 
-/// Of many lights, points behind a diffuse bounce pick a few. Their light is that of one light of the same power and shape.
+/// Points behind a diffuse bounce pick a few of many lights. The light is that of one light of the same power and shape.
 #[test]
 fn many_lights_light_like_their_sum() {
     let mut scene = scenes::of_material(square(10.0), matte(0.7, 0.0));

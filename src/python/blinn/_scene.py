@@ -25,7 +25,7 @@ Size = Union[int, Sequence[int]]
 
 
 class HitKind(IntEnum):
-    """What a ray hits."""
+    """Kinds of primitives that rays hit."""
 
     MISS = 0
     TRIANGLE = 1
@@ -50,7 +50,7 @@ class Hits(NamedTuple):
     """The points that are hit, shape (n, 3), metres; NaN for misses. They lie just in front of their triangles, on the
     side of the ray: rays that start there do not hit their own triangle, and `occluded` takes them."""
     kind: npt.NDArray[np.uint8]
-    """What is hit, as a `HitKind`, shape (n,)."""
+    """Kinds of primitives, as `HitKind`, shape (n,)."""
 
 
 class SceneSource(NamedTuple):

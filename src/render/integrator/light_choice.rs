@@ -1,10 +1,10 @@
 //! The choice of lights behind a diffuse bounce or a wide lobe: of many lights, a few random ones shine on each point.
 //!
-//! A shadow ray to each light at each bounce takes more time than all other rays together, and its light is a mean over
-//! many paths anyway. Points there pick lights with probabilities in proportion to an estimate of the light without shadows
-//! (Shirley, Wang and Zimmerman, “Monte Carlo Techniques for Direct Lighting Calculations”, ACM TOG 1996), by one random
-//! number for all picks: a light that is due more than once is always picked. Points that the eye sees, also in mirrors
-//! and through glass, take the light of all lights.
+//! Shadow rays to each of many lights at each bounce cost time, and the light of a bounce is a mean over many paths anyway.
+//! Points there pick lights with probabilities in proportion to an estimate of the light without shadows (Shirley, Wang
+//! and Zimmerman, “Monte Carlo Techniques for Direct Lighting Calculations”, ACM TOG 1996), by one random number for all
+//! picks: a light that is due more than once is always picked. Points that the eye sees, also in mirrors and through
+//! glass, take the light of all lights.
 
 use glam::Vec3;
 
@@ -25,8 +25,8 @@ const MAX_LIGHTS: usize = 4;
 /// Least cosine of an estimate, as parts of a light or lobes may be seen less obliquely than its centre and the normal.
 const LEAST_COSINE: f32 = 0.1;
 
-/// The factor of each light at each point of a batch: 1 over the expected number of its picks for each pick. First the lights
-/// of the frame, then its area lights.
+/// The factor of each light at each point of a batch: its number of picks over the number that is expected. First the
+/// lights of the frame, then its area lights.
 pub(crate) struct LightChoice {
     /// By light, then by point, up to whole blocks. Empty if all lights shine on all points.
     factors: Vec<[f32; LANES]>,
