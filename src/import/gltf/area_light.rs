@@ -1,11 +1,11 @@
 //! EXT_lights_area (draft): rectangles and discs that emit on one side.
 
-use ::gltf::json::{Node, Root};
+use ::gltf::json::Root;
 use glam::Vec3;
 use serde::Deserialize;
 use serde_json::Value;
 
-use super::blinn_extras;
+use super::{blinn_extras, node_light};
 use crate::error::Warnings;
 use blinn_scene::{AreaLight, AreaLightShape};
 
@@ -51,11 +51,6 @@ fn one() -> f32 {
     1.0
 }
 
-/// Returns the index of a node's light among the lights of the file.
-pub(super) fn index_of(json: &Node) -> Option<u64> {
-    json.extensions.as_ref()?.others.get(NAME)?.get("light")?.as_u64()
-}
-
 /// Reads light `light` of the file for `node`; `None`, with a warning, if there is none of a known type. `node_index` is
 /// the node in the file.
 pub(super) fn read(
@@ -65,8 +60,7 @@ pub(super) fn read(
     node: u32,
     warnings: &mut Warnings,
 ) -> Option<AreaLight> {
-    let lights = root.extensions.as_ref().and_then(|e| e.others.get(NAME)?.get("lights")?.as_array());
-    let lights = lights.map_or(&[][..], Vec::as_slice);
+    let lights = node_light::lights_of(root, NAME);
     let json = usize::try_from(light).ok().and_then(|i| lights.get(i));
     let Some(json) = json else {
         let location = format!("nodes[{node_index}].extensions.{NAME}.light");

@@ -42,6 +42,7 @@ mod material_table;
 mod meshopt;
 mod meshopt_extension;
 mod missing_material;
+mod node_light;
 mod null_values;
 mod objects;
 mod parse;

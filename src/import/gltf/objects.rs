@@ -7,7 +7,7 @@ use super::document::Document;
 use super::graph::SceneNode;
 use super::instancing::InstanceAttributes;
 use super::photometric_light::Profiles;
-use super::{area_light, blinn_extras, instancing, light, skin};
+use super::{area_light, blinn_extras, instancing, light, node_light, skin};
 use crate::error::{LoadError, Warnings};
 use blinn_scene::{Instance, LightUnits, Scene};
 
@@ -92,7 +92,7 @@ impl<'a, 'd> ObjectBuilder<'a, 'd> {
                 attached.lights.entry(index).or_default().push(scene.lights.len() as u32);
                 scene.lights.push(light);
             }
-            if let Some(index) = area_light::index_of(json)
+            if let Some(index) = node_light::index_of(json, area_light::NAME)
                 && let Some(light) = area_light::read(root, index, node.node, id, warnings)
             {
                 attached.area_lights.entry(index as usize).or_default().push(scene.area_lights.len() as u32);

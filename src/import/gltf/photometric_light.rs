@@ -4,11 +4,11 @@ use std::borrow::Cow;
 use std::collections::HashMap;
 use std::sync::Arc;
 
-use ::gltf::json::Node;
 use glam::Vec3;
 use serde_json::Value;
 
 use super::document::Document;
+use super::node_light;
 use crate::error::{LoadError, Warnings};
 use crate::files::escape::printable;
 use crate::ies;
@@ -27,11 +27,6 @@ pub(super) struct Profiles {
     pub read: Vec<Arc<LightProfile>>,
 }
 
-/// Returns the index of a node's profile.
-fn index_of(json: &Node) -> Option<u64> {
-    json.extensions.as_ref()?.others.get(NAME)?.get("light")?.as_u64()
-}
-
 impl Profiles {
     /// Returns the photometric light of a node of the file, `node` in the scene; `None`, with a warning, if its profile
     /// cannot be read.
@@ -46,10 +41,8 @@ impl Profiles {
         warnings: &mut Warnings,
     ) -> Result<Option<Light>, LoadError> {
         let json = &doc.root().nodes[node_index];
-        let Some(index) = index_of(json) else { return Ok(None) };
-        let lights =
-            doc.root().extensions.as_ref().and_then(|e| e.others.get(NAME)?.get("lights")?.as_array());
-        let lights = lights.map_or(&[][..], Vec::as_slice);
+        let Some(index) = node_light::index_of(json, NAME) else { return Ok(None) };
+        let lights = node_light::lights_of(doc.root(), NAME);
         let Some(light) = usize::try_from(index).ok().and_then(|i| lights.get(i)) else {
             let place = format_args!("nodes[{node_index}].extensions.{NAME}.light");
             let has = lights.len();
