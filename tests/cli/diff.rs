@@ -243,3 +243,28 @@ fn failures_have_the_exit_code_2() {
     refused(&dir, &format!("diff {cube} {cube} -o a.gif"), "use .html or .png");
     refused(&dir, "diff a.png a.png --tolerance -1", "must not be negative");
 }
+
+/// Both pictures show the start, where the scenes are equal.
+#[test]
+fn animations_that_differ_later_are_different() {
+    let (_dir, at) = folder();
+    let write = |name: &str, end: f32| {
+        let mut file = Fixture::triangle();
+        file.json["nodes"][0]["name"] = json!("Door");
+        let times = file.floats("SCALAR", 1, &[0.0, 1.0, 2.0]);
+        let places = file.vec3(&[[0.0; 3], [1.0, 0.0, 0.0], [end, 0.0, 0.0]]);
+        file.json["animations"] = json!([{
+            "name": "Open", "samplers": [{"input": times, "output": places}],
+            "channels": [{"sampler": 0, "target": {"node": 0, "path": "translation"}}],
+        }]);
+        fs::write(at.join(name), file.glb()).unwrap();
+    };
+    write("a.glb", 2.0);
+    write("b.glb", 3.0);
+    diff(&at, "a.glb a.glb --size 32x32", 0);
+    let json = diff(&at, "a.glb b.glb --size 32x32", 1);
+    let property = &json["properties"][0];
+    assert_eq!(property["path"], "animations[Open].node 'Door' translation at 1.500 s");
+    assert_eq!((&property["old"], &property["new"]), (&json!([1.5, 0.0, 0.0]), &json!([2.0, 0.0, 0.0])));
+    assert!(json["objects"].as_array().unwrap().is_empty());
+}

@@ -2,6 +2,7 @@
 //!
 //! Exit codes are those of diff(1): 0 if both are equal, 1 if they differ, 2 if something fails.
 
+mod animations;
 pub(super) mod comparison;
 pub(super) mod html;
 pub(super) mod images;

@@ -5,6 +5,7 @@ use std::path::Path;
 use anyhow::{Context, Result};
 use glam::{DMat3, DVec2, DVec3};
 
+use super::animations::curve_differences;
 use super::comparison::{Comparison, PicturePair, ViewComparison};
 use super::length::LengthUnit;
 use super::noise::forgive_noise;
@@ -89,10 +90,11 @@ pub fn compare(
     logs[0].warn_of_import(old.warnings.clone())?;
     logs[1].warn_of_import(new.warnings.clone())?;
     let mode = plan.session.options.load.glass;
-    let properties = json_differences(
+    let mut properties = json_differences(
         &comparable_properties(&old.scene, &old.warnings, mode)?,
         &comparable_properties(&new.scene, &new.warnings, mode)?,
     );
+    properties.extend(curve_differences(&old.scene, &new.scene));
     let frames = plan.frames.resolve(0.0, None)?;
     let planned = *frames.first().context("there is no frame")?;
     plan.session.options.size = Some(size.unwrap_or_else(|| default_size(&old.scene)));
