@@ -9,7 +9,6 @@ use super::errors::{CallDepth, load_error, value_error, warn};
 use super::size::optional_size;
 use blinn_import::{CameraFile, Limits};
 use blinn_scene::UpAxis;
-use blinn_session::Notice;
 
 /// Load the cameras of a list: transforms.json of NeRF tools, a COLMAP model, BOP's scene_camera.json, or JSON lines.
 ///
@@ -31,8 +30,9 @@ pub fn load_cameras(
     let file = CameraFile::open(&path, &Limits::default()).map_err(|error| load_error(&name, error))?;
     let without_pose = file.without_pose();
     if without_pose > 0 {
-        let notice = Notice::CamerasWithoutPose { count: without_pose, file: file.path().to_path_buf() };
-        warn(py, &name, &[notice.to_string()], CallDepth::Direct)?;
+        let pictures = if without_pose == 1 { "picture" } else { "pictures" };
+        let text = format!("left out {without_pose} {pictures} without a pose");
+        warn(py, &name, &[text], CallDepth::Direct)?;
     }
     let up = match up {
         None => file.up(),

@@ -34,6 +34,8 @@ pub fn load_error(name: &str, error: ImportError) -> PyErr {
             return std::io::Error::new(cause.kind(), message).into();
         }
         ImportError::Io { .. } => message,
+        // Errors of camera lists name the file themselves, one of several in a folder.
+        _ if message.starts_with(name) => message,
         _ => format!("{name}: {message}"),
     };
     match error {

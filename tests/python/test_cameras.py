@@ -51,3 +51,16 @@ def test_scale_and_rounding_of_poses_do_not_count(tmp_path: Path, quad: blinn.Sc
 def test_wrong_poses_are_explained(tmp_path: Path, pose: Any, message: str) -> None:
     with pytest.raises(blinn.LoadError, match=message):
         load(tmp_path, pose)
+
+
+def test_messages_name_the_list_once(tmp_path: Path) -> None:
+    path = tmp_path / "transforms.json"
+    frames = [{"file_path": "a"}, {"file_path": "b", "transform_matrix": POSE.tolist()}]
+    path.write_text(json.dumps({"w": 32, "h": 16, **LENS, "frames": frames}))
+    with pytest.warns(blinn.SceneWarning) as warned:
+        assert len(blinn.load_cameras(path)) == 1
+    assert [str(w.message) for w in warned] == [f"{path}: left out 1 picture without a pose"]
+    path.write_text("{}", encoding="utf-16")
+    with pytest.raises(blinn.LoadError) as refused:
+        blinn.load_cameras(path)
+    assert str(refused.value).count(str(path)) == 1
