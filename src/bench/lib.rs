@@ -46,8 +46,8 @@ pub use ray_dump::{DumpSettings, RayDump, dump_rays};
 pub use rays::{MeanSteps, RaySet, RaySets, TileBatch, TileRays};
 pub use record::MeasureError;
 pub use report::{
-    HeatMap, MachineResults, Table, different_work, format_duration, machines_page, report_page,
-    result_tables,
+    HeatMap, MachineResults, Table, comparison_table, different_work, format_duration, machines_page,
+    report_page, result_tables,
 };
 pub use results::{BenchResults, BvhResults, Machine, RecordedSettings, SceneResults, StageResults};
 pub use results_file::ResultsError;

@@ -12,8 +12,10 @@ use super::workload::Workload;
 /// The outcome of a benchmark run.
 #[derive(Debug)]
 pub struct BenchRun {
-    /// The results of the scenes that did not fail.
+    /// The results of the scenes that did not fail and had at least one round.
     pub results: BenchResults,
+    /// Index of the workload of each scene in the results.
+    pub measured: Vec<usize>,
     /// Heat maps of the eye rays' traversal steps.
     pub heat_maps: Vec<HeatMap>,
     /// Indices of the workloads that failed, with the reason.
@@ -28,8 +30,11 @@ pub fn measure(
 ) -> BenchRun {
     let mut records: Vec<SceneRecord> = workloads.iter().map(|_| SceneRecord::default()).collect();
     let mut heat_maps = Vec::new();
-    for round in 0..settings.rounds {
+    'rounds: for round in 0..settings.rounds {
         for (workload, record) in workloads.iter().zip(&mut records) {
+            if observer.is_stopped() {
+                break 'rounds;
+            }
             if record.failure.is_some() {
                 continue;
             }
@@ -39,11 +44,11 @@ pub fn measure(
             }
         }
     }
-    let measured = workloads.iter().zip(&records).filter(|(_, record)| record.failure.is_none());
-    let scenes = measured.map(|(workload, record)| record.results(workload)).collect();
+    let measured = workloads.iter().enumerate().zip(&records).filter(|(_, record)| record.is_measured());
+    let (measured, scenes) = measured.map(|((i, workload), record)| (i, record.results(workload))).collect();
     let failed =
         records.into_iter().enumerate().filter_map(|(i, record)| Some((i, record.failure?))).collect();
-    BenchRun { results: BenchResults::new(recorded(settings), scenes), heat_maps, failed }
+    BenchRun { results: BenchResults::new(recorded(settings), scenes), measured, heat_maps, failed }
 }
 
 /// Measures one round of a scene for each number of threads.

@@ -64,13 +64,19 @@ pub enum MeasureError {
 /// The measurements of a scene so far.
 #[derive(Default)]
 pub(super) struct SceneRecord {
-    pub triangles: u64,
+    /// Triangles, once a round has built the BVHs.
+    pub triangles: Option<u64>,
     pub bvh: BvhResults,
     stages: Vec<StageRecord>,
     pub failure: Option<MeasureError>,
 }
 
 impl SceneRecord {
+    /// Returns true if no round has failed, and at least one was measured.
+    pub fn is_measured(&self) -> bool {
+        self.failure.is_none() && self.triangles.is_some()
+    }
+
     /// Adds a round of a stage.
     ///
     /// # Errors
@@ -110,7 +116,7 @@ impl SceneRecord {
         SceneResults {
             name: workload.name.clone(),
             sha256: workload.sha256.clone(),
-            triangles: self.triangles,
+            triangles: self.triangles.unwrap_or(0),
             tree: Some(self.bvh.clone()),
             stages: records.into_iter().map(results).collect(),
         }

@@ -35,6 +35,8 @@ pub struct BenchResults {
 pub struct Machine {
     /// The processor's name.
     pub cpu: String,
+    /// Its family and model, such as `family 25, model 1`; empty where they are unknown. Some names are those of many models.
+    pub cpu_model: String,
     /// Logical processors.
     pub cores: u32,
     /// Physical memory in bytes.

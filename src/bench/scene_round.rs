@@ -44,7 +44,7 @@ impl SceneRound<'_> {
     pub fn run(&mut self, observer: &mut dyn BenchObserver) -> Result<Option<HeatMap>, MeasureError> {
         let settings = self.settings;
         let timer = self.timer;
-        let (timing, loaded) = timer.measure(|| load(&self.workload.file, &settings.load));
+        let (timing, loaded) = self.timed(BenchStage::Load, || load(&self.workload.file, &settings.load));
         let (scene, warnings) = loaded?;
         if self.is_first {
             observer.scene_loaded(self.workload, &warnings).map_err(MeasureError::Rejected)?;
@@ -53,10 +53,10 @@ impl SceneRound<'_> {
         let posed = timer.install(|| pose(&scene, &PoseSettings::default()))?;
 
         let build = AccelSettings { simd: settings.simd, ..AccelSettings::default() };
-        let (timing, (accel, _)) = timer.measure(|| Accel::build(&posed, &build));
+        let (timing, (accel, _)) = self.timed(BenchStage::Build, || Accel::build(&posed, &build));
         self.add(BenchStage::Build, None, StageWork::default(), timing)?;
         if self.is_first {
-            self.record.triangles = scene.instanced_triangle_count();
+            self.record.triangles = Some(scene.instanced_triangle_count());
             self.record.bvh = bvh_results(&accel);
         }
 
@@ -88,14 +88,18 @@ impl SceneRound<'_> {
         let (frame, display) = timer.install(|| frame_and_display(settings, &view, scene, posed, accel))?;
         self.measure_rays(&frame, image)?;
 
-        let (timing, pixels) = timer.measure(|| render(&frame, &Phong::default(), settings, &()));
-        let pixels = pixels?;
-        let hash = self.timed().then(|| WorkHash::of_pixels(&pixels.colors));
-        self.add(BenchStage::Frame, Some(image), StageWork { hash, ..StageWork::default() }, timing)?;
-        let picture = Picture::new(pixels, display);
-        let (timing, png) = timer.measure(|| ImageFormat::Png.encode(&picture, BitDepth::Default));
-        png?;
-        self.add(BenchStage::Encode, Some(image), StageWork::default(), timing)?;
+        if self.wants(BenchStage::Frame) || self.wants(BenchStage::Encode) {
+            let (timing, pixels) =
+                self.timed(BenchStage::Frame, || render(&frame, &Phong::default(), settings, &()));
+            let pixels = pixels?;
+            let hash = self.has_hashes().then(|| WorkHash::of_pixels(&pixels.colors));
+            self.add(BenchStage::Frame, Some(image), StageWork { hash, ..StageWork::default() }, timing)?;
+            let picture = Picture::new(pixels, display);
+            let encode = || ImageFormat::Png.encode(&picture, BitDepth::Default);
+            let (timing, png) = self.timed(BenchStage::Encode, encode);
+            png?;
+            self.add(BenchStage::Encode, Some(image), StageWork::default(), timing)?;
+        }
 
         if self.is_first && self.settings.heat_maps { self.heat_map(&frame, settings) } else { Ok(None) }
     }
@@ -103,24 +107,46 @@ impl SceneRound<'_> {
     fn measure_rays(&mut self, frame: &Frame, image: &Image) -> Result<(), MeasureError> {
         let timer = self.timer;
         let (accel, posed) = (frame.accel, frame.posed);
+        let Some(last) = self.settings.stages.iter().copied().filter(|stage| stage.traces_rays()).max()
+        else {
+            return Ok(());
+        };
         let mut sets = RaySets::new(frame, &image.settings);
         while let Some(set) = timer.install(|| sets.next_set()) {
-            let (timing, _) = timer.measure(|| black_box(set.trace(accel, posed)));
-            let mut work = StageWork { rays: Some(set.len()), ..StageWork::default() };
-            if self.timed() {
-                work.hash = Some(timer.install(|| set.hash(accel, posed)));
+            if self.wants(set.stage) {
+                let timing = timer.measure(|| black_box(set.trace(accel, posed))).0;
+                let mut work = StageWork { rays: Some(set.len()), ..StageWork::default() };
+                if self.has_hashes() {
+                    work.hash = Some(timer.install(|| set.hash(accel, posed)));
+                }
+                if self.has_hashes() && self.is_first {
+                    work.steps = timer.install(|| set.mean_steps(accel, posed));
+                }
+                self.add(set.stage, Some(image), work, Some(timing))?;
             }
-            if self.timed() && self.is_first {
-                work.steps = timer.install(|| set.mean_steps(accel, posed));
+            if set.stage == last {
+                break;
             }
-            self.add(set.stage, Some(image), work, timing)?;
         }
         Ok(())
     }
 
     /// Returns false for a run that measures memory: hashes and steps would add to it.
-    fn timed(&self) -> bool {
+    fn has_hashes(&self) -> bool {
         !self.settings.memory
+    }
+
+    fn wants(&self, stage: BenchStage) -> bool {
+        self.settings.stages.contains(&stage)
+    }
+
+    /// Does the work of a stage: several times if it is measured, else once.
+    fn timed<T: Send>(&self, stage: BenchStage, work: impl Fn() -> T + Send + Sync) -> (Option<Timing>, T) {
+        if self.wants(stage) {
+            let (timing, result) = self.timer.measure(work);
+            return (Some(timing), result);
+        }
+        (None, self.timer.install(work))
     }
 
     fn heat_map(&self, frame: &Frame, settings: &RenderSettings) -> Result<Option<HeatMap>, MeasureError> {
@@ -130,13 +156,15 @@ impl SceneRound<'_> {
         Ok(map.transpose()?)
     }
 
+    /// Adds the measurement of a stage, if it is measured.
     fn add(
         &mut self,
         stage: BenchStage,
         image: Option<&Image>,
         work: StageWork,
-        timing: Timing,
+        timing: Option<Timing>,
     ) -> Result<(), MeasureError> {
+        let Some(timing) = timing else { return Ok(()) };
         let size = image.map(|image| (image.settings.width, image.settings.height));
         let camera = image.and_then(|image| image.camera);
         self.record.add(StageKey { threads: self.threads, camera, size, stage }, work, timing)

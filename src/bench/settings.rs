@@ -1,5 +1,6 @@
 //! Settings of a benchmark run, and the interface that receives its progress.
 
+use super::stage::BenchStage;
 use super::workload::Workload;
 use blinn_accel::SimdLevel;
 use blinn_import::{LoadOptions, Warning};
@@ -18,6 +19,8 @@ pub struct BenchSettings {
     pub rounds: u32,
     /// Seconds for which a stage is repeated in each round, at least.
     pub min_seconds: f64,
+    /// The stages to measure; the others run only where these need their results.
+    pub stages: Vec<BenchStage>,
     /// Numbers of threads.
     pub threads: Vec<usize>,
     /// The SIMD level of ray traversal.
@@ -40,4 +43,8 @@ pub trait BenchObserver {
     /// # Errors
     /// The scene must not be measured.
     fn scene_loaded(&mut self, workload: &Workload, warnings: &[Warning]) -> Result<(), String>;
+    /// Returns true if no further round of a scene should start. The results are those of the rounds so far.
+    fn is_stopped(&self) -> bool {
+        false
+    }
 }

@@ -464,3 +464,23 @@ fn a_heat_map_is_an_aov_layer() {
     colors.dedup();
     assert!(colors.len() > 4, "{} colours", colors.len());
 }
+
+/// Stages whose results are needed by others run, and are not measured.
+#[test]
+fn chosen_stages_alone_are_measured() {
+    let (_guard, folder) = folder();
+    let scene = model("tests/cube.obj");
+    stdout_of(&folder, &format!("bench {scene} {MINIMAL} --stages ao,encode,bounce1 --json a.json"));
+    stdout_of(&folder, &format!("bench {scene} {MINIMAL} --json b.json"));
+    let stages =
+        |file: &str| read_json(&folder.join(file))["scenes"][0]["stages"].as_array().unwrap().clone();
+    let (few, all) = (stages("a.json"), stages("b.json"));
+    let names: Vec<&Value> = few.iter().map(|stage| &stage["stage"]).collect();
+    assert_eq!(names, ["ao", "bounce1", "encode"]);
+    for stage in few {
+        let same = all.iter().find(|other| other["stage"] == stage["stage"]).unwrap();
+        assert_eq!((&stage["hash"], &stage["rays"]), (&same["hash"], &same["rays"]));
+        assert!(!stage["peak_bytes"].as_array().unwrap().is_empty());
+    }
+    refused(&folder, &format!("bench {scene} --stages eye,rays"), "bounce4");
+}

@@ -85,3 +85,34 @@ fn a_signal_during_startup_is_not_lost() {
         assert!(ended, "run {i}");
     }
 }
+
+/// A benchmark that is interrupted writes the results of its finished rounds.
+#[test]
+fn an_interrupted_benchmark_keeps_its_rounds() {
+    if !heeds("-INT") {
+        return;
+    }
+    let (_dir, at) = folder();
+    let line = "bench --size 16x9 --threads 1 --min-time 0.01 --rounds 1000 --stages build --json a.json";
+    let mut child = Command::new(env!("CARGO_BIN_EXE_blinn"))
+        .args(line.split_whitespace())
+        .arg(model("tests/cube.obj"))
+        .current_dir(&at)
+        .stdout(std::process::Stdio::null())
+        .stderr(std::process::Stdio::piped())
+        .spawn()
+        .unwrap();
+    let mut messages = std::io::BufReader::new(child.stderr.take().unwrap());
+    let mut line = String::new();
+    while !line.starts_with("round 3 ") {
+        line.clear();
+        assert!(messages.read_line(&mut line).unwrap() > 0, "it ended");
+    }
+    send("-INT", &child);
+    let rest = std::io::read_to_string(messages).unwrap();
+    assert_eq!(child.wait().unwrap().code(), Some(130), "{rest}");
+    let results: serde_json::Value =
+        serde_json::from_slice(&std::fs::read(at.join("a.json")).unwrap()).unwrap();
+    let rounds = results["scenes"][0]["stages"][0]["seconds"].as_array().unwrap().len();
+    assert!((2..1000).contains(&rounds), "{rounds} rounds");
+}

@@ -4,6 +4,7 @@ use super::table::Table;
 use super::units::format_duration;
 use super::{date, page_head};
 use crate::bootstrap::ratio_interval;
+use crate::compare::{Change, Comparison, Verdict};
 use crate::results::{BenchResults, Machine, SceneResults, StageResults};
 use crate::stage::BenchStage;
 use blinn_output::escape_html;
@@ -26,7 +27,7 @@ pub fn result_tables(machines: &[MachineResults]) -> Vec<Table> {
             machines.iter().map(|machine| machine.results.find_scene(scene)).collect();
         tables.push(match scenes[..] {
             [Some(scene)] => scene_table(scene),
-            _ => comparison_table(&scene.name, machines, &scenes),
+            _ => machines_table(&scene.name, machines, &scenes),
         });
     }
     tables
@@ -121,11 +122,11 @@ fn texts<const N: usize>(cells: [&str; N]) -> Vec<String> {
 
 fn machine_table(machines: &[MachineResults]) -> Table {
     let row = |MachineResults { label, results }: &MachineResults| {
-        let Machine { cpu, cores, memory_bytes, os, kernel, .. } = &results.machine;
+        let Machine { cores, memory_bytes, os, kernel, .. } = &results.machine;
         let debug = if results.settings.debug_build { " (not optimised)" } else { "" };
         vec![
             label.clone(),
-            cpu.clone(),
+            results.machine.processor(),
             cores.to_string(),
             format!("{:.1} GiB", *memory_bytes as f64 / f64::from(1 << 30)),
             format!("{os} {kernel}"),
@@ -161,6 +162,30 @@ fn short_hash(hash: Option<&str>) -> String {
     hash.map_or_else(|| "–".into(), |hash| hash.chars().take(8).collect())
 }
 
+/// The measurements of two runs side by side.
+pub fn comparison_table(comparison: &Comparison) -> Table {
+    let row = |change: &Change| {
+        let verdict = match change.verdict {
+            Verdict::Same => "",
+            Verdict::Less => "less",
+            Verdict::More => "more",
+        };
+        vec![
+            format!("{}: {}", change.scene, change.metric),
+            format!("{:.3}", change.ratio),
+            change.interval.map_or_else(|| "–".into(), |i| format!("{:.3}–{:.3}", i.low, i.high)),
+            or_dash(Some(change.noise), |v| format!("{:.1} %", 100.0 * v)),
+            or_dash(change.min_ratio, |v| format!("{v:.3}")),
+            verdict.into(),
+        ]
+    };
+    Table {
+        title: "Comparison with the baseline".into(),
+        head: texts(["cost", "new / old", "95 % interval", "noise", "by least", "verdict"]),
+        rows: comparison.changes.iter().map(row).collect(),
+    }
+}
+
 /// All stages of a scene on one machine.
 fn scene_table(scene: &SceneResults) -> Table {
     let row = |s: &StageResults| {
@@ -171,20 +196,37 @@ fn scene_table(scene: &SceneResults) -> Table {
             or_dash(s.median(), format_duration),
             or_dash(s.mrays(), |v| format!("{v:.2}")),
             or_dash(s.relative_spread(), |v| format!("{:.1} %", 100.0 * v)),
+            or_dash(s.peak(), |v| format!("{:.0} MiB", v / f64::from(1 << 20))),
             or_dash(s.nodes_per_ray, |v| format!("{v:.1}")),
             or_dash(s.triangles_per_ray, |v| format!("{v:.1}")),
             short_hash(s.hash.as_deref()),
         ]
     };
+    let tree = scene.tree.as_ref().map(|tree| {
+        let bytes = or_dash(tree.bytes_per_triangle, |v| format!("{v:.1}"));
+        let cost = or_dash(tree.sah_cost, |v| format!("{v:.1}"));
+        format!("; BVHs: {} nodes, {bytes} bytes per triangle, SAH cost {cost}", tree.nodes)
+    });
     Table {
-        title: format!("{}, {} triangles", scene.name, scene.triangles),
-        head: texts(["stage", "pixels", "threads", "time", "Mray/s", "spread", "nodes", "triangles", "hash"]),
+        title: format!("{}, {} triangles{}", scene.name, scene.triangles, tree.unwrap_or_default()),
+        head: texts([
+            "stage",
+            "pixels",
+            "threads",
+            "time",
+            "Mray/s",
+            "spread",
+            "memory",
+            "nodes",
+            "triangles",
+            "hash",
+        ]),
         rows: scene.stages.iter().map(row).collect(),
     }
 }
 
 /// The stages of a scene on several machines. A machine that lacks the scene or a stage has dashes.
-fn comparison_table(name: &str, machines: &[MachineResults], scenes: &[Option<&SceneResults>]) -> Table {
+fn machines_table(name: &str, machines: &[MachineResults], scenes: &[Option<&SceneResults>]) -> Table {
     let mut head = texts(["stage", "pixels", "threads"]);
     for (i, machine) in machines.iter().enumerate() {
         head.push(machine.label.clone());

@@ -18,12 +18,18 @@ use scaling_plot::scaling_plot;
 use stage_plot::stage_plot;
 
 pub use heat_map::HeatMap;
-pub use machines::{MachineResults, different_work, machines_page, result_tables};
+pub use machines::{MachineResults, comparison_table, different_work, machines_page, result_tables};
 pub use table::Table;
 pub use units::format_duration;
 
 /// The style of the plots, besides the style sheet of all pages.
 const STYLE: &str = include_str!("report.css");
+
+/// What the columns of the table of stages mean.
+const COLUMNS: &str = "<p class=\"facts\">time: median of the rounds, without the time that other programs had the \
+                       processors (waited); least: the fastest sample; spread: standard deviation of the rounds relative to \
+                       the calibration loop; nodes and triangles a ray: those that a single ray visits; hash: equal where \
+                       the same rays hit the same, or pictures are the same.</p>\n";
 
 /// The start of a page, up to its heading.
 fn page_head(title: &str) -> String {
@@ -81,6 +87,7 @@ pub fn report_page(results: &BenchResults, heat_maps: &[HeatMap], comparison: Op
     page += "<h2 id=\"figures\">Figures</h2>\n";
     page += &tables::bvhs(results);
     page += &tables::stages(results);
+    page += COLUMNS;
     page + "</body></html>\n"
 }
 
@@ -106,7 +113,8 @@ fn heading(id: &str, title: &str, note: &str) -> String {
 
 /// Version, date, machine and settings, in one paragraph.
 fn description(results: &BenchResults) -> String {
-    let Machine { cpu, cores, memory_bytes, os, kernel, .. } = &results.machine;
+    let Machine { cores, memory_bytes, os, kernel, .. } = &results.machine;
+    let cpu = results.machine.processor();
     let RecordedSettings { sizes, samples, rounds, simd, debug_build, .. } = &results.settings;
     let sizes: Vec<String> = sizes.iter().map(|[width, height]| format!("{width}x{height}")).collect();
     let sizes = sizes.join(", ");

@@ -3,9 +3,11 @@
 use std::path::PathBuf;
 
 use clap::Args;
+use clap::builder::{PossibleValuesParser, TypedValueParser};
 
 use super::process::CommonArgs;
 use super::values;
+use blinn_bench::BenchStage;
 
 /// Widths and heights of images in pixels. An alias, so that clap takes the list for one value.
 type Sizes = Vec<(u32, u32)>;
@@ -26,7 +28,8 @@ pub struct BenchArgs {
     pub scene_folder: Option<PathBuf>,
     /// Read the results of an earlier run instead of measuring, or those of several machines to show side by side
     #[arg(long, value_name = "FILE.json", num_args = 1.., help_heading = "Scene",
-          conflicts_with_all = ["scenes", "suite", "scene_folder", "size", "samples", "rounds", "min_time", "threads"])]
+          conflicts_with_all = ["scenes", "suite", "scene_folder", "size", "samples", "rounds", "min_time", "threads",
+                                "stages"])]
     pub from: Vec<PathBuf>,
     /// Write all results as JSON
     #[arg(long, value_name = "FILE.json", help_heading = "Output")]
@@ -60,9 +63,21 @@ pub struct BenchArgs {
     #[arg(long, value_name = "LIST", value_delimiter = ',', help_heading = "Measuring",
           value_parser = clap::value_parser!(u16).range(1..=1024))]
     pub threads: Option<Vec<u16>>,
+    /// Stages to measure, such as eye,shadow,frame; the others run only where these need their results [default: all]
+    #[arg(long, value_name = "LIST", value_delimiter = ',', help_heading = "Measuring",
+          value_parser = PossibleValuesParser::new(BenchStage::ALL.map(BenchStage::name)).map(|name| stage(&name)))]
+    pub stages: Option<Vec<BenchStage>>,
     /// Run everything once and print the peak memory as JSON: run by `blinn bench` as a child process
-    #[arg(long, hide = true, conflicts_with_all = ["suite", "scene_folder", "from", "json", "report", "markdown", "compare"])]
+    #[arg(long, hide = true, conflicts_with_all = ["suite", "from", "json", "report", "markdown", "compare"])]
     pub memory: bool,
+    /// Measure only the scene of --scenes with this name: run by `blinn bench` as a child process
+    #[arg(long, value_name = "NAME", hide = true, requires = "scene_folder")]
+    pub only_scene: Option<String>,
     #[command(flatten)]
     pub common: CommonArgs,
+}
+
+/// The stage of a name. The parser has checked it.
+fn stage(name: &str) -> BenchStage {
+    BenchStage::ALL.into_iter().find(|stage| stage.name() == name).unwrap_or(BenchStage::Load)
 }

@@ -6,7 +6,7 @@ use std::process::{Command, Stdio};
 use crate::args::BenchArgs;
 use crate::console::{eprint_line, print_warning, single_line};
 use crate::plural::plural;
-use blinn_bench::{BenchResults, BenchSettings, SceneResults, Workload};
+use blinn_bench::{BenchResults, BenchSettings, BenchStage, SceneResults, Workload};
 
 /// Maximum number of rounds: memory varies little.
 const MAX_ROUNDS: u32 = 3;
@@ -45,7 +45,18 @@ fn run_child(
     if args.common.allow_outside() {
         command.arg("--allow-outside");
     }
-    let output = command.arg("--").arg(&workload.file).stdin(Stdio::null()).output();
+    if settings.stages.len() < BenchStage::ALL.len() {
+        let stages: Vec<&str> = settings.stages.iter().map(|stage| stage.name()).collect();
+        command.args(["--stages", &stages.join(",")]);
+    }
+    match &args.scene_folder {
+        // The manifest has the cameras.
+        Some(folder) if !workload.cameras.is_empty() => {
+            command.arg("--scenes").arg(folder).args(["--only-scene", &workload.name]);
+        }
+        _ => drop(command.arg("--").arg(&workload.file)),
+    }
+    let output = command.stdin(Stdio::null()).output();
     let output = output.map_err(|e| e.to_string())?;
     if !output.status.success() {
         return Err(String::from_utf8_lossy(&output.stderr).trim().to_string());

@@ -11,19 +11,20 @@ use std::path::{Path, PathBuf};
 
 use anyhow::Result;
 
-use super::args::BenchArgs;
+use super::args::{BenchArgs, CommonArgs};
 use super::console::{eprint_line, is_stdout, print_stdout, print_warning, scene_error, strict_error};
 use super::files::create_parent_folder;
 use super::plan::{PathConflicts, Writer, scene_list};
 use super::plural::plural;
 use super::run::panics;
+use super::run::signals::HeldInterrupt;
 use super::scene_file::is_stdin;
 use super::summary::Summary;
 use super::usage::UsageError;
 use blinn_bench::manifest::sha256_of_file;
 use blinn_bench::{
-    BenchResults, BenchRun, BenchSettings, Comparison, HeatMap, MachineResults, Verdict, Workload, compare,
-    measure, report_page, result_tables, standard_suite,
+    BenchResults, BenchRun, BenchSettings, BenchStage, Comparison, HeatMap, MachineResults, Verdict,
+    Workload, compare, comparison_table, measure, report_page, result_tables, standard_suite,
 };
 use blinn_import::LoadOptions;
 use blinn_output::{Overwrite, check_writable};
@@ -61,6 +62,7 @@ pub fn run(args: &BenchArgs) -> Result<Summary, UsageError> {
     let old = read_results("--compare", args.compare.as_deref())?;
     let from = read_machines(args)?;
     let public = args.scene_folder.as_deref().map(PublicScenes::find).transpose()?;
+    let public = public.map(|public| public.with_only(args.only_scene.as_deref()));
     if let Some(public) = &public {
         public.list_missing(args.common.quiet);
         if public.workloads.is_empty() && scenes.is_empty() && args.suite.is_none() {
@@ -76,17 +78,20 @@ pub fn run(args: &BenchArgs) -> Result<Summary, UsageError> {
         machines::show(args, &from, &mut summary);
         return Ok(summary);
     }
+    let interrupt = HeldInterrupt::new();
     let measurement = match from.into_iter().next() {
         Some(MachineResults { results, .. }) => Measurement { results, heat_maps: Vec::new() },
-        None => match panics::catch(|| measure_all(args, &scenes, public, &settings, &mut summary)) {
-            Ok(Some(measurement)) => measurement,
-            // Every scene has failed, which was reported.
-            Ok(None) => return Ok(summary),
-            Err(error) => {
-                fail(&mut summary, &format!("{error:#}"));
-                return Ok(summary);
+        None => {
+            match panics::catch(|| measure_all(args, &scenes, public, &settings, &interrupt, &mut summary)) {
+                Ok(Some(measurement)) => measurement,
+                // Every scene has failed, which was reported.
+                Ok(None) => return Ok(summary),
+                Err(error) => {
+                    fail(&mut summary, &format!("{error:#}"));
+                    return Ok(summary);
+                }
             }
-        },
+        }
     };
     if args.memory {
         summary.record(print_stdout(measurement.results.to_json().as_bytes()));
@@ -101,7 +106,9 @@ pub fn run(args: &BenchArgs) -> Result<Summary, UsageError> {
     });
     write(&mut summary, args, args.markdown.as_deref(), || {
         let machine = MachineResults { label: results.machine.cpu.clone(), results: results.clone() };
-        machines::markdown(&result_tables(&[machine]))
+        let mut tables = result_tables(&[machine]);
+        tables.extend(comparison.as_ref().map(comparison_table));
+        machines::markdown(&tables)
     });
     if let Some(comparison) = &comparison {
         if comparison.changes.is_empty() && comparison.different_work.is_empty() {
@@ -112,6 +119,8 @@ pub fn run(args: &BenchArgs) -> Result<Summary, UsageError> {
             fail_higher_costs(&mut summary, comparison);
         }
     }
+    // Files of the finished rounds are written.
+    interrupt.release();
     Ok(summary)
 }
 
@@ -134,6 +143,7 @@ fn settings(args: &BenchArgs) -> Result<BenchSettings, UsageError> {
         rounds: args.rounds,
         min_seconds: args.min_time,
         threads: unique,
+        stages: args.stages.clone().unwrap_or_else(|| BenchStage::ALL.to_vec()),
         simd: simd_level()?,
         heat_maps: args.report.is_some(),
         memory: args.memory,
@@ -209,6 +219,7 @@ fn measure_all(
     scenes: &[PathBuf],
     public: Option<PublicScenes>,
     settings: &BenchSettings,
+    interrupt: &HeldInterrupt,
     summary: &mut Summary,
 ) -> Result<Option<Measurement>> {
     let mut workloads: Vec<Workload> = scenes.iter().map(|path| Workload::file(path)).collect();
@@ -231,14 +242,14 @@ fn measure_all(
             }
         }
     }
-    let mut observer =
-        ConsoleObserver { quiet: args.common.quiet, strict: args.common.strict, rounds: settings.rounds };
-    let BenchRun { mut results, heat_maps, failed } = measure(settings, &workloads, &mut observer);
+    let CommonArgs { quiet, strict, .. } = args.common;
+    let mut observer = ConsoleObserver { interrupt, quiet, strict, rounds: settings.rounds };
+    let BenchRun { mut results, measured, heat_maps, failed } = measure(settings, &workloads, &mut observer);
     if !settings.memory {
-        let has_failed = |i: usize| failed.iter().any(|(other, _)| *other == i);
-        let measured = workloads.iter().enumerate().filter(|(i, _)| !has_failed(*i));
-        for (scene, (_, workload)) in results.scenes.iter_mut().zip(measured) {
-            memory::measure(scene, workload, settings, args);
+        for (scene, i) in results.scenes.iter_mut().zip(measured) {
+            if !interrupt.is_interrupted() {
+                memory::measure(scene, &workloads[i], settings, args);
+            }
         }
     }
     for (i, error) in failed {

@@ -1,17 +1,19 @@
 //! Reports the progress of a benchmark on standard error.
 
 use crate::console::{eprint_line, print_warning, single_line, strict_error, with_flags};
+use crate::run::signals::HeldInterrupt;
 use crate::warning_filter::WarningFilter;
 use blinn_bench::{BenchObserver, Workload};
 use blinn_import::Warning;
 
-pub struct ConsoleObserver {
+pub struct ConsoleObserver<'i> {
+    pub interrupt: &'i HeldInterrupt,
     pub quiet: bool,
     pub strict: bool,
     pub rounds: u32,
 }
 
-impl BenchObserver for ConsoleObserver {
+impl BenchObserver for ConsoleObserver<'_> {
     fn scene_started(&mut self, workload: &Workload, round: u32) {
         if !self.quiet {
             eprint_line(&format!("round {round} of {}: {}", self.rounds, single_line(&workload.name)));
@@ -30,5 +32,9 @@ impl BenchObserver for ConsoleObserver {
             print_warning(&format!("{}: {line}", workload.name));
         }
         Ok(())
+    }
+
+    fn is_stopped(&self) -> bool {
+        self.interrupt.is_interrupted()
     }
 }

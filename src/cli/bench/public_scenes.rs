@@ -43,6 +43,14 @@ impl PublicScenes {
         Ok(public)
     }
 
+    /// Keeps only the scene of that name, if there is one.
+    pub fn with_only(mut self, name: Option<&str>) -> PublicScenes {
+        if let Some(name) = name {
+            self.workloads.retain(|workload| workload.name == name);
+        }
+        self
+    }
+
     /// Prints the scenes that are missing, with their files and sources.
     pub fn list_missing(&self, quiet: bool) {
         for scene in self.missing.iter().filter(|_| !quiet) {

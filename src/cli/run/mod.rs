@@ -25,5 +25,5 @@ mod scene_ledger;
 mod scene_task;
 mod scenes;
 mod shard_batch;
-mod signals;
+pub(super) mod signals;
 mod watch;

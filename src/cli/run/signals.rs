@@ -2,6 +2,7 @@
 //! left.
 
 use std::io::IsTerminal;
+use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::Duration;
 
 use crate::console::eprint_line;
@@ -16,6 +17,48 @@ const EXIT_SIGNAL: i32 = 128;
 /// later.
 const WRITE_TIMEOUT: Duration = Duration::from_millis(1500);
 
+/// SIGINT, or Ctrl-C.
+const INTERRUPT: i32 = 2;
+
+/// True while a [`HeldInterrupt`] exists.
+static IS_HELD: AtomicBool = AtomicBool::new(false);
+/// True after an interrupt that was held.
+static IS_INTERRUPTED: AtomicBool = AtomicBool::new(false);
+
+/// Holds the first interrupt back, so that work can end at a suitable point. The second one ends the process. One exists
+/// at a time.
+pub struct HeldInterrupt(());
+
+impl HeldInterrupt {
+    pub fn new() -> HeldInterrupt {
+        IS_HELD.store(true, Ordering::SeqCst);
+        HeldInterrupt(())
+    }
+
+    /// Returns true after an interrupt.
+    pub fn is_interrupted(&self) -> bool {
+        IS_INTERRUPTED.load(Ordering::SeqCst)
+    }
+
+    /// Ends the process if it was interrupted.
+    pub fn release(self) {
+        IS_HELD.store(false, Ordering::SeqCst);
+        if self.is_interrupted() {
+            exit(INTERRUPT);
+        }
+    }
+}
+
+/// Returns true for an interrupt that is held back.
+fn holds(signal: i32) -> bool {
+    let is_held = signal == INTERRUPT && IS_HELD.load(Ordering::SeqCst);
+    let holds = is_held && !IS_INTERRUPTED.swap(true, Ordering::SeqCst);
+    if holds {
+        eprint_line("interrupted: ending after this round; interrupt again to end at once");
+    }
+    holds
+}
+
 /// Exits because of a signal.
 fn exit(signal: i32) -> ! {
     // A disk that hangs, such as one on a network, does not delay the exit. It leaves only a temporary file. If no
@@ -28,7 +71,7 @@ fn exit(signal: i32) -> ! {
     remove_generated_scenes();
     let reason = match signal {
         1 => "hung up",
-        2 => "interrupted",
+        INTERRUPT => "interrupted",
         _ => "terminated",
     };
     // A terminal may show a progress bar and the pressed keys.
@@ -52,7 +95,7 @@ pub fn watch() -> std::io::Result<()> {
     let watched = [SIGINT, SIGTERM, SIGHUP].into_iter().filter(|signal| is_watched(*signal));
     if let Ok(mut signals) = signal_hook::iterator::Signals::new(watched) {
         std::thread::Builder::new().spawn(move || {
-            if let Some(signal) = signals.forever().next() {
+            if let Some(signal) = signals.forever().find(|signal| !holds(*signal)) {
                 exit(signal);
             }
         })?;
@@ -72,6 +115,10 @@ fn ignored_signals() -> Option<u64> {
 /// Watches for Ctrl-C.
 #[cfg(not(unix))]
 pub fn watch() -> std::io::Result<()> {
-    let _ = ctrlc::set_handler(|| exit(2));
+    let _ = ctrlc::set_handler(|| {
+        if !holds(INTERRUPT) {
+            exit(INTERRUPT)
+        }
+    });
     Ok(())
 }
