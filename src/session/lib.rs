@@ -43,6 +43,7 @@ mod neighbour_frames;
 mod notice;
 mod option_files;
 mod option_names;
+mod option_remarks;
 mod option_table;
 mod options;
 mod path_list;

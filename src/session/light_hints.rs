@@ -1,4 +1,4 @@
-//! Remarks about pictures that are dark although lights exist.
+//! Remarks about pictures that are dark although lights exist, or white.
 
 use glam::Vec3;
 
@@ -8,6 +8,7 @@ use crate::notice::{EnclosedLight, Notice};
 use crate::surroundings::{is_enclosed, surroundings};
 use blinn_accel::Accel;
 use blinn_render::Pixels;
+use blinn_render::display::ViewTransform;
 use blinn_render::integrator::Frame;
 use blinn_scene::{LightKind, LightSet, Lighting, Material, PosedScene, Reflectance};
 
@@ -15,6 +16,8 @@ use blinn_scene::{LightKind, LightSet, Lighting, Material, PosedScene, Reflectan
 const DARK: f32 = 0.005;
 /// Share of the covered pixels that are dark in a dark picture.
 const DARK_SHARE: f64 = 0.95;
+/// Share of the covered pixels that are white in a white picture.
+const WHITE_SHARE: f64 = 0.5;
 /// Distance to a surface that encloses a light like a bulb, relative to the radius of the scene.
 const BULB_SIZE: f64 = 0.1;
 
@@ -28,10 +31,12 @@ pub struct ImageLight<'a> {
     pub exposure: &'a ResolvedExposure,
     /// The resolved lights.
     pub lighting: &'a Lighting,
+    /// The view transform.
+    pub view: ViewTransform,
 }
 
 impl ImageLight<'_> {
-    /// Remarks on a light that cannot be seen, and on a dark image.
+    /// Remarks on a light that cannot be seen, and on a dark or white image.
     pub fn remarks(&self, frame: &Frame, pixels: &Pixels) -> Vec<Notice> {
         let mut remarks = Vec::new();
         let has_file_lights = self.lighting.sets.as_ref().is_some_and(|sets| sets.contains(&LightSet::File));
@@ -53,6 +58,9 @@ impl ImageLight<'_> {
             let lost_lights = frame.posed.scene.lost_light_names();
             remarks.push(Notice::DarkImage { sources: self.sources.to_string(), lost_lights, advice });
         }
+        if self.view == ViewTransform::Standard && !is_metered && is_white(pixels, ev) {
+            remarks.push(Notice::WhiteImage);
+        }
         remarks
     }
 }
@@ -64,6 +72,15 @@ fn is_dark(pixels: &Pixels, ev: f64) -> bool {
     let dark = covered.clone().filter(|color| color.truncate().max_element() * scale < DARK).count();
     let covered = covered.count();
     covered > 0 && dark as f64 >= DARK_SHARE * covered as f64
+}
+
+/// Returns true if most that a picture shows of the scene is white at an exposure of `ev` stops.
+fn is_white(pixels: &Pixels, ev: f64) -> bool {
+    let scale = libm::exp2(ev) as f32;
+    let covered = pixels.colors.iter().filter(|color| color.w > 0.0);
+    let white = covered.clone().filter(|color| color.truncate().min_element() * scale >= color.w).count();
+    let covered = covered.count();
+    covered > 0 && white as f64 >= WHITE_SHARE * covered as f64
 }
 
 /// Returns true if surfaces of the material show mainly their surroundings: metal or glass.

@@ -27,6 +27,15 @@ pub enum Notice {
     },
     /// A shadow catcher is shown, and nothing casts shadows.
     NothingCastsShadows,
+    /// Caustics need light that bounces between surfaces.
+    CausticsAlone,
+    /// Points or lines are as large as the scene.
+    LargeRounds {
+        /// The option that sets their size, in metres.
+        option: &'static str,
+        /// The radius of the scene, in metres.
+        radius: f64,
+    },
     /// The metered camera sees nothing that is lit.
     NothingLit {
         /// The light sources.
@@ -50,6 +59,8 @@ pub enum Notice {
         /// The options that help.
         advice: LightAdvice,
     },
+    /// Half of a picture or more is white.
+    WhiteImage,
     /// A light is inside a closed object that shadows it on all sides.
     EnclosedLight(EnclosedLight),
     /// Frames of an animation are asked for, and nothing moves.
@@ -94,13 +105,10 @@ pub enum Notice {
     },
     /// The light sources of all images.
     Lights(String),
-    /// The metered exposure.
-    Exposure {
-        /// In stops.
-        ev: f64,
-        /// The factor of the file's lights, if their unit is unusual.
-        light_scale: Option<f32>,
-    },
+    /// The metered exposure, in stops.
+    Exposure(f64),
+    /// The file's lights have an unusual unit, and are scaled by a metered factor.
+    LightScale(f32),
     /// Neither camera nor lights are in a file of Blender, whose exporter leaves them out unless it is told to write them.
     NoCameraAndLights,
     /// The near plane of the file's camera cuts a part of what is in view.
@@ -165,6 +173,12 @@ impl fmt::Display for Notice {
             Notice::NoEnvironment { options } => {
                 write!(f, "{options} no effect: no environment lights the scene")
             }
+            Notice::CausticsAlone => f.write_str("`caustics` has no effect without `indirect`"),
+            Notice::LargeRounds { option, radius } => write!(
+                f,
+                "`{option}` is in metres and large for a scene with a radius of {radius:.3} m; for pixels, write px after \
+                 the number"
+            ),
             Notice::NothingCastsShadows => {
                 f.write_str("`ground shadow` shows nothing: no light casts shadows; add a light or `ao`")
             }
@@ -183,6 +197,9 @@ impl fmt::Display for Notice {
                 write_lost_lights(f, lost_lights)?;
                 write!(f, "{advice}")
             }
+            Notice::WhiteImage => f.write_str(
+                "most of the picture is white; use `exposure auto`, or a lower `exposure` or `light-scale`",
+            ),
             Notice::EnclosedLight(EnclosedLight { light, object }) => write!(
                 f,
                 "the light '{light}' is inside '{object}', which shadows it on all sides; hide the object (`hide`), or \
@@ -213,10 +230,12 @@ impl fmt::Display for Notice {
                 write!(f, "left out {count} {pictures} without a pose in {}", file.display())
             }
             Notice::Lights(text) => write!(f, "lights: {text}"),
-            Notice::Exposure { ev, light_scale: None } => write!(f, "exposure: `exposure {ev}`"),
-            Notice::Exposure { ev, light_scale: Some(scale) } => {
-                write!(f, "exposure: `exposure {ev}` `light-scale {scale}`")
-            }
+            Notice::Exposure(ev) => write!(f, "exposure: `exposure {ev}`"),
+            Notice::LightScale(scale) => write!(
+                f,
+                "the unit of the file's lights is unusual, and they are scaled by `light-scale {scale}`; to keep their \
+                 values, use `exposure 0`"
+            ),
             Notice::NoCameraAndLights => f.write_str(
                 "the file has neither camera nor lights: view and lights are blinn's own; to keep Blender's, export with \
                  Include › Data › Cameras and Punctual Lights",

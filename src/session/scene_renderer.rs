@@ -5,7 +5,7 @@ use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::Instant;
 
-use glam::{DAffine3, DMat3, DVec3, Vec3};
+use glam::{DAffine3, DMat3, DVec3};
 
 use crate::camera_list::ImageCamera;
 use crate::clip_bounds::log_clip_bounds;
@@ -18,11 +18,12 @@ use crate::framing::Framing;
 use crate::idle_animations::log_idle_animations;
 use crate::image_size::check_crop;
 use crate::light_advice::LightAdvice;
-use crate::light_hints::{ImageLight, shows_surroundings};
+use crate::light_hints::ImageLight;
 use crate::log::SessionLog;
 use crate::memory_estimate::bvh_triangles;
 use crate::near_plane::cuts_picture;
 use crate::notice::Notice;
+use crate::option_remarks::remark_on_options;
 use crate::picture_edges::{blank, empty_drawing, picture_edges};
 use crate::picture_layers::{light_layers, normalize_layers};
 use crate::plan::SessionPlan;
@@ -34,14 +35,14 @@ use blinn_core::cancellation::CancelToken;
 use blinn_output::datasets::WorldUp;
 use blinn_output::{CropWindow, IdNames, Picture};
 use blinn_render::display::{Display, ViewTransform};
-use blinn_render::integrator::{Aov, Frame, MaterialOverrides, NeighbourFrames, Phong, Stage};
+use blinn_render::integrator::{Aov, Frame, NeighbourFrames, Phong, Stage};
 use blinn_render::{
     AdaptiveSampling, AovLayer, EdgeCache, ProgressMonitor, RenderMemory, RenderSettings, draw_edges,
     render_light_layers, render_mattes, render_moving_aovs, render_with_memory,
 };
 use blinn_scene::{
-    AxisRotation, Camera, ClipBoundsCache, Environment, GroundKind, LightRotation, LightSet, Lighting,
-    Material, Normalization, PoseSettings, PosedScene, Scene,
+    AxisRotation, Camera, ClipBoundsCache, Environment, LightRotation, Lighting, Normalization, PoseSettings,
+    PosedScene, Scene,
 };
 use blinn_scene::{clip_duration, pose};
 
@@ -180,32 +181,7 @@ impl<'a> SceneRenderer<'a> {
             let lit = scaled.resolve(&first.posed, &camera);
             setup.lighting = fixed_lighting(scaled, &lit);
         }
-        let asks_for_file_lights =
-            options.lighting.sets.as_ref().is_some_and(|sets| sets.contains(&LightSet::File));
-        let is_emissive =
-            |material: &Material| material.emission.factor * material.emission_strength != Vec3::ZERO;
-        if asks_for_file_lights
-            && options.stage != Stage::Color
-            && lit.rig.is_dark()
-            && !first.posed.materials.iter().any(is_emissive)
-        {
-            log.warn(Notice::NoLights { lost_lights: scene.lost_light_names() })?;
-        }
-        if options.ground == Some(GroundKind::ShadowCatcher)
-            && lit.rig.lights.is_empty()
-            && lit.rig.area_lights.is_empty()
-            && !lit.rig.glowing_surfaces
-            && options.ao.is_none()
-        {
-            log.warn(Notice::NothingCastsShadows)?;
-        }
-        if lit.rig.environment.is_none()
-            && (options.stage == Stage::Phong && options.bounces > 0)
-            && options.overrides == MaterialOverrides::default()
-            && first.posed.materials.iter().any(shows_surroundings)
-        {
-            log.hint(Notice::NothingToReflect);
-        }
+        remark_on_options(options, &lit, &first.posed, log)?;
         let uses_near_plane = plan.cameras.is_none()
             && plan.dataset.is_none()
             && options.view.clip.is_none()
@@ -393,6 +369,7 @@ impl<'a> SceneRenderer<'a> {
                 advice: &self.advice,
                 exposure: &self.exposure,
                 lighting: &self.setup.lighting,
+                view: self.display.view,
             };
             light.remarks(&frame, &pixels).into_iter().for_each(|notice| log.hint(notice));
         }

@@ -320,3 +320,17 @@ fn animated_light_is_metered_over_the_clip() {
     runs(&at, "render a.glb -o f##.png --frames 0-2 --fps 2 --size 24x24 -s 1 --background #000000");
     assert_eq!(image::open(at.join("f01.png")).unwrap().to_rgb8().into_raw(), half);
 }
+
+/// Half of a white picture or more is as bright as the display shows.
+#[test]
+fn white_pictures_and_caustics_alone_are_remarked_on() {
+    let (_dir, at) = folder();
+    let look = "--view-point 0,0,3 --look-at 0,0,0 --size 16x16 --view standard --lights none";
+    let render =
+        |flags: &str| runs(&at, &format!("render {} {look} -o a.png {flags}", model("tests/cube.obj")));
+    assert!(render("--sun 0,0,-1,50").contains("most of the picture is white; use --exposure auto"));
+    assert!(!render("--sun 0,0,-1,.5").contains("white"));
+    assert!(!render("--sun 0,0,-1,50 --exposure auto").contains("white"));
+    assert!(render("--caustics").contains("--caustics has no effect without --indirect"));
+    assert!(!render("--caustics --indirect 1").contains("has no effect"));
+}

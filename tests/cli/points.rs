@@ -250,6 +250,13 @@ fn bad_points_and_lines_are_reported() {
     std::fs::write(at.join("a.obj"), "v 0 0 0\nv 1 0 0\nl 1 1\nl 1 2\np 2\n").unwrap();
     let all = layers(&at, "a.obj", "mask,triangle-id", &format!("{FRONT} --point-size .25 --line-width .5"));
     assert!(hits(&all).len() > 60);
+    let messages = runs(&at, &format!("render a.obj {FRONT} --size 48x36 -s 1 -o a.png --line-width 3"));
+    assert!(
+        messages.contains("--line-width is in metres and large for a scene with a radius of 0.500 m"),
+        "{messages}"
+    );
+    let messages = runs(&at, &format!("render a.obj {FRONT} --size 48x36 -s 1 -o a.png --line-width 3px"));
+    assert!(!messages.contains("in metres"), "{messages}");
     std::fs::write(at.join("b.obj"), "v 0 0 0\nv 1 0 0\nl 1 3\n").unwrap();
     fails(&at, &["render", "b.obj", "-o", "b.png"], 1, "b.obj");
     let mut fixture = Fixture::empty();
