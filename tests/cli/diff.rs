@@ -268,3 +268,18 @@ fn animations_that_differ_later_are_different() {
     assert_eq!((&property["old"], &property["new"]), (&json!([1.5, 0.0, 0.0]), &json!([2.0, 0.0, 0.0])));
     assert!(json["objects"].as_array().unwrap().is_empty());
 }
+
+/// A part in millimetres with z up, and the same in metres with y up.
+#[test]
+fn files_of_other_units_and_axes_are_compared() {
+    let (_dir, at) = folder();
+    fs::write(at.join("a.obj"), "v 0 0 0\nv 20 0 0\nv 0 30 0\nv 0 0 40\nf 1 2 3\nf 1 2 4\nf 1 3 4\n")
+        .unwrap();
+    fs::write(at.join("b.obj"), "v 0 0 0\nv .02 0 0\nv 0 0 -.03\nv 0 .04 0\nf 1 2 3\nf 1 2 4\nf 1 3 4\n")
+        .unwrap();
+    diff(&at, "a.obj b.obj --size 32x32 --tolerance .01 --up z --scale .001", 1);
+    diff(&at, "a.obj b.obj --size 32x32 --tolerance .01 --up z --scale .001 --new-up y --new-scale 1", 0);
+    diff(&at, "b.obj a.obj --size 32x32 --tolerance .01 --new-up z --new-scale .001", 0);
+    runs(&at, "render a.obj --size 8x8 -q -o a.png");
+    fails(&at, &["diff", "a.png", "a.png", "--new-scale", "2"], 2, "apply only to scenes");
+}

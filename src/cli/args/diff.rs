@@ -4,6 +4,7 @@ use std::path::PathBuf;
 
 use clap::Args;
 
+use super::choices::UpArg;
 use super::compare::CompareArgs;
 use super::preview::PreviewArgs;
 use super::scene::SceneArgs;
@@ -12,6 +13,18 @@ use super::values;
 /// Names and help of the two files, which [`SceneArgs`] takes as scenes.
 pub const DIFF_FILES: ([&str; 2], &str) =
     (["OLD", "NEW"], "Two scenes (.gltf, .glb, .obj, .stl or .ply), or two images");
+
+/// How NEW is read where it differs from OLD.
+#[derive(Clone, Copy, Debug, Args)]
+#[command(next_help_heading = "Scene")]
+pub struct NewSceneArgs {
+    /// Up axis of NEW, where it is not that of OLD [default: --up]
+    #[arg(long, value_name = "UP")]
+    pub new_up: Option<UpArg>,
+    /// Factor of all lengths of NEW, where it is not that of OLD [default: --scale]
+    #[arg(long, value_name = "FACTOR", value_parser = values::length_scale)]
+    pub new_scale: Option<f64>,
+}
 
 #[derive(Debug, Args)]
 pub struct DiffArgs {
@@ -26,6 +39,8 @@ pub struct DiffArgs {
     /// Refuse to overwrite an existing file
     #[arg(long, help_heading = "Output")]
     pub no_overwrite: bool,
+    #[command(flatten)]
+    pub new: NewSceneArgs,
     #[command(flatten)]
     pub compare: CompareArgs,
     /// Width and height of the pictures of scenes in pixels [default: 640x480, or the aspect ratio of the file's camera]

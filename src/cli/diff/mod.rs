@@ -124,8 +124,11 @@ fn compare(args: &DiffArgs, files: [&Path; 2], plan: RenderPlan, reporter: &Repo
     }
     let [old, new] = files;
     match (is_picture(old)?, is_picture(new)?) {
+        (true, true) if args.new.new_up.is_some() || args.new.new_scale.is_some() => {
+            anyhow::bail!("--new-up and --new-scale apply only to scenes; remove them")
+        }
         (true, true) => images::compare(old, new, &args.compare, &load_limits(plan.session.max_memory)),
-        (false, false) => scenes::compare(files, plan, args.size, &args.compare, reporter),
+        (false, false) => scenes::compare(files, plan, args, reporter),
         (is_old, _) => {
             let (image, scene) = if is_old { (old, new) } else { (new, old) };
             let (image, scene) = (image.display(), scene.display());

@@ -9,7 +9,7 @@ use super::animations::curve_differences;
 use super::comparison::{Comparison, PicturePair, ViewComparison};
 use super::length::LengthUnit;
 use super::noise::forgive_noise;
-use crate::args::CompareArgs;
+use crate::args::{DiffArgs, UpArg};
 use crate::info::comparable_properties;
 use crate::plan::RenderPlan;
 use crate::run::progress::{ImageMonitor, Reporter, SceneLog};
@@ -20,8 +20,8 @@ use blinn_import::{LoadOptions, Warning};
 use blinn_output::compare::{DifferenceMap, ObjectDifference, compare_objects, json_differences};
 use blinn_render::PixelRect;
 use blinn_scene::{
-    Camera, PoseSettings, PosedScene, Projection, ResolvedLighting, Scene, SourceFormat, StandardView, View,
-    pose,
+    Camera, PoseSettings, PosedScene, Projection, ResolvedLighting, Scene, SourceFormat, StandardView,
+    UpAxis, View, pose,
 };
 use blinn_session::{
     PlannedFrame, PosedFrame, RenderedImage, SceneRenderer, check_memory, load_limits, natural_size,
@@ -75,17 +75,23 @@ struct Loaded {
     warnings: Vec<Warning>,
 }
 
-/// Compares the scenes in two files. `plan` has the options of the pictures; without `size`, their size is that of the
+/// Compares the scenes in two files. `plan` has the options of the pictures; without --size, their size is that of the
 /// file's camera.
 pub fn compare(
     files: [&Path; 2],
     mut plan: RenderPlan,
-    size: Option<(u32, u32)>,
-    args: &CompareArgs,
+    args: &DiffArgs,
     reporter: &Reporter,
 ) -> Result<Comparison> {
     let logs = files.map(|file| SceneLog::new(reporter, file, plan.strict));
-    let [old, new] = [0, 1].map(|i| load(&plan, files[i]));
+    let of_old = &plan.session.options.load;
+    let of_new = LoadOptions {
+        up: args.new.new_up.map(up_axis).or(of_old.up),
+        scale: args.new.new_scale.or(of_old.scale),
+        ..of_old.clone()
+    };
+    let [old, new] =
+        [(files[0], of_old), (files[1], &of_new)].map(|(file, load)| load_scene(&plan, file, load));
     let [old, new] = [old.map_err(|e| in_file(files[0], e))?, new.map_err(|e| in_file(files[1], e))?];
     logs[0].warn_of_import(old.warnings.clone())?;
     logs[1].warn_of_import(new.warnings.clone())?;
@@ -97,7 +103,7 @@ pub fn compare(
     properties.extend(curve_differences(&old.scene, &new.scene));
     let frames = plan.frames.resolve(0.0, None)?;
     let planned = *frames.first().context("there is no frame")?;
-    plan.session.options.size = Some(size.unwrap_or_else(|| default_size(&old.scene)));
+    plan.session.options.size = Some(args.size.unwrap_or_else(|| default_size(&old.scene)));
     check_memory(&plan.session, &old.scene, 2)?;
     check_memory(&plan.session, &new.scene, 2)?;
 
@@ -135,13 +141,13 @@ pub fn compare(
             let mut pair = picture_pair(&old_image, &new_image);
             let mut noise = 0;
             let may_be_noisy = shot.may_be_noisy(&renderer, &new_frame)?;
-            if may_be_noisy && !args.flip && pair.map.magnitudes.iter().any(|m| *m > 0.0) {
+            if may_be_noisy && !args.compare.flip && pair.map.magnitudes.iter().any(|m| *m > 0.0) {
                 renderer.set_seed(seed.wrapping_add(1));
                 let again = shot.render(&renderer, &old_frame)?;
                 renderer.set_seed(seed);
                 noise = forgive_noise(&mut pair, &picture_pair(&old_image, &again));
             }
-            let mut compared = pair.compare(view.name, args);
+            let mut compared = pair.compare(view.name, &args.compare);
             compared.noise = noise;
             compared.objects = object_boxes(&objects, &view.camera, &compared);
             pictures.push(compared);
@@ -154,9 +160,16 @@ pub fn compare(
         properties,
         mismatch: None,
         apart: Vec::new(),
-        pictures_decide: args.tolerance.is_some() || args.flip,
+        pictures_decide: args.compare.tolerance.is_some() || args.compare.flip,
         unit: length_unit(&old.scene, &new.scene),
     })
+}
+
+fn up_axis(axis: UpArg) -> UpAxis {
+    match axis {
+        UpArg::Y => UpAxis::Y,
+        UpArg::Z => UpAxis::Z,
+    }
 }
 
 /// Metres, if both formats have them.
@@ -169,9 +182,9 @@ fn in_file(file: &Path, error: anyhow::Error) -> anyhow::Error {
     anyhow::Error::msg(crate::console::scene_error(file, &error))
 }
 
-fn load(plan: &RenderPlan, file: &Path) -> Result<Loaded> {
+fn load_scene(plan: &RenderPlan, file: &Path, options: &LoadOptions) -> Result<Loaded> {
     let limits = load_limits(plan.session.max_memory);
-    let options = LoadOptions { limits, ..plan.session.options.load.clone() };
+    let options = LoadOptions { limits, ..options.clone() };
     let (mut scene, warnings) = load_scene_file(file, &options, plan.session.options.blender.as_deref())?;
     prepare_scene(&plan.session.options, &mut scene)?;
     Ok(Loaded { scene, warnings })

@@ -14,4 +14,6 @@ pub use dataset::{CategoryRule, DatasetFormat, DatasetFormats, category_rule, da
 pub use shards::{ShardSize, shard_size};
 pub use views::{distance_range, elevation_range, roll, view_layout};
 
-pub use blinn_session::values::{angle, axis, background, bytes, elevation, number, positive, size};
+pub use blinn_session::values::{
+    angle, axis, background, bytes, elevation, length_scale, number, positive, size,
+};
