@@ -118,7 +118,10 @@ fn encode_with(
     encoder.set_color(color);
     encoder.set_depth(depth);
     encoder.set_compression(Compression::Fast);
-    encoder.set_source_srgb(SrgbRenderingIntent::Perceptual);
+    // Greyscale images are masks, depths and ids: data, which colour management must not change.
+    if color != ColorType::Grayscale {
+        encoder.set_source_srgb(SrgbRenderingIntent::Perceptual);
+    }
     if let Some(palette) = palette {
         encoder.set_palette(palette.as_flattened().to_vec());
     }
@@ -140,4 +143,19 @@ pub(super) fn fingerprint(file: &[u8]) -> Option<Vec<u8>> {
         |data: &[u8]| data.strip_prefix(FINGERPRINT_KEY.as_bytes())?.strip_prefix(&[0]).map(<[u8]>::to_vec);
     let before_data = chunks(file).take_while(|(name, _)| *name != b"IDAT");
     before_data.filter(|(name, _)| *name == b"tEXt").find_map(|(_, data)| text(data))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Depths and masks that colour management would change are no pictures.
+    #[test]
+    fn colours_alone_say_that_they_are_srgb() {
+        let is_srgb = |file: Vec<u8>| chunks(&file).any(|(name, _)| *name == b"sRGB");
+        assert!(!is_srgb(encode_mask((1, 1), &[255]).unwrap()));
+        assert!(!is_srgb(encode_grey16((1, 1), &[300], None).unwrap()));
+        let palette = [[1, 2, 3]];
+        assert!(is_srgb(encode_indexed((1, 1), &[0], &palette, Texts::default()).unwrap()));
+    }
 }

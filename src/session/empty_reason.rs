@@ -47,10 +47,10 @@ impl EmptyReason {
             EmptyReason::NearPlane => "the near plane cuts off everything in view; use `clip off`",
             EmptyReason::FarPlane => "the far plane cuts off everything in view; use `clip off`",
             EmptyReason::Inside => {
-                "the camera is inside an object and sees only back faces; use `cull off`, or move it with `orbit`"
+                "the camera is inside an object and sees only back faces; use `cull off`, or move it out"
             }
             EmptyReason::BackFaces => {
-                "the camera sees only back faces; use `cull off`, or move it with `orbit`"
+                "the camera sees only back faces; use `cull off`, or move it to the other side"
             }
             EmptyReason::LooksAway => "the camera looks away from the scene; use `look-at` or `orbit`",
             EmptyReason::TooSmall => {

@@ -352,7 +352,10 @@ fn a_batch_of_all_kinds_of_scenes_ends_alike_on_any_number_of_threads() {
         let out = format!("killed{threads}");
         kill_repeatedly(&at, &line(&out, threads));
         run(&out, threads);
-        assert!(files(&at.join(&out)) == files(&at.join("threads1")), "{threads} threads, killed");
+        let (found, expected) = (files(&at.join(&out)), files(&at.join("threads1")));
+        let names = found.keys().chain(expected.keys());
+        let different: Vec<&String> = names.filter(|name| found.get(*name) != expected.get(*name)).collect();
+        assert!(different.is_empty(), "{threads} threads, killed: {different:?}");
     }
 }
 

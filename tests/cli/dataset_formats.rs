@@ -202,6 +202,8 @@ fn scenes_are_merged_into_one_dataset() {
     }
     let small = SMALL.trim_end_matches("-q");
     let line = format!("turntable in --views 2 {small}--dataset coco,colmap,nerf --category scene --merge");
+    let listed = String::from_utf8(blinn(&at, &format!("{line} -o whole/ --dry-run")).stdout).unwrap();
+    assert!(listed.ends_with("whole/annotations.json\n"), "{listed}");
     runs(&at, &format!("{line} -o whole/"));
     let coco = json(&at.join("whole"), "annotations.json");
     let column = |list: &str, key: &str| -> Vec<Value> {
@@ -224,7 +226,7 @@ fn scenes_are_merged_into_one_dataset() {
         .collect();
     assert_eq!(names, ["c/0001.png", "c/0002.png"]);
     assert!(images.lines().any(|line| line.starts_with("5 ")), "{images}");
-    assert!(at.join("whole/images/a/transforms.json").exists());
+    assert_eq!(json(&at.join("whole/images/a"), "transforms.json")["scene"], "a.glb");
     for share in 1..=3 {
         let output = blinn(&at, &format!("{line} -o parts/ --chunk {share}/3 --progress none"));
         let text = String::from_utf8(output.stderr).unwrap();

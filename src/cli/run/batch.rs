@@ -8,12 +8,12 @@ use anyhow::{Error, Result};
 
 use super::golden_check::GoldenNames;
 use super::ledger::{LedgerEntry, PastOutcome};
-use super::merged_dataset::write_merged;
+use super::merged_dataset::{merged_files, write_merged};
 use super::progress::{Reporter, SceneLog};
 use super::report::Report;
 use super::scene_ledger::SceneLedger;
 use super::scene_task::{RenderedScene, SceneTask};
-use crate::console::{scene_error, single_line};
+use crate::console::{print_stdout, scene_error, single_line};
 use crate::plan::{NumberedScene, RenderPlan};
 use crate::summary::Summary;
 use blinn_core::cancellation::CancelToken;
@@ -128,17 +128,26 @@ impl<'a> Batch<'a> {
         self.reporter.scene_done(scene.number, &scene.path);
     }
 
+    /// Writes the files of a merged dataset, or prints their names in a dry run.
+    fn finish_merged(&self) -> Result<()> {
+        if self.plan.dry_run {
+            let lines = merged_files(self.plan)?.into_iter().map(|file| format!("{}\n", file.display()));
+            return print_stdout(lines.collect::<String>().as_bytes());
+        }
+        write_merged(self.plan, self.reporter)?.iter().for_each(|file| self.reporter.wrote(None, file));
+        Ok(())
+    }
+
     /// Writes the page and the totals.
     pub fn finish(self) {
         let is_whole = self.plan.is_whole_batch() && self.summary.not_started == 0;
         if let Some(check) = self.plan.check.as_ref().filter(|_| is_whole) {
             self.goldens.warn(check, self.reporter);
         }
-        if !self.plan.dry_run && self.summary.not_started == 0 {
-            match write_merged(self.plan, self.reporter) {
-                Ok(files) => files.iter().for_each(|file| self.reporter.wrote(None, file)),
-                Err(error) => fail(self.summary, self.reporter, &error.context("--merge")),
-            }
+        if self.summary.not_started == 0
+            && let Err(error) = self.finish_merged()
+        {
+            fail(self.summary, self.reporter, &error.context("--merge"));
         }
         match self.report.map(Report::finish) {
             None | Some(Ok(None)) => {}

@@ -40,15 +40,15 @@ impl TransformsFile<'_> {
         let file = self.file();
         let replace = self.plan.outputs.replace;
         let (dataset, mut views) = self.describe()?;
-        let marked = marks_of_same(&file, &dataset, &views).unwrap_or_default();
+        let marked = self.marks_of_same(&file, &dataset, &views).unwrap_or_default();
         for view in &mut views {
             let is_shown = views_shown.get(&view.file);
             view.is_empty = is_shown.map_or_else(|| marked.contains(&view.file), |is_shown| !is_shown);
         }
-        match write_atomically(&file, dataset.to_json(&views).as_bytes(), replace) {
+        match write_atomically(&file, dataset.to_json(&self.scene_name(), &views).as_bytes(), replace) {
             Ok(()) => Ok(Some(file)),
             // Another task wrote the same file, or writes it now.
-            Err(_) if replace == Overwrite::No && marks_of_same(&file, &dataset, &views).is_some() => {
+            Err(_) if replace == Overwrite::No && self.marks_of_same(&file, &dataset, &views).is_some() => {
                 Ok(None)
             }
             Err(cause) => Err(SaveError { path: file, cause }.into()),
@@ -61,7 +61,7 @@ impl TransformsFile<'_> {
         let Err(error) = check_overwrite(&file, self.plan.outputs.replace) else { return Ok(()) };
         if file.is_file() {
             let (dataset, views) = self.describe()?;
-            if marks_of_same(&file, &dataset, &views).is_some() {
+            if self.marks_of_same(&file, &dataset, &views).is_some() {
                 return Ok(());
             }
         }
@@ -105,20 +105,30 @@ impl TransformsFile<'_> {
         }
         Ok(views)
     }
+
+    /// The name of the scene's file, without its folder: the same from anywhere.
+    fn scene_name(&self) -> String {
+        self.path.file_name().unwrap_or_default().to_string_lossy().into_owned()
+    }
+
+    /// The images that an existing file marks as empty, if the rest of its content is the same.
+    fn marks_of_same(
+        &self,
+        file: &Path,
+        dataset: &Dataset,
+        views: &[DatasetView],
+    ) -> Option<BTreeSet<String>> {
+        let text = std::fs::read_to_string(file).ok()?;
+        let marked = Dataset::empty_images(&text);
+        let with_mark =
+            |view: &DatasetView| DatasetView { is_empty: marked.contains(&view.file), ..view.clone() };
+        let views: Vec<DatasetView> = views.iter().map(with_mark).collect();
+        (dataset.to_json(&self.scene_name(), &views) == text).then_some(marked)
+    }
 }
 
 /// Notes for `transforms.json` if an image shows something.
 pub fn note_view(views_shown: &mut BTreeMap<String, bool>, file: &Path, is_shown: bool) {
     let name = file.file_name().unwrap_or_default().to_string_lossy().into_owned();
     views_shown.insert(name, is_shown);
-}
-
-/// The images that an existing file marks as empty, if the rest of its content is the same.
-fn marks_of_same(file: &Path, dataset: &Dataset, views: &[DatasetView]) -> Option<BTreeSet<String>> {
-    let text = std::fs::read_to_string(file).ok()?;
-    let marked = Dataset::empty_images(&text);
-    let with_mark =
-        |view: &DatasetView| DatasetView { is_empty: marked.contains(&view.file), ..view.clone() };
-    let views: Vec<DatasetView> = views.iter().map(with_mark).collect();
-    (dataset.to_json(&views) == text).then_some(marked)
 }

@@ -42,6 +42,17 @@ pub fn write_merged(plan: &RenderPlan, reporter: &Reporter) -> Result<Vec<PathBu
     Ok(written)
 }
 
+/// The files that [`write_merged`] writes if all scenes succeed.
+///
+/// # Errors
+/// The folders of the scenes suit no merged dataset.
+pub fn merged_files(plan: &RenderPlan) -> Result<Vec<PathBuf>> {
+    let Some(folder) = plan.merged_folder().map_err(|error| anyhow!(error.0))? else { return Ok(Vec::new()) };
+    let annotations = plan.formats.coco_masks().is_some().then(|| folder.annotations());
+    let models_info = plan.formats.has(DatasetFormat::Bop).then(|| folder.models_info());
+    Ok(annotations.into_iter().chain(models_info).collect())
+}
+
 struct MergedDataset<'a> {
     plan: &'a RenderPlan,
     reporter: &'a Reporter,

@@ -52,9 +52,10 @@ pub struct Dataset {
 impl Dataset {
     /// The text of `transforms.json`. Cameras are pinhole cameras in pixels, rows downward, with the centre of pixel
     /// (i, j) at (i + ½, j + ½). Matrices transform from OpenGL camera space (x right, y up, z backward) to the world,
-    /// in metres.
-    pub fn to_json(&self, views: &[DatasetView]) -> String {
+    /// in metres. `scene` is the name of the scene's file.
+    pub fn to_json(&self, scene: &str, views: &[DatasetView]) -> String {
         let mut root = self.shared_members(views);
+        root.insert("scene".into(), json!(scene));
         root.insert("frames".into(), views.iter().map(|view| Value::Object(self.frame(view))).collect());
         format!("{:#}\n", Value::Object(root))
     }
