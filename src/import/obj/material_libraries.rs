@@ -48,9 +48,11 @@ impl MaterialLibraries {
         if lines.is_empty() && found {
             warnings.add("", format!("the file names no MTL: {used}"));
         } else if lines.is_empty() && !unknown.is_empty() {
-            let count = unknown.len();
-            let what = format!("the file names {count} materials and no MTL: used matte white instead");
-            warnings.add("", what);
+            let count = match unknown.len() {
+                1 => "1 material".to_string(),
+                n => format!("{n} materials"),
+            };
+            warnings.add("", format!("the file names {count} and no MTL: used matte white instead"));
         } else if missing.is_empty() && found {
             warnings.add("", format!("{used}, for materials that the MTL lacks"));
         }

@@ -47,6 +47,7 @@ use crate::files::{escape::printable, scene_folder::SceneFolder, scene_input::Sc
 use crate::polygons::far_centre::far_centre;
 use crate::unlit_rounds::show_unlit;
 use blinn_core::cancellation::CancelToken;
+use blinn_core::geometry::Rgb;
 use blinn_scene::{
     BlenderVersion, FileDigest, HashingReader, Instance, LocalTransform, Mesh, Node, Scene, Source,
     SourceFormat, named_color,
@@ -186,9 +187,13 @@ fn build_scene(
     }
     let has_colors = colors::has_colors(&geometry.colors);
     colors::to_linear(&mut geometry.colors, &mut warnings);
-    // JSCAD writes CSS names of colours, and no MTL.
+    // JSCAD writes CSS names of colours, "default" for faces without a colour, and no MTL.
     let by_jscad = generator.ends_with("JSCAD");
-    let jscad_color = |name: &str| if by_jscad { named_color(name) } else { None };
+    let jscad_color = |name: &str| match name {
+        "default" if by_jscad => Some(Rgb::ONE),
+        _ if by_jscad => named_color(name),
+        _ => None,
+    };
     let defined: Vec<String> =
         geometry.materials.iter().filter(|name| jscad_color(name).is_none()).cloned().collect();
     let libraries = MaterialLibraries::read(

@@ -202,7 +202,7 @@ fn points_and_lines_are_read_without_faces() {
         "v 0 0 0 1 0 0\nv 1 0 0 0 1 0\nv 0 1 0 0 0 1\no a\nl 1/1 2/1 3/1\nusemtl red\nl -2 -1\np 1 3\nl 2\n";
     for text in [text.to_string(), text.replace("\nl 2\n", "\nl \\\n2\n")] {
         let (scene, warnings) = read(text, &[]).unwrap();
-        assert_eq!(warnings, ["the file names 1 materials and no MTL: used matte white instead"]);
+        assert_eq!(warnings, ["the file names 1 material and no MTL: used matte white instead"]);
         let [plain, red, dots] = &scene.meshes[..] else { panic!("{} meshes", scene.meshes.len()) };
         assert_eq!((plain.lines(), red.lines()), (&[[0, 1], [1, 2]][..], &[[0, 1], [0, 0]][..]));
         assert_eq!((dots.point_count(), dots.colors.len(), red.colors[1].z), (2, 2, 1.0));
