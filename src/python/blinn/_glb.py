@@ -213,11 +213,12 @@ def _indices(faces: npt.ArrayLike, count: int) -> npt.NDArray[np.uint32]:
 
 def _placements(mesh: Mesh) -> npt.NDArray[np.float64]:
     """Return the matrices that place a mesh."""
-    transforms = np.eye(4)[None] if mesh.transforms is None else np.asarray(mesh.transforms, np.float64)
-    if transforms.ndim == 2:
-        transforms = transforms[None]
-    if transforms.shape[1:] != (4, 4) or not np.isfinite(transforms).all():
-        raise ValueError(f"transforms must be finite and have shape (4, 4) or (k, 4, 4), not {transforms.shape}")
+    given = np.eye(4) if mesh.transforms is None else np.asarray(mesh.transforms, np.float64)
+    transforms = given[None] if given.ndim == 2 else given
+    if transforms.shape[1:] != (4, 4):
+        raise ValueError(f"transforms must have shape (4, 4) or (k, 4, 4), not {given.shape}")
+    if not np.isfinite(transforms).all():
+        raise ValueError("transforms must be finite, without NaN and infinity")
     if transforms.size and np.abs(transforms[:, 3] - [0, 0, 0, 1]).max() > _NEGLIGIBLE:
         raise ValueError("transforms must have the last row 0, 0, 0, 1; are they transposed?")
     return transforms
@@ -261,8 +262,14 @@ def _write_material(
     ]:
         if material.get(key) is not None:
             place[name] = writer.texture(material[key])
+    extensions: dict[str, dict[str, Any]] = {}
     if "emissive" in material:
-        entry["emissiveFactor"] = _numbers(material, "emissive", ())
+        emissive = _numbers(material, "emissive", ())
+        # Factors of glTF end at 1.
+        strength = max([1.0, *emissive])
+        entry["emissiveFactor"] = [value / strength for value in emissive]
+        if strength > 1.0:
+            extensions["KHR_materials_emissive_strength"] = {"emissiveStrength": strength}
     elif "emissiveTexture" in entry:
         entry["emissiveFactor"] = [1.0, 1.0, 1.0]
     if "alpha_mode" in material:
@@ -271,7 +278,6 @@ def _write_material(
         entry["alphaMode"] = "BLEND"
     if "alpha_cutoff" in material:
         entry["alphaCutoff"] = _number(material, "alpha_cutoff", 0.5)
-    extensions: dict[str, dict[str, Any]] = {}
     for key, extension, factor in [
         ("clearcoat", "KHR_materials_clearcoat", "clearcoatFactor"),
         ("clearcoat_roughness", "KHR_materials_clearcoat", "clearcoatRoughnessFactor"),
@@ -353,7 +359,7 @@ def _linear_colors(values: npt.ArrayLike, count: int) -> npt.NDArray[np.float32]
         raise ValueError(f"colors must be integers or floats, not {raw.dtype}")
     colors = _rows(raw, (3, 4), "colors", count)
     if raw.dtype.kind in "iu":
-        largest = 65535.0 if raw.dtype == np.uint16 else 255.0
+        largest = 65535.0 if raw.dtype.newbyteorder("=") == np.uint16 else 255.0
         if colors.size and (colors.min() < 0 or colors.max() > largest):
             raise ValueError("integer colors must be from 0 to 255, or uint16 from 0 to 65535")
         encoded = colors / largest
@@ -365,6 +371,8 @@ def _linear_colors(values: npt.ArrayLike, count: int) -> npt.NDArray[np.float32]
 def _png(image: npt.ArrayLike) -> bytes:
     """Return a PNG of a uint8 or uint16 array of shape (height, width[, 3 or 4])."""
     pixels = np.asarray(image)
+    # Arrays of files may have the bytes of another machine.
+    pixels = pixels.astype(pixels.dtype.newbyteorder("="), copy=False)
     if pixels.ndim == 2:
         pixels = np.repeat(pixels[:, :, None], 3, axis=2)
     if pixels.dtype not in (np.uint8, np.uint16) or pixels.ndim != 3 or pixels.shape[2] not in (3, 4):

@@ -146,7 +146,8 @@ class Scene:
             transforms=transforms,
             name=name,
         )
-        return SceneSource(write_glb([only]), "arrays", dict(options)).load()
+        source = SceneSource(write_glb([only]), "arrays", dict(options))
+        return Scene(_blinn.Scene.load(source.source, name=source.name, **options), source)
 
     @classmethod
     def from_meshes(cls, meshes: Iterable[Mesh | Mapping[str, Any]], **options: Unpack[LoadOptions]) -> "Scene":
@@ -172,7 +173,8 @@ class Scene:
         - ``double_sided`` (default True), ``ior``, ``transmission`` (0 to 1), ``name``
         """
         converted = [mesh if isinstance(mesh, Mesh) else Mesh(**mesh) for mesh in meshes]
-        return SceneSource(write_glb(converted), "arrays", dict(options)).load()
+        source = SceneSource(write_glb(converted), "arrays", dict(options))
+        return Scene(_blinn.Scene.load(source.source, name=source.name, **options), source)
 
     @classmethod
     def from_trimesh(cls, mesh: Any, **options: Unpack[LoadOptions]) -> "Scene":
@@ -181,7 +183,8 @@ class Scene:
         Colours of vertices and faces are sRGB; those with alpha are translucent. Normals of a file, or that were set,
         smooth a mesh; those that trimesh computes do not: use ``smooth=60``.
         """
-        return SceneSource(write_trimesh(mesh), "trimesh", dict(options)).load()
+        source = SceneSource(write_trimesh(mesh), "trimesh", dict(options))
+        return Scene(_blinn.Scene.load(source.source, name=source.name, **options), source)
 
     def pose(self, time: float = 0.0, *, animation: str | int | None = None) -> "Scene":
         """Return the scene at a time in seconds, 0 or later. It shares the data of this one.

@@ -13,6 +13,8 @@ from ._glb import Mesh, Writer
 
 # Normals that trimesh computes are in double precision, those of files in single precision.
 _COMPUTED = 1e-10
+# Normals turn by about so many roundings of the coordinates over the height of a triangle.
+_ROUNDINGS = 4.0
 # The diffuse colour of a `SimpleMaterial` that has none.
 _DEFAULT_COLOR = (102, 102, 102, 255)
 
@@ -103,8 +105,28 @@ def _given_normals(mesh: Any) -> npt.NDArray[np.float64] | None:
     normals = np.asarray(mesh.vertex_normals)
     plain = type(mesh)(vertices=mesh.vertices, faces=mesh.faces, process=False)
     computed = np.asarray(plain.vertex_normals)
-    is_computed = normals.shape == computed.shape and np.allclose(normals, computed, rtol=0, atol=_COMPUTED)
+    if normals.shape != computed.shape:
+        return normals
+    is_computed = (np.abs(normals - computed) <= _COMPUTED + _rounding(plain)[:, None]).all()
     return None if is_computed else normals
+
+
+def _rounding(mesh: Any) -> npt.NDArray[np.float64]:
+    """Return the most that rounded coordinates turn the normal of each vertex: trimesh moves normals with a mesh, also
+    to where its coordinates are coarse."""
+    vertices, faces = np.asarray(mesh.vertices), np.asarray(mesh.faces)
+    rounding = np.zeros(len(vertices))
+    if not len(faces):
+        return rounding
+    corners = vertices[faces]
+    edges = corners - np.roll(corners, 1, axis=1)
+    longest = np.linalg.norm(edges, axis=2).max(1)
+    double_area = np.linalg.norm(np.cross(edges[:, 0], edges[:, 1]), axis=1)
+    with np.errstate(divide="ignore", invalid="ignore"):
+        turn = np.spacing(np.abs(corners).max((1, 2))) * longest / double_area
+    turn = np.where(np.isfinite(turn), _ROUNDINGS * turn, 0.0)
+    np.maximum.at(rounding, faces.ravel(), np.repeat(turn, 3))
+    return rounding
 
 
 def _material(material: Any, images: dict[int, npt.NDArray[Any]]) -> dict[str, Any]:
