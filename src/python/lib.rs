@@ -11,6 +11,7 @@
 // PyO3's macros generate unsafe code.
 #![allow(unsafe_code)]
 
+mod array_words;
 mod camera;
 mod camera_list;
 mod command;

@@ -6,6 +6,7 @@ use std::sync::{Arc, Mutex, OnceLock};
 
 use pyo3::prelude::*;
 
+use super::array_words::{names_arrays, with_arguments};
 use super::errors::{CallDepth, load_error, value_error, warn};
 use super::pool;
 use super::posed::PosedCell;
@@ -43,6 +44,7 @@ impl LoadedScene {
     ) -> PyResult<LoadedScene> {
         let options = LoadOptions { limits: load_limits(plan.max_memory), ..plan.options.load.clone() };
         let glass = options.glass;
+        let is_arrays = matches!(input, SceneInput::Memory(_)) && names_arrays(&name);
         let (path, blender) = (name.clone(), plan.options.blender.clone());
         let loaded = pool::run_interruptible(py, move || {
             Ok(match &input {
@@ -53,7 +55,8 @@ impl LoadedScene {
         let text = name.display().to_string();
         let (mut scene, warnings) = loaded.map_err(|error| load_error(&text, error))?;
         scene.select(&plan.options.selection).map_err(|e| value_error(e.to_string()))?;
-        let warnings: Vec<String> = warnings.iter().map(ToString::to_string).collect();
+        let in_words = |text: String| if is_arrays { with_arguments(&text) } else { text };
+        let warnings: Vec<String> = warnings.iter().map(|warning| in_words(warning.to_string())).collect();
         warn(py, &text, &warnings, CallDepth::Wrapped)?;
         Ok(LoadedScene {
             scene: Arc::new(scene),

@@ -30,6 +30,9 @@ const TOLERANCE: f64 = 1e-2;
 /// Farthest position from the origin in metres: coordinates are single precision.
 pub const FARTHEST: f64 = f32::MAX as f64;
 
+/// Predicate of a matrix with NaN or an infinity.
+const NOT_FINITE: &str = "has a number that is not finite";
+
 impl SimilarityTransform {
     /// The transform that changes nothing.
     pub const IDENTITY: SimilarityTransform =
@@ -42,7 +45,7 @@ impl SimilarityTransform {
     /// the predicate of a sentence.
     pub fn new(linear: DMat3, translation: DVec3) -> Result<SimilarityTransform, String> {
         if !linear.is_finite() || !translation.is_finite() {
-            return Err("has a number that is not finite".into());
+            return Err(NOT_FINITE.into());
         }
         let lengths = [linear.x_axis, linear.y_axis, linear.z_axis].map(DVec3::length);
         let scale = mean_length(&linear);
@@ -71,6 +74,9 @@ impl SimilarityTransform {
     /// # Errors
     /// As for [`SimilarityTransform::new`]; the last row is not 0, 0, 0, 1.
     pub fn from_rows(m: &[f64]) -> Result<SimilarityTransform, String> {
+        if m.iter().any(|number| !number.is_finite()) {
+            return Err(NOT_FINITE.into());
+        }
         let (rows, last) = match m.len() {
             12 => (m, [0.0, 0.0, 0.0, 1.0]),
             16 => (&m[..12], [m[12], m[13], m[14], m[15]]),
@@ -190,11 +196,15 @@ mod tests {
             let pose = SimilarityTransform::from_rows(&rows(last)).unwrap();
             assert_eq!(pose.translation, DVec3::new(5.0, 6.0, 7.0), "{last:?}");
         }
-        for last in
-            [[5.0, 6.0, 7.0, 1.0], [0.0, 0.0, 0.0, 2.0], [0.0, 1e-3, 0.0, 1.0], [0.0, 0.0, f64::NAN, 1.0]]
-        {
+        for (last, defect) in [
+            ([5.0, 6.0, 7.0, 1.0], "transposed"),
+            ([0.0, 0.0, 0.0, 2.0], "transposed"),
+            ([0.0, 1e-3, 0.0, 1.0], "transposed"),
+            ([0.0, 0.0, f64::NAN, 1.0], "not finite"),
+            ([f64::INFINITY, 0.0, 0.0, 1.0], "not finite"),
+        ] {
             let error = SimilarityTransform::from_rows(&rows(last)).unwrap_err();
-            assert!(error.contains("transposed"), "{last:?}: {error}");
+            assert!(error.contains(defect), "{last:?}: {error}");
         }
     }
 
