@@ -1,6 +1,8 @@
 //! Levels of detail (MSFT_lod): of the levels of an object, only the finest is drawn. Exporters keep the nodes of the
 //! coarser levels in the scene too.
 
+use std::collections::BTreeSet;
+
 use ::gltf::json::Root;
 
 use super::graph::SceneNode;
@@ -33,14 +35,19 @@ pub(super) fn hide_coarser_levels(root: &Root, nodes: &mut [SceneNode]) {
         meshes_before.push(meshes_before[meshes_before.len() - 1] + has_mesh);
     }
     let meshes = |subtree: Subtree| meshes_before[subtree.end] - meshes_before[subtree.start];
+    let mut finest_places = BTreeSet::new();
     for (place, ids) in levels {
-        if !nodes[place].is_drawn {
-            continue;
-        }
         let Some(finest) = subtree_of[nodes[place].node] else { continue };
         let mut coarser: Vec<Subtree> = ids.iter().filter_map(|&id| *subtree_of.get(id)?).collect();
         // A level is neither the node itself nor above it.
         coarser.retain(|level| !(level.start..level.end).contains(&place));
+        // A coarser level may have levels of its own, which are coarser still.
+        if !nodes[place].is_drawn {
+            coarser.retain(|level| finest_places.range(level.start..level.end).next().is_none());
+            coarser.iter().for_each(|level| nodes[level.start].is_drawn = false);
+            continue;
+        }
+        finest_places.insert(place);
         let mut below: Vec<Subtree> = coarser
             .iter()
             .copied()

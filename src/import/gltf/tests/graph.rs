@@ -204,6 +204,11 @@ fn coarser_levels_of_detail_in_the_scene_are_not_drawn() {
     let nodes = json!([{"name": "a", "children": [1, 2, 3], "extensions": lod(&[2, 3])}, {"name": "B"},
         {"name": "C"}, {"name": "D"}]);
     assert_eq!(drawn(nodes, json!([0])), ["B"]);
+    // A chain, in which each level names the next one.
+    for roots in [[0, 1, 2], [2, 1, 0], [1, 2, 0]] {
+        let nodes = json!([{"name": "A", "extensions": lod(&[1])}, {"name": "B", "extensions": lod(&[2])}, {"name": "C"}]);
+        assert_eq!(drawn(nodes, json!(roots)), ["A"], "{roots:?}");
+    }
     // A node without a mesh only lists its levels.
     let nodes = json!([{"name": "a", "children": [1, 2, 3], "extensions": lod(&[1, 2, 3])}, {"name": "b"},
         {"name": "C"}, {"name": "D"}]);
@@ -218,6 +223,10 @@ fn malformed_levels_of_detail_hide_nothing_else() {
     // Two nodes that name each other.
     let nodes = json!([{"name": "A", "extensions": lod(&[1, 1])}, {"name": "B", "extensions": lod(&[0])}]);
     assert_eq!(drawn(nodes, json!([0, 1])), ["A"]);
+    // A level that names the group of the finest one.
+    let nodes = json!([{"name": "a", "children": [1]}, {"name": "B", "extensions": lod(&[2])},
+        {"name": "C", "extensions": lod(&[0])}]);
+    assert_eq!(drawn(nodes, json!([0, 2])), ["B"]);
     // A level of a node outside the scene.
     let nodes = json!([{"name": "A", "extensions": lod(&[1])}, {"name": "B"}]);
     assert_eq!(drawn(nodes, json!([1])), ["B"]);
