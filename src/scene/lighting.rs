@@ -159,7 +159,8 @@ impl Lighting {
     pub fn resolve(&self, posed: &PosedScene, camera: &Camera) -> ResolvedLighting {
         let file_lights = posed.lights(self.units, self.scale);
         let file_area_lights = posed.area_lights(self.units, self.scale);
-        let uses_file = !(file_lights.is_empty() && file_area_lights.is_empty());
+        let has_visible_lights = !(file_lights.is_empty() && file_area_lights.is_empty());
+        let uses_file = has_visible_lights || posed.switches_lights();
         let has_file_environment = posed.environment.is_some();
         let sets = self.sets.clone().unwrap_or_else(|| {
             self.default_sets(uses_file || has_file_environment || posed.is_lit_by_glowing_surfaces())

@@ -9,6 +9,7 @@ mod deform;
 mod drawn_triangles;
 mod extremes;
 pub(super) mod keyframes;
+mod light_nodes;
 mod node_transforms;
 pub(super) mod object_space;
 pub(super) mod playback;

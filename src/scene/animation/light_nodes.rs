@@ -1,0 +1,42 @@
+//! The nodes whose animation moves or shows lights.
+
+use super::keyframes::ChannelTarget;
+use super::playback::active_animations;
+use super::posed_scene::PosedScene;
+use crate::Scene;
+
+impl Scene {
+    /// Returns for each node whether a light or an area light is at or below it.
+    pub fn nodes_with_lights(&self) -> Vec<bool> {
+        let mut has_light = vec![false; self.nodes.len()];
+        let lights = self.lights.iter().map(|light| light.node);
+        for node in lights.chain(self.area_lights.iter().map(|light| light.node)) {
+            has_light[node as usize] = true;
+        }
+        // Parents precede their children.
+        for (i, node) in self.nodes.iter().enumerate().rev() {
+            if let Some(parent) = node.parent.filter(|_| has_light[i]) {
+                has_light[parent as usize] = true;
+            }
+        }
+        has_light
+    }
+}
+
+impl PosedScene<'_> {
+    /// Returns true if the animations that play show or hide lights of the file: it lights the scene also while all its
+    /// lights are hidden.
+    pub fn switches_lights(&self) -> bool {
+        let scene = self.scene;
+        if scene.lights.is_empty() && scene.area_lights.is_empty() {
+            return false;
+        }
+        let has_light = scene.nodes_with_lights();
+        let is_switch = |target: &ChannelTarget| match *target {
+            ChannelTarget::Visibility(node) => has_light[node as usize],
+            _ => false,
+        };
+        let active = active_animations(scene, self.animation()).unwrap_or_default();
+        active.iter().flat_map(|animation| &animation.channels).any(|channel| is_switch(&channel.target))
+    }
+}

@@ -1,0 +1,41 @@
+"""Animated scenes: one exposure for the light of a clip, and values at the times of keys."""
+
+from typing import Any
+
+import numpy as np
+import pytest
+
+import blinn
+from gltf_file import Glb
+
+CAMERA = blinn.Camera.look_at((0, 0, 5), (0, 0, 0), yfov=20)
+FACING = np.float32([[0, 0, 1]] * 4)
+POINT = {"type": "point", "intensity": 100}
+VISIBILITY = "KHR_node_visibility"
+
+
+def lit_square(light: dict[str, Any], place: Any, **node: Any) -> tuple[Glb, tuple[int, ...], int]:
+    """A white square below a light whose parent may have members of its own. Returns also the roots and the parent."""
+    file = Glb()
+    file.lights(light)
+    material = file.add("materials", pbrMetallicRoughness={"metallicFactor": 0}, doubleSided=True)
+    square = file.node(mesh=file.mesh(material=material, NORMAL=FACING))
+    parent = file.node(children=[file.light_node(0, translation=list(place))], **node)
+    return file, (square, parent), parent
+
+
+def shown(scene: blinn.Scene, **options: Any) -> list[int]:
+    return scene.render(CAMERA, size=(9, 9), samples=1, background="#000000", **options).rgba[4, 4].tolist()
+
+
+@pytest.mark.parametrize("first", [0, 1])
+def test_lamps_that_are_switched_are_lights_of_the_file(first: int) -> None:
+    file, roots, _ = lit_square(POINT, (0, 0, 2))
+    steady = shown(blinn.load(file.bytes(*roots)))
+    file, roots, parent = lit_square(POINT, (0, 0, 2), extensions={VISIBILITY: {"visible": bool(first)}})
+    keys = file.accessor(np.uint8([first, 1 - first]))
+    file.animate(f"/nodes/{parent}/extensions/{VISIBILITY}", "visible", [0, 1], [0, 1], interpolation="STEP")
+    file.json["animations"][0]["samplers"][0]["output"] = keys
+    scene = blinn.load(file.bytes(*roots))
+    assert shown(scene.pose(1 - first)) == steady
+    assert shown(scene.pose(first)) == [0, 0, 0, 255]
