@@ -13,9 +13,7 @@ use crate::surroundings::is_enclosed;
 use blinn_core::geometry::Rgb;
 use blinn_render::integrator::{Phong, Stage};
 use blinn_render::{MID_GREY, Metering, meter};
-use blinn_scene::{
-    Camera, ChannelTarget, MaterialProperty, ResolvedLighting, Scene, View, active_animations,
-};
+use blinn_scene::{Camera, ChannelTarget, MaterialProperty, ResolvedLighting, View, active_animations};
 
 /// The exposure of all images of a scene.
 #[derive(Clone, Copy, Debug, Default)]
@@ -151,18 +149,21 @@ fn metering_camera(setup: &SceneSetup, start: &PosedFrame) -> Result<MeteringCam
 /// Times after the start of a clip with animated light that are metered too.
 const LATER_TIMES: u32 = 4;
 
-/// Returns the times after the start that are metered: some in equal steps up to the end, if light is animated.
+/// Returns the times after the start that are metered: some in equal steps up to the end, if light is animated or
+/// moves.
 fn metering_times(setup: &SceneSetup, start: &PosedFrame) -> Result<Vec<f64>, SessionError> {
     let scene = start.posed.scene;
     let choice = setup.plan.options.animation(scene)?;
+    let has_light = scene.nodes_with_lights();
     let is_light = |target: &ChannelTarget| match *target {
         ChannelTarget::Light(..)
         | ChannelTarget::AreaLight(..)
         | ChannelTarget::Environment(..)
         | ChannelTarget::Material(_, MaterialProperty::Emission | MaterialProperty::EmissionStrength) => true,
-        ChannelTarget::Visibility(node) => {
-            scene.lights.iter().any(|light| is_at_or_below(scene, light.node, node))
-        }
+        ChannelTarget::Translation(node)
+        | ChannelTarget::Rotation(node)
+        | ChannelTarget::Scale(node)
+        | ChannelTarget::Visibility(node) => has_light[node as usize],
         _ => false,
     };
     let mut channels = active_animations(scene, &choice)?.into_iter().flat_map(|a| &a.channels);
@@ -171,12 +172,6 @@ fn metering_times(setup: &SceneSetup, start: &PosedFrame) -> Result<Vec<f64>, Se
     }
     let step = setup.clip_duration / f64::from(LATER_TIMES);
     Ok((1..=LATER_TIMES).map(|i| step * f64::from(i)).collect())
-}
-
-/// Returns true if a node is `top` or below it.
-fn is_at_or_below(scene: &Scene, node: u32, top: u32) -> bool {
-    let parent = |&node: &u32| scene.nodes.get(node as usize).and_then(|node| node.parent);
-    std::iter::successors(Some(node), parent).any(|node| node == top)
 }
 
 /// Meters the start of the clip and the later `times`, and returns the brightest result.

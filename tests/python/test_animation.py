@@ -11,6 +11,7 @@ from gltf_file import Glb
 CAMERA = blinn.Camera.look_at((0, 0, 5), (0, 0, 0), yfov=20)
 FACING = np.float32([[0, 0, 1]] * 4)
 POINT = {"type": "point", "intensity": 100}
+SUN = {"type": "directional", "intensity": 1000}
 VISIBILITY = "KHR_node_visibility"
 
 
@@ -26,6 +27,25 @@ def lit_square(light: dict[str, Any], place: Any, **node: Any) -> tuple[Glb, tup
 
 def shown(scene: blinn.Scene, **options: Any) -> list[int]:
     return scene.render(CAMERA, size=(9, 9), samples=1, background="#000000", **options).rgba[4, 4].tolist()
+
+
+@pytest.mark.parametrize(
+    ("light", "path", "keys"),
+    [
+        (POINT, "translation", [[0, 0, 50], [0, 0, 0]]),
+        (SUN, "rotation", [[0, 1, 0, 0], [0, 0, 0, 1]]),
+    ],
+)
+def test_moving_lights_are_metered_over_the_clip(light: dict[str, Any], path: str, keys: Any) -> None:
+    file, roots, _ = lit_square(light, (0, 0, 2))
+    steady = shown(blinn.load(file.bytes(*roots)))
+    assert 60 < steady[0] < 250
+    for reverse in (False, True):
+        file, roots, parent = lit_square(light, (0, 0, 2))
+        file.animate(parent, path, [0, 1], keys[::-1] if reverse else keys)
+        scene = blinn.load(file.bytes(*roots))
+        assert shown(scene.pose(0 if reverse else 1)) == steady
+        assert shown(scene.pose(1 if reverse else 0))[0] < 60
 
 
 @pytest.mark.parametrize("first", [0, 1])
