@@ -119,7 +119,11 @@ fn size(bytes: &[u8]) -> Result<(u32, u32), String> {
     if ktx2::is_ktx2(bytes) {
         return ktx2::size(bytes);
     }
-    reader(bytes)?.into_dimensions().map_err(|e| e.to_string())
+    if let Some(reason) = tiff::unsupported(bytes) {
+        return Err(reason.into());
+    }
+    let (bytes, _) = tiff::split_palette(bytes);
+    reader(&bytes)?.into_dimensions().map_err(|e| e.to_string())
 }
 
 /// Creates a reader for the format detected from the content.

@@ -176,6 +176,9 @@ mod tests {
         let picture = StoredPicture::load(&path, &Limits::default()).unwrap();
         let at = |name: &str, i: usize| picture.channel(name).unwrap()[i];
         assert_eq!((at("R", 0), at("G", 0), at("G", 15), at("A", 3)), (1.0, 0.0, 1.0, 1.0));
+        let palette = StoredPicture::load(&path.with_file_name("palette.tif"), &Limits::default()).unwrap();
+        let at = |name: &str, i: usize| palette.channel(name).unwrap()[i];
+        assert_eq!((at("R", 0), at("G", 0), at("A", 0)), (1.0, 0.0, 1.0));
         let few = Limits { image_pixels: 100, ..Limits::default() };
         assert!(StoredPicture::load(&path, &few).unwrap_err().to_string().contains("128"));
     }

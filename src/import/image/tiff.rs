@@ -48,12 +48,16 @@ pub(crate) fn unsupported(bytes: &[u8]) -> Option<&'static str> {
     if value(PHOTOMETRIC) == YCBCR {
         return Some("it is a TIFF in YCbCr, which is not supported; save it as RGB");
     }
+    let samples = tags.value(SAMPLES_PER_PIXEL).unwrap_or(1);
+    if samples == 2 && value(PHOTOMETRIC) <= BLACK_IS_ZERO {
+        return Some("it is a TIFF of grey with alpha, which is not supported; save it in RGBA, or as a PNG");
+    }
     let bits = tags.first_short(BITS_PER_SAMPLE).unwrap_or(1);
     match (tags.first_short(SAMPLE_FORMAT), bits) {
         (Some(FLOAT), 16) => Some(
             "it is a TIFF of half floats (16 bits), which are not supported; save it with 8 or 16-bit integers",
         ),
-        (Some(FLOAT), 32) if tags.value(SAMPLES_PER_PIXEL).unwrap_or(1) == 1 => Some(
+        (Some(FLOAT), 32) if samples == 1 => Some(
             "it is a TIFF of one channel of floats, which is not supported; save it in RGB, or with 8 or 16-bit integers",
         ),
         (Some(FLOAT), 64) => {
@@ -184,6 +188,8 @@ mod tests {
             check(&[(BITS_PER_SAMPLE, 32), (SAMPLE_FORMAT, FLOAT)], Some("one channel of floats"));
             check(&[(BITS_PER_SAMPLE, 16), (PHOTOMETRIC, 2), (SAMPLE_FORMAT, 1)], None);
             check(&[(COMPRESSION, JPEG), (PHOTOMETRIC, 2)], None);
+            check(&[(PHOTOMETRIC, BLACK_IS_ZERO), (SAMPLES_PER_PIXEL, 2)], Some("grey with alpha"));
+            check(&[(PHOTOMETRIC, BLACK_IS_ZERO), (SAMPLES_PER_PIXEL, 1)], None);
         }
         assert!(unsupported(b"II+\0\x08\0\0\0").unwrap().contains("BigTIFF"));
         assert!(unsupported(b"MM\0+\0\x08\0\0").unwrap().contains("BigTIFF"));
