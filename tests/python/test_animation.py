@@ -59,3 +59,20 @@ def test_lamps_that_are_switched_are_lights_of_the_file(first: int) -> None:
     scene = blinn.load(file.bytes(*roots))
     assert shown(scene.pose(1 - first)) == steady
     assert shown(scene.pose(first)) == [0, 0, 0, 255]
+
+
+@pytest.mark.parametrize("fps", [24, 25, 29.97, 30, 60])
+@pytest.mark.parametrize("rounding", ["product", "quotient", "sum"])
+def test_steps_are_shown_at_the_frames_of_their_keys(fps: float, rounding: str) -> None:
+    frames = np.arange(120)
+    step = np.float32(1 / fps)
+    times = {
+        "product": np.float32(frames) * step,
+        "quotient": np.float32(frames / fps),
+        "sum": np.cumsum(np.r_[np.float32(0), np.full(119, step)], dtype=np.float32),
+    }[rounding]
+    file = Glb()
+    node = file.node(mesh=file.mesh())
+    file.animate(node, "translation", times, [[0, 0, -i] for i in frames], interpolation="STEP")
+    scene = blinn.load(file.bytes(node))
+    assert [round(-scene.pose(i / fps).bounds[0, 2]) for i in frames] == frames.tolist()
