@@ -3,7 +3,7 @@
 use std::fs;
 
 use blinn::import::{LoadOptions, load};
-use blinn::scene::{AlphaMode, Scene};
+use blinn::scene::{AlphaMode, Instance, Scene};
 use glam::Vec3;
 
 /// Loads an OBJ beside an MTL `a.mtl`.
@@ -104,6 +104,21 @@ fn vtk_numbers_normals_by_vertices() {
     let (scene, warnings) = read(&obj, mtl);
     assert_eq!((scene.meshes[0].normals.len(), &scene.meshes[1].normals[..]), (0, &[Vec3::NEG_Z; 3][..]));
     assert_eq!(warnings, ["faces number normals by vertices: used those of the vertices"]);
+}
+
+/// trimesh: an object without a material, which has no `usemtl`, after one with.
+#[test]
+fn trimesh_objects_do_not_inherit_materials() {
+    let objects =
+        format!("mtllib a.mtl\n\no geometry_0\nusemtl m\n{SQUARE}f 1 2 3\n\no geometry_1\n{SQUARE}f 5 6 7\n");
+    let names = |head: &str| {
+        let (scene, _) = read(&format!("{head}{objects}"), "newmtl m\nKd 1 0 0\n");
+        let material =
+            |i: &Instance| scene.materials[scene.meshes[i.mesh as usize].material as usize].name.clone();
+        scene.instances.iter().map(material).collect::<Vec<_>>()
+    };
+    assert_eq!(names("# https://github.com/mikedh/trimesh\n"), ["m", ""]);
+    assert_eq!(names(""), ["m", "m"]);
 }
 
 /// PyVista: an averaged normal for each vertex of a cube, texture coordinates of three numbers, and Tr as the opacity.

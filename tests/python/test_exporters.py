@@ -143,3 +143,16 @@ def test_blenders_view_transform_is_that_of_its_version(version: str, view: str)
     shown = lambda **options: scene.render(CAMERA, size=(8, 8), samples=1, exposure=0, **options).rgba
     assert len(np.unique(shown())) > 2
     np.testing.assert_array_equal(shown(), shown(view=view))
+
+
+def test_objects_of_trimesh_without_a_material_are_white(tmp_path: Path) -> None:
+    squares = ["".join(f"v {x + 3 * i} {y} {z}\n" for x, y, z in SQUARE) for i in range(2)]
+    (tmp_path / "material.mtl").write_text("newmtl material_0\nKd 1 0 0\n")
+    first = f"o geometry_0\nusemtl material_0\n{squares[0]}f 1 2 3 4\n"
+    second = f"o geometry_1\n{squares[1]}f 5 6 7 8\n"
+    found = {}
+    for head in ("# https://github.com/mikedh/trimesh\n", ""):
+        (tmp_path / "a.obj").write_text(f"{head}mtllib material.mtl\n\n{first}\n{second}")
+        found[head != ""] = [albedo(blinn.load(tmp_path / "a.obj"), in_front(i)) for i in range(2)]
+    assert found[True] == [[1, 0, 0], [1, 1, 1]]
+    assert found[False] == [[1, 0, 0], [1, 0, 0]], "the format keeps a material until the next"

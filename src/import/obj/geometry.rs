@@ -37,8 +37,9 @@ pub(super) struct ObjGeometry {
 }
 
 impl ObjGeometry {
-    /// Assembles the chunks of a file. Returns `None` if an index is out of range.
-    pub fn assemble(mut chunks: Vec<Chunk>) -> Option<ObjGeometry> {
+    /// Assembles the chunks of a file, whose `o` statements reset the material at will. Returns `None` if an index is out of
+    /// range.
+    pub fn assemble(mut chunks: Vec<Chunk>, objects_reset_materials: bool) -> Option<ObjGeometry> {
         let count = |b: &Chunk| [b.positions.len(), b.uvs.len(), b.normals.len()];
         let mut before = Vec::with_capacity(chunks.len());
         let mut totals = [0; 3];
@@ -52,7 +53,8 @@ impl ObjGeometry {
         }
         let mut out =
             ObjGeometry { degenerate: chunks.iter().map(|b| b.degenerate).sum(), ..Default::default() };
-        let mut state = StatementState { objects_from_o: has_o_statements(&chunks), ..Default::default() };
+        let objects_from_o = has_o_statements(&chunks);
+        let mut state = StatementState { objects_from_o, objects_reset_materials, ..Default::default() };
         for (i, chunk) in chunks.iter().enumerate() {
             state.apply_chunk(i, chunk, &mut out);
         }
@@ -177,6 +179,8 @@ fn has_o_statements(chunks: &[Chunk]) -> bool {
 struct StatementState {
     /// True if `o` starts objects and `g` is ignored. Without any `o`, `g` starts them.
     objects_from_o: bool,
+    /// True if an object has no material before its own `usemtl`.
+    objects_reset_materials: bool,
     group_of: HashMap<String, u32>,
     material_of: HashMap<String, u32>,
     known_libraries: HashSet<String>,
@@ -235,7 +239,10 @@ impl StatementState {
 
     fn apply(&mut self, statement: &Statement, out: &mut ObjGeometry) {
         match statement {
-            Statement::Object(name) => self.object = Some(new_object(out, name)),
+            Statement::Object(name) => {
+                self.object = Some(new_object(out, name));
+                self.material = self.material.filter(|_| !self.objects_reset_materials);
+            }
             Statement::Group(_) if self.objects_from_o => {}
             Statement::Group(name) => {
                 // A group that occurs again is the same object.

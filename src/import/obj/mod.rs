@@ -138,7 +138,7 @@ fn parse_fast(
 ) -> Option<ParsedFile> {
     let ParsedChunks { chunks, head } = fast_parser::parse(file, chunk_bytes, limits, origin)?;
     let generator = generator(&text::decode(&head).0);
-    let geometry = ObjGeometry::assemble(chunks)?;
+    let geometry = ObjGeometry::assemble(chunks, objects_reset_materials(&generator))?;
     Some(ParsedFile { geometry, origin, generator, warnings: Warnings::default() })
 }
 
@@ -155,10 +155,11 @@ fn parse_lenient(
         warnings.add("", "decoded lines that are not UTF-8 as Windows-1252");
     }
     let chunk = lenient_parser::parse(&text, limits, origin, cancel, &mut warnings)?;
+    let generator = generator(&text);
     // The parser has checked every index, so this does not fail.
-    let geometry = ObjGeometry::assemble(vec![chunk]);
+    let geometry = ObjGeometry::assemble(vec![chunk], objects_reset_materials(&generator));
     let geometry = geometry.ok_or_else(|| LoadError::invalid("OBJ", "a face index is out of range"))?;
-    Ok(ParsedFile { geometry, origin, generator: generator(&text), warnings })
+    Ok(ParsedFile { geometry, origin, generator, warnings })
 }
 
 /// Returns the error for a file without faces, lines and points, which may not be an OBJ at all.
@@ -291,6 +292,12 @@ fn round_meshes(geometry: &mut ObjGeometry, limits: &Limits) -> Result<Vec<(Mesh
         (key, group.into_mesh(name, &geometry.positions, &geometry.colors))
     };
     Ok(groups.into_iter().map(mesh).collect())
+}
+
+/// Returns true for the program whose objects without a material have no `usemtl`. By the format's definition they would
+/// have that of the object before.
+fn objects_reset_materials(generator: &str) -> bool {
+    generator.contains("mikedh/trimesh")
 }
 
 /// Programs that write `s 1` for everything, flat walls too.
