@@ -78,6 +78,24 @@ def test_trimesh_textures_are_multiplied_by_given_factors_only() -> None:
     np.testing.assert_allclose(trimesh_texture(trimesh, baseColorFactor=None), 1)
 
 
+@pytest.mark.parametrize("dtype", ["<u2", ">u2", "int32", "float32"])
+def test_trimesh_images_of_more_than_8_bits_are_not_cut_off(dtype: str) -> None:
+    trimesh, pil = pytest.importorskip("trimesh"), pytest.importorskip("PIL.Image")
+    if dtype == ">u2":
+        image = pil.frombytes("I;16B", (4, 4), b"\x80\x00" * 16)
+    else:
+        image = pil.fromarray(np.full((4, 4), 0.5 if dtype == "float32" else 32768, dtype))
+    material = trimesh.visual.material.PBRMaterial(baseColorTexture=image)
+    visual = trimesh.visual.TextureVisuals(uv=np.array(UVS, float), material=material)
+    scene = blinn.Scene.from_trimesh(trimesh.Trimesh(**QUAD, process=False, visual=visual))
+    np.testing.assert_allclose(albedo(scene), HALF, atol=1e-3)
+
+
+def test_other_objects_than_trimesh_are_refused() -> None:
+    with pytest.raises(TypeError, match="not list"):
+        blinn.Scene.from_trimesh([])
+
+
 def test_trimesh_faces_are_translucent_one_by_one() -> None:
     trimesh = pytest.importorskip("trimesh")
     square = trimesh.Trimesh(**QUAD, process=False)

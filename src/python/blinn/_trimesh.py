@@ -21,6 +21,8 @@ _DEFAULT_COLOR = (102, 102, 102, 255)
 
 def write_trimesh(source: Any) -> bytes:
     """Return a GLB file of a ``trimesh.Trimesh`` or ``trimesh.Scene``."""
+    if not hasattr(source, "metadata"):
+        raise TypeError(f"from_trimesh takes a trimesh.Trimesh or trimesh.Scene, not {type(source).__name__}")
     writer = Writer()
     images: dict[int, npt.NDArray[Any]] = {}
     geometries, placements = _contents(source)
@@ -182,6 +184,17 @@ def _fractions(color: Any) -> npt.NDArray[np.float64] | None:
 def _pixels(image: Any, images: dict[int, npt.NDArray[Any]]) -> npt.NDArray[Any]:
     """Return the pixels of a ``PIL.Image``. Materials that share it share the array."""
     if id(image) not in images:
-        has_alpha = image.mode in ("RGBA", "LA", "PA") or "transparency" in image.info
-        images[id(image)] = np.asarray(image.convert("RGBA" if has_alpha else "RGB"))
+        images[id(image)] = _converted(image)
     return images[id(image)]
+
+
+def _converted(image: Any) -> npt.NDArray[Any]:
+    """Return pixels of 8 bits, or those of 16 bits and floats in 16, which ``PIL.Image.convert`` would cut off."""
+    pixels: npt.NDArray[Any] = np.asarray(image)
+    if image.mode.startswith("I"):
+        return pixels.clip(0, 65535).astype(np.uint16)
+    if image.mode == "F":
+        fractions: npt.NDArray[np.float64] = np.nan_to_num(pixels.astype(np.float64))
+        return (fractions.clip(0, 1) * 65535).round().astype(np.uint16)
+    has_alpha = image.mode in ("RGBA", "LA", "PA") or "transparency" in image.info
+    return np.asarray(image.convert("RGBA" if has_alpha else "RGB"))
