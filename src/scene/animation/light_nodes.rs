@@ -8,18 +8,21 @@ use crate::Scene;
 impl Scene {
     /// Returns for each node whether a light or an area light is at or below it.
     pub fn nodes_with_lights(&self) -> Vec<bool> {
-        let mut has_light = vec![false; self.nodes.len()];
         let lights = self.lights.iter().map(|light| light.node);
-        for node in lights.chain(self.area_lights.iter().map(|light| light.node)) {
-            has_light[node as usize] = true;
-        }
+        self.nodes_at_or_above(lights.chain(self.area_lights.iter().map(|light| light.node)))
+    }
+
+    /// Returns for each node whether one of `nodes` is at or below it.
+    pub fn nodes_at_or_above(&self, nodes: impl IntoIterator<Item = u32>) -> Vec<bool> {
+        let mut is_marked = vec![false; self.nodes.len()];
+        nodes.into_iter().for_each(|node| is_marked[node as usize] = true);
         // Parents precede their children.
         for (i, node) in self.nodes.iter().enumerate().rev() {
-            if let Some(parent) = node.parent.filter(|_| has_light[i]) {
-                has_light[parent as usize] = true;
+            if let Some(parent) = node.parent.filter(|_| is_marked[i]) {
+                is_marked[parent as usize] = true;
             }
         }
-        has_light
+        is_marked
     }
 }
 
