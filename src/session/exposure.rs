@@ -42,7 +42,8 @@ impl ResolvedExposure {
 const METERED: ResolvedExposure = ResolvedExposure { ev: 0.0, light_scale: None, is_metered: true };
 
 /// Resolves the exposure: the given one, 0 for lights that are not the file's, else metered. Metering uses the file's first
-/// camera and the start of the clip, or where light is animated the brightest of some times, whichever frame is rendered.
+/// camera and the start of the clip, or where light or that camera is animated the brightest of some times, whichever frame
+/// is rendered.
 pub(crate) fn resolve_exposure(
     setup: &SceneSetup,
     start: &mut PosedFrame,
@@ -149,21 +150,23 @@ fn metering_camera(setup: &SceneSetup, start: &PosedFrame) -> Result<MeteringCam
 /// Times after the start of a clip with animated light that are metered too.
 const LATER_TIMES: u32 = 4;
 
-/// Returns the times after the start that are metered: some in equal steps up to the end, if light is animated or
-/// moves.
+/// Returns the times after the start that are metered: some in equal steps up to the end, if light is animated, or if
+/// lights or the metering camera move.
 fn metering_times(setup: &SceneSetup, start: &PosedFrame) -> Result<Vec<f64>, SessionError> {
     let scene = start.posed.scene;
     let choice = setup.plan.options.animation(scene)?;
     let has_light = scene.nodes_with_lights();
+    let camera = scene.default_camera().map(|camera| scene.cameras[camera].node);
+    let has_camera = scene.nodes_at_or_above(camera);
     let is_light = |target: &ChannelTarget| match *target {
         ChannelTarget::Light(..)
         | ChannelTarget::AreaLight(..)
         | ChannelTarget::Environment(..)
         | ChannelTarget::Material(_, MaterialProperty::Emission | MaterialProperty::EmissionStrength) => true,
-        ChannelTarget::Translation(node)
-        | ChannelTarget::Rotation(node)
-        | ChannelTarget::Scale(node)
-        | ChannelTarget::Visibility(node) => has_light[node as usize],
+        ChannelTarget::Translation(node) | ChannelTarget::Rotation(node) | ChannelTarget::Scale(node) => {
+            has_light[node as usize] || has_camera[node as usize]
+        }
+        ChannelTarget::Visibility(node) => has_light[node as usize],
         _ => false,
     };
     let mut channels = active_animations(scene, &choice)?.into_iter().flat_map(|a| &a.channels);
@@ -186,7 +189,10 @@ fn meter_clip(
     let mut accel = None;
     for &time in times {
         let frame = setup.pose_at(time, start, accel.take())?;
-        let metered = meter_frame(setup, &frame, camera, light)?;
+        // A camera of the file may move, even to where it is of no use; a framed view stays.
+        let moves = !frame.posed.cameras.is_empty();
+        let moved = moves.then(|| metering_camera(setup, &frame).ok()).flatten();
+        let metered = meter_frame(setup, &frame, moved.as_ref().unwrap_or(camera), light)?;
         accel = frame.accel;
         brightest = match (brightest, metered) {
             (Some(a), Some(b)) => Some(if b.ev < a.ev { b } else { a }),

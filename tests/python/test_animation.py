@@ -76,3 +76,24 @@ def test_steps_are_shown_at_the_frames_of_their_keys(fps: float, rounding: str) 
     file.animate(node, "translation", times, [[0, 0, -i] for i in frames], interpolation="STEP")
     scene = blinn.load(file.bytes(node))
     assert [round(-scene.pose(i / fps).bounds[0, 2]) for i in frames] == frames.tolist()
+
+
+def test_cameras_that_move_into_the_light_are_metered_over_the_clip() -> None:
+    def scene(*, moves: bool) -> blinn.Scene:
+        file = Glb()
+        file.lights({**POINT, "intensity": 300})
+        material = file.add("materials", pbrMetallicRoughness={"metallicFactor": 0})
+        mesh = file.mesh(material=material, NORMAL=FACING)
+        squares = [file.node(mesh=mesh), file.node(mesh=mesh, translation=[30, 0, 0])]
+        file.add("cameras", type="perspective", perspective={"yfov": 0.3, "znear": 0.1})
+        camera = file.node(camera=0, translation=[0, 0, 5])
+        if moves:
+            file.animate(camera, "translation", [0, 1], [[30, 0, 5], [0, 0, 5]])
+        return blinn.load(file.bytes(*squares, file.light_node(0, translation=[0, 0, 2]), camera))
+
+    def middle(posed: blinn.Scene) -> list[int]:
+        return posed.render(size=(9, 9), samples=1).rgba[4, 4].tolist()
+
+    steady = middle(scene(moves=False))
+    assert 60 < steady[0] < 250
+    assert middle(scene(moves=True).pose(1)) == steady
