@@ -152,7 +152,7 @@ mod tests {
     /// Depths and masks that colour management would change are no pictures.
     #[test]
     fn colours_alone_say_that_they_are_srgb() {
-        let is_srgb = |file: Vec<u8>| chunks(&file).any(|(name, _)| *name == b"sRGB");
+        let is_srgb = |file: Vec<u8>| chunks(&file).any(|(name, _)| name == b"sRGB");
         assert!(!is_srgb(encode_mask((1, 1), &[255]).unwrap()));
         assert!(!is_srgb(encode_grey16((1, 1), &[300], None).unwrap()));
         let palette = [[1, 2, 3]];
