@@ -81,6 +81,13 @@ SHOTS = [
         "-s 32 --adaptive .04 --background '#e9e7e2' --light-radius .05 --size 840x600 -o assembly.png",
     ),
     Shot(
+        "drawing",
+        "A line drawing",
+        "Sharp edges and outlines alone, in lines of a pixel. Surfaces hide what is behind them.",
+        "blinn render models/assembly/assembly.glb --hide 'Bench*' --orbit 38,24 --zoom 1.45 --edges feature,silhouette --edges-only "
+        "--background white -s 16 --size 840x600 -o drawing.png",
+    ),
+    Shot(
         "clay",
         "Without a light",
         "No lights: only the ambient term, with ambient occlusion.",
@@ -118,6 +125,12 @@ SHOTS = [
         "--light-radius .05 --ao 32 -s 32 --adaptive .04 --size 160x320 -o walk_####.png",
         [f"walk_{i:04}.png" for i in range(4, 45, 8)],
         6,
+    ),
+    Shot(
+        "reconstruction",
+        "A reconstruction",
+        "Points as spheres as large as closes the gaps of their cloud, lines of two pixels. No camera has seen the cloth behind the ball.",
+        "blinn render models/reconstruction/reconstruction.glb --line-width 2px --background '#f4f2ee' -s 16 --size 840x630 -o reconstruction.png",
     ),
     Shot(
         "layers",
@@ -190,8 +203,8 @@ SHOTS = [
         "Thumbnails",
         "`--max-size`, with the aspect ratio of each file's camera; the Debian package shows them in file managers.",
         "blinn render models/*/*.glb --max-size 180 -s 16 -o thumbnails/",
-        [f"thumbnails/{name}.png" for name in ("alpha", "assembly", "cornell", "figure", "lecture", "still-life", "textured", "tower")],
-        4,
+        [f"thumbnails/{name}.png" for name in ("alpha", "assembly", "cornell", "figure", "lecture", "reconstruction", "still-life", "textured", "tower")],
+        3,
     ),
 ]
 
@@ -201,6 +214,16 @@ TURN = [f"turn_{i:04}.png" for i in range(1, 25, 4)]
 
 # Pictures of other pages, which show the commands.
 OTHERS = [
+    Shot(
+        "edges",
+        "",
+        "",
+        "blinn render models/assembly/assembly.glb --edges feature --size 420x320 -s 16 -o edges.png; "
+        "blinn render models/assembly/assembly.glb --only-objects 'Base bolt seat 1' --orbit 30,15 --edges feature,silhouette "
+        "--edges-only --hidden-edges dashed --background white --size 420x320 -s 16 -o bolt.png",
+        ["edges.png", "bolt.png"],
+        2,
+    ),
     Shot("tutorial-first", "", "", f"{TOWER} -o first.png"),
     Shot("tutorial-soft", "", "", f"{TOWER} {SOFT} -o soft.png"),
     Shot("tutorial-ground", "", "", f"{TOWER} {SOFT} --ground shadow -o ground.png"),

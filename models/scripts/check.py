@@ -20,7 +20,8 @@ def load(path):
 def triangles(doc, mesh):
     total = 0
     for p in doc["meshes"][mesh]["primitives"]:
-        total += doc["accessors"][p.get("indices", p["attributes"]["POSITION"])]["count"] // 3
+        if p.get("mode", 4) == 4:
+            total += doc["accessors"][p.get("indices", p["attributes"]["POSITION"])]["count"] // 3
     return total
 
 
@@ -58,6 +59,7 @@ def facts(path):
             }
             for a in doc.get("animations", [])
         },
+        "modes": sorted({p.get("mode", 4) for m in doc["meshes"] for p in m["primitives"]}),
         "extensions": doc.get("extensionsUsed", []),
         "required": doc.get("extensionsRequired", []),
     }
@@ -125,6 +127,9 @@ def main():
     f = get("tower/tower.glb")
     expect("tower", f["materials"] == 7 and f["lights"] == ["point"], "seven materials, a lamp")
     expect("tower", f["cameras"] == ["perspective"], "a camera")
+    f = get("reconstruction/reconstruction.glb")
+    expect("reconstruction", f["modes"] == [0, 1, 2, 3] and f["colours"], "coloured points and three kinds of lines")
+    expect("reconstruction", len(f["cameras"]) == 4 and f["bytes"] < 200_000, "four cameras, less than 200 kB")
     expect("lecture", get("lecture/lecture.glb")["cameras"] == ["perspective"] * 2, "two views")
     f = get("tests/lights.glb")
     expect("lights", len(f["lights"]) == 3 and len(f["cameras"]) == 2, "three lights, two cameras")
