@@ -6,12 +6,15 @@
 use std::fs;
 use std::path::Path;
 
-use blinn::accel::{Accel, AccelSettings};
+use blinn::accel::{Accel, AccelSettings, RoundSize, RoundSizes};
 use blinn::display::{Background, Display, ViewTransform};
 use blinn::geometry::Rgb;
 use blinn::import::{LoadOptions, load, load_camera_xml};
 use blinn::integrator::{AmbientOcclusion, Frame, MaterialOverrides, Phong, Stage};
-use blinn::render::{Denoise, RenderSettings, render};
+use blinn::render::{
+    Denoise, EdgeCache, EdgeKinds, EdgeStyle, EdgeWidth, HiddenEdges, RenderMemory, RenderSettings,
+    draw_edges, render, render_edges,
+};
 use blinn::scene::{Ground, GroundKind, LightSet, Lighting, PoseSettings, UserLight, View, pose};
 use glam::DVec3;
 
@@ -34,6 +37,7 @@ struct Shot {
     occlusion: Option<AmbientOcclusion>,
     ground: Option<GroundKind>,
     background: f32,
+    edges: Option<EdgeStyle>,
 }
 
 impl Shot {
@@ -49,6 +53,7 @@ impl Shot {
             occlusion: None,
             ground: None,
             background: 0.05,
+            edges: None,
         }
     }
 
@@ -67,7 +72,14 @@ impl Shot {
         let (accel, _) = Accel::build(&posed, &AccelSettings::default());
         let (camera, _) = self.view.resolve(&posed, WIDTH, HEIGHT).unwrap();
         let lit = self.lighting.resolve(&posed, &camera);
+        // Points as large as the spacing of their cloud, lines of a pixel.
+        let half_pixel = (0.5 * camera.view_height / f64::from(HEIGHT)) as f32;
+        let rounds = RoundSizes {
+            points: accel.point_spacing().map_or(RoundSize::NONE, RoundSize::in_scene),
+            lines: RoundSize { in_scene: 0.0, min: half_pixel, max: half_pixel },
+        };
         let frame = Frame {
+            rounds,
             overrides: self.overrides,
             ambient_occlusion: self.occlusion,
             ground: self.ground.map(|kind| Ground::under(&posed.bounds(), kind)),
@@ -76,7 +88,12 @@ impl Shot {
         let denoise = if frame.emitters.is_some() { Denoise::Auto } else { Denoise::Off };
         let settings =
             RenderSettings { width: WIDTH, height: HEIGHT, samples: 4, denoise, ..Default::default() };
-        let pixels = render(&frame, &Phong { stage: self.stage }, &settings, &()).unwrap();
+        let mut pixels = render(&frame, &Phong { stage: self.stage }, &settings, &()).unwrap();
+        if let Some(style) = &self.edges {
+            let memory = RenderMemory::default();
+            let edges = render_edges(&memory, &frame, style, &EdgeCache::default(), &settings, &()).unwrap();
+            draw_edges(&mut pixels, &edges);
+        }
         let background = Background::Color(Rgb::splat(self.background));
         Display { ev: self.ev, view: ViewTransform::Standard, background }.to_rgba8(&pixels)
     }
@@ -105,6 +122,13 @@ fn shots() -> Vec<(&'static str, Shot)> {
     let shadow = Some(GroundKind::ShadowCatcher);
     let view_2 = load_camera_xml(&model_path("lecture/view-2.xml")).unwrap();
     let headlight = Lighting { sets: Some(vec![LightSet::Headlight]), ..Default::default() };
+    let edges = EdgeStyle {
+        kinds: EdgeKinds { feature: true, silhouette: true, ..Default::default() },
+        angle: 30.0,
+        color: Rgb::ZERO,
+        width: EdgeWidth::Pixels(0.7),
+        hidden: HiddenEdges::Off,
+    };
     let camera = |name: &str| View { camera: Some(name.into()), ..Default::default() };
     vec![
         ("term_color", Shot::lecture(Stage::Color)),
@@ -120,6 +144,8 @@ fn shots() -> Vec<(&'static str, Shot)> {
         ("cornell_obj", Shot::of("cornell/cornell.obj")),
         ("still_life", Shot::of("still-life/still-life.glb")),
         ("assembly", Shot::of("assembly/assembly.glb")),
+        ("assembly_edges", Shot { edges: Some(edges), ..Shot::of("assembly/assembly.glb") }),
+        ("reconstruction", Shot::of("reconstruction/reconstruction.glb")),
         ("textured", Shot::of("textured/textured.glb")),
         ("textured_obj", Shot::of("textured/textured.obj")),
         ("figure_0", Shot::of("figure/figure.glb")),
