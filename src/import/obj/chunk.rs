@@ -88,6 +88,10 @@ pub(super) struct Chunk {
     pub round_vertices: Vec<u32>,
     /// Number of faces with fewer than three corners.
     pub degenerate: u64,
+    /// Number of curves, surfaces and unknown statements, and of points and lines without vertices.
+    pub ignored: u64,
+    /// True if all vertices of the file are points: normals belong to them.
+    pub is_cloud: bool,
     format: Option<VertexFormat>,
 }
 
@@ -110,9 +114,23 @@ impl Chunk {
     /// Makes points or a line of all vertices from `first` on.
     pub fn push_round(&mut self, first: usize, is_points: bool) {
         let count = (self.round_vertices.len() - first) as u32;
-        if count > 0 {
-            self.rounds.push(RoundElement { statement: self.statements.len() as u32, count, is_points });
+        if count == 0 {
+            self.ignored += 1;
+            return;
         }
+        self.rounds.push(RoundElement { statement: self.statements.len() as u32, count, is_points });
+    }
+
+    /// Returns true if there is nothing to render, and nothing that the vertices were meant for.
+    pub fn is_bare(&self) -> bool {
+        self.faces == 0 && self.rounds.is_empty() && self.degenerate == 0 && self.ignored == 0
+    }
+
+    /// Makes points of all vertices of the file, as MeshLab, trimesh and scanners write clouds.
+    pub fn push_cloud(&mut self, vertices: usize) {
+        self.round_vertices = (0..vertices as u32).collect();
+        self.push_round(0, true);
+        self.is_cloud = true;
     }
 
     /// Makes a face of all corners from `first` on.

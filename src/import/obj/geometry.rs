@@ -30,6 +30,8 @@ pub(super) struct ObjGeometry {
     pub rounds: RoundGroups,
     /// Number of faces with fewer than three corners.
     pub degenerate: u64,
+    /// True if all vertices are points: normals belong to them.
+    pub is_cloud: bool,
     /// Number of concave polygons too large for ear clipping.
     pub too_large: u64,
     /// Number of self-intersecting polygons too large for ear clipping.
@@ -43,6 +45,7 @@ impl ObjGeometry {
         let count = |b: &Chunk| [b.positions.len(), b.uvs.len(), b.normals.len()];
         let mut before = Vec::with_capacity(chunks.len());
         let mut totals = [0; 3];
+        let is_bare = chunks.iter().all(Chunk::is_bare);
         for chunk in &chunks {
             before.push(totals);
             (0..3).for_each(|k| totals[k] += count(chunk)[k]);
@@ -51,8 +54,17 @@ impl ObjGeometry {
         if !chunks.par_iter_mut().zip(&before).all(resolve) {
             return None;
         }
-        let mut out =
-            ObjGeometry { degenerate: chunks.iter().map(|b| b.degenerate).sum(), ..Default::default() };
+        if let Some(last) = chunks.last_mut()
+            && totals[0] > 0
+            && is_bare
+        {
+            last.push_cloud(totals[0]);
+        }
+        let mut out = ObjGeometry {
+            degenerate: chunks.iter().map(|b| b.degenerate).sum(),
+            is_cloud: chunks.iter().any(|b| b.is_cloud),
+            ..Default::default()
+        };
         let objects_from_o = has_o_statements(&chunks);
         let mut state = StatementState { objects_from_o, objects_reset_materials, ..Default::default() };
         for (i, chunk) in chunks.iter().enumerate() {

@@ -127,7 +127,9 @@ impl LenientParser<'_> {
             "vn" => {
                 let words = self.parse_numbers(line, "vn", rest, 3, Counts::NORMAL)?;
                 self.plain_text.push_line("vn", &words[..3]);
-                self.chunk.normals.push(Vec3::ZERO);
+                // Those of faces are parsed again.
+                let [x, y, z] = [0, 1, 2].map(|axis| words[axis].parse().unwrap_or(f32::NAN));
+                self.chunk.normals.push(Vec3::new(x, y, z));
             }
             "f" | "fo" => self.parse_face(line, rest)?,
             kind @ ("l" | "p") => self.parse_round(line, rest, kind == "p")?,
@@ -254,6 +256,7 @@ impl LenientParser<'_> {
         if let Some(location) = self.separating_comma {
             warnings.add(location, "numbers are separated by commas: read as blanks");
         }
+        self.chunk.ignored += self.free_forms + self.unknown.len() as u64;
         if self.free_forms > 0 {
             warnings.add("", format!("ignored {} curves and surfaces: not supported", self.free_forms));
         }
@@ -263,6 +266,9 @@ impl LenientParser<'_> {
         if self.chunk.colors.is_empty() && !self.polypaint.is_empty() {
             self.polypaint.truncate(self.chunk.positions.len());
             self.chunk.colors = self.polypaint;
+        }
+        if self.chunk.is_bare() && self.totals[0] > 0 {
+            self.chunk.push_cloud(self.totals[0]);
         }
         self.plain_text.parse_into(&mut self.chunk, self.origin.is_some())?;
         Ok(self.chunk)

@@ -286,12 +286,17 @@ fn round_meshes(geometry: &mut ObjGeometry, limits: &Limits) -> Result<Vec<(Mesh
     let vertices = groups.iter().map(|group| group.vertices.len() as u64).sum();
     LoadError::check_limit("vertices", vertices, limits.vertices)?;
     LoadError::check_limit("instances", groups.len() as u64, limits.instances)?;
-    let mesh = |group: RoundGroup| {
+    let mut mesh = |group: RoundGroup| {
         let key = MeshKey::of_rounds(group.object, group.material);
         let name = &geometry.objects[group.object as usize];
-        (key, group.into_mesh(name, &geometry.positions, &geometry.colors))
+        let mut mesh = group.into_mesh(name, &geometry.positions, &geometry.colors);
+        if geometry.is_cloud && geometry.normals.len() == geometry.positions.len() {
+            mesh.normals = std::mem::take(&mut geometry.normals);
+            mesh.normals.iter_mut().for_each(|n| *n = n.as_dvec3().normalize_or_zero().as_vec3());
+        }
+        (key, mesh)
     };
-    Ok(groups.into_iter().map(mesh).collect())
+    Ok(groups.into_iter().map(&mut mesh).collect())
 }
 
 /// Returns true for the program whose objects without a material have no `usemtl`. By the format's definition they would

@@ -214,6 +214,30 @@ fn points_and_lines_are_read_without_faces() {
     }
 }
 
+/// trimesh, MeshLab and scanners write clouds as vertices alone, with colours or normals.
+#[test]
+fn vertices_alone_are_points() {
+    for other in ["", "vp 1 2\n"] {
+        let (scene, warnings) =
+            read(format!("# a scan\n{other}v 0 0 0 1 0 0\nv 1 0 0 0 1 0\nv 0 1 0 0 0 1\n"), &[]).unwrap();
+        let mesh = &scene.meshes[0];
+        assert_eq!((mesh.point_count(), mesh.colors[1].y, warnings.len()), (3, 1.0, 0));
+        assert_eq!(scene.objects, ["default"]);
+        assert_eq!(scene.materials[mesh.material as usize].reflectance, blinn_scene::Reflectance::Unlit);
+        let text = format!("{other}o scan\nvn 0 0 2\nv 5000000 0 0\nvn 0 3 0\nv 5000000.25 0 0\n");
+        let (scene, _) = read(text, &[]).unwrap();
+        let mesh = &scene.meshes[0];
+        assert_eq!((mesh.normals.as_slice(), mesh.name.as_str()), (&[Vec3::Z, Vec3::Y][..], "scan"));
+        assert_eq!((mesh.positions[1] - mesh.positions[0]).x, 0.25);
+        assert_ne!(scene.materials[mesh.material as usize].reflectance, blinn_scene::Reflectance::Unlit);
+    }
+    // Control points of curves, and vertices of faces that are missing.
+    for other in ["curv 0 1 1 2\n", "f 1 2\n", "l\n", "frobnicate 1\n"] {
+        let error = error(&format!("v 0 0 0\nv 1 0 0\n{other}"));
+        assert!(error.contains("no faces, lines or points"), "{error}");
+    }
+}
+
 /// A triangle that uses a vertex twice is left out without a warning.
 #[test]
 fn degenerate_faces_are_counted_and_lines_and_points_read() {

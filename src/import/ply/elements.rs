@@ -1,4 +1,4 @@
-//! Vertices, faces and triangle strips of a PLY file.
+//! Vertices, faces, triangle strips and edges of a PLY file.
 
 use glam::{DVec3, Vec2, Vec3, Vec4};
 
@@ -30,6 +30,7 @@ const FACE_COLORS: [&[&str]; 4] =
 const INDICES: [&str; 2] = ["vertex_indices", "vertex_index"];
 const CORNER_UVS: [&str; 1] = ["texcoord"];
 const TEXTURE: [&str; 1] = ["texnumber"];
+const EDGE_ENDS: [&str; 2] = ["vertex1", "vertex2"];
 
 /// The reason why the rows of an element end early.
 pub(super) enum RowError {
@@ -51,6 +52,8 @@ pub(super) struct Content {
     pub face_colors: Vec<Vec4>,
     /// Displayed colours of vertices.
     pub colors: Vec<Vec4>,
+    /// Displayed colours of edges.
+    pub edge_colors: Vec<Vec4>,
     /// The image of each face.
     pub textures: Vec<u32>,
     /// Number of faces with fewer than three corners.
@@ -177,15 +180,7 @@ impl Content {
         values: &mut Values,
         cancel: &CancelToken,
     ) -> Result<(), RowError> {
-        let color_column = |property: &Property| match property.kind {
-            Kind::Scalar(kind) => {
-                let index = FACE_COLORS.iter().position(|names| names.contains(&property.name.as_str()));
-                index.map(|index| (index, kind.color_scale()))
-            }
-            Kind::List { .. } => None,
-        };
-        let columns: Vec<Option<(usize, f64)>> = element.properties.iter().map(color_column).collect();
-        let has_colors = (0..3).all(|index| columns.iter().flatten().any(|(column, _)| *column == index));
+        let (columns, has_colors) = color_columns(element);
         let (has_uvs, has_textures) = (element.has(&CORNER_UVS), element.has(&TEXTURE));
         let mut uvs: Vec<f64> = Vec::new();
         read_rows(element, values, cancel, |values| {
@@ -223,6 +218,37 @@ impl Content {
             }
             if has_textures {
                 self.textures.push(if texture >= 0.0 { texture as u32 } else { 0 });
+            }
+            Ok(())
+        })
+    }
+
+    /// Reads edges: pairs of vertices with an optional colour.
+    pub fn read_edges(
+        &mut self,
+        element: &Element,
+        values: &mut Values,
+        cancel: &CancelToken,
+    ) -> Result<(), RowError> {
+        if !EDGE_ENDS.iter().all(|end| element.has(&[end])) {
+            return skip_rows(element, values, cancel);
+        }
+        let (columns, has_colors) = color_columns(element);
+        read_rows(element, values, cancel, |values| {
+            let (mut color, mut ends) = ([0.0, 0.0, 0.0, 1.0], [0; 2]);
+            for (property, column) in element.properties.iter().zip(&columns) {
+                let end = EDGE_ENDS.iter().position(|end| *end == property.name);
+                match (property.kind, end, column) {
+                    (Kind::Scalar(kind), Some(end), _) => ends[end] = vertex_index(values.read(kind)?),
+                    (Kind::Scalar(kind), _, Some((index, scale))) => {
+                        color[*index] = values.read(kind)? / scale;
+                    }
+                    _ => skip(property, values)?,
+                }
+            }
+            self.mesh.edges.push(ends);
+            if has_colors {
+                self.edge_colors.push(Vec4::from_array(color.map(|channel| channel as f32)));
             }
             Ok(())
         })
@@ -266,6 +292,21 @@ impl Content {
             Ok(())
         })
     }
+}
+
+/// Returns the channel and the scale of each property of faces or edges that is part of their colour, and true if they
+/// have red, green and blue.
+fn color_columns(element: &Element) -> (Vec<Option<(usize, f64)>>, bool) {
+    let color_column = |property: &Property| match property.kind {
+        Kind::Scalar(kind) => {
+            let index = FACE_COLORS.iter().position(|names| names.contains(&property.name.as_str()));
+            index.map(|index| (index, kind.color_scale()))
+        }
+        Kind::List { .. } => None,
+    };
+    let columns: Vec<Option<(usize, f64)>> = element.properties.iter().map(color_column).collect();
+    let has_colors = (0..3).all(|index| columns.iter().flatten().any(|(column, _)| *column == index));
+    (columns, has_colors)
 }
 
 /// Returns an index of a vertex; one that no vertex has for a number that is none.

@@ -55,18 +55,18 @@ pub(super) fn load(
         warnings = Warnings::default();
         content = read(&header, bytes, origin, options, &mut warnings)?;
     }
-    let Content { mut mesh, mut face_colors, mut colors, textures, degenerate } = content;
+    let Content { mut mesh, mut face_colors, mut edge_colors, mut colors, textures, degenerate } = content;
     if degenerate > 0 {
         warnings.add("", format!("ignored {degenerate} faces with fewer than three vertices"));
     }
-    if mesh.faces == 0 && !is_cloud(&header, mesh.positions.len()) {
+    if mesh.faces == 0 && mesh.edges.is_empty() && !is_cloud(&header, mesh.positions.len()) {
         return Err(no_faces_error(&header));
     }
-    for list in [&mut face_colors, &mut colors] {
+    for list in [&mut face_colors, &mut edge_colors, &mut colors] {
         obj::displayed_to_linear(list, &mut warnings);
         ignore_zero_alpha(list, &mut warnings);
     }
-    (mesh.face_colors, mesh.colors) = (face_colors, colors);
+    (mesh.face_colors, mesh.edge_colors, mesh.colors) = (face_colors, edge_colors, colors);
     let files = texture_files(&header);
     let last = files.len().saturating_sub(1) as u32;
     if !textures.is_empty() && last > 0 {
@@ -102,7 +102,9 @@ fn check_size(
             elements.map(|element| expected_rows(element, header.encoding, bytes.len() - header.bytes));
         rows.fold(0, u64::saturating_add)
     };
-    let (vertices, faces) = (rows("vertex"), rows("face"));
+    let (faces, edges) = (rows("face"), rows("edge"));
+    // Lines have vertices of their own.
+    let vertices = rows("vertex").saturating_add(edges.saturating_mul(2));
     LoadError::check_limit("vertices", vertices, options.limits.vertices)?;
     LoadError::check_limit("triangles", faces, options.limits.triangles)?;
     budget.charge(bytes.len() as u64)?;
@@ -130,6 +132,10 @@ fn read(
             "face" => {
                 content.mesh.corners.reserve(expected);
                 content.read_faces(element, &mut values, cancel)
+            }
+            "edge" => {
+                content.mesh.edges.reserve_exact(expected);
+                content.read_edges(element, &mut values, cancel)
             }
             "tristrips" => content.read_strips(element, &mut values, cancel),
             _ => skip_rows(element, &mut values, cancel),

@@ -172,6 +172,34 @@ fn vertices_without_faces_are_points() {
     assert_ne!(scene.materials[0].reflectance, Reflectance::Unlit);
 }
 
+/// Open3D writes line sets as edges with colours, Blender loose edges beside faces.
+#[test]
+fn edges_are_lines() {
+    let header = "element edge 2\nproperty int vertex1\nproperty int vertex2\n";
+    let both = SQUARE.replace("end_header", &format!("{header}end_header")) + "0 2\n3 1\n";
+    let (scene, warnings) = load(both.as_bytes());
+    assert!(warnings.is_empty(), "{warnings:?}");
+    assert_eq!((scene.meshes[0].triangles.len(), scene.meshes[1].lines()), (2, &[[0, 2], [3, 1]][..]));
+    let reflectance = |mesh: usize| &scene.materials[scene.meshes[mesh].material as usize].reflectance;
+    assert_eq!((reflectance(0) == reflectance(1), reflectance(1)), (false, &Reflectance::Unlit));
+    let colors = "property uchar red\nproperty uchar green\nproperty uchar blue\n";
+    let alone = both
+        .replace("end_header", &format!("{colors}end_header"))
+        .replace("face 1", "face 0")
+        .replace("4 0 1 2 3\n0 2\n3 1\n", "0 2 255 0 0\n3 1 0 255 0\n");
+    let (scene, _) = load(alone.as_bytes());
+    let [mesh] = &scene.meshes[..] else { panic!("{} meshes", scene.meshes.len()) };
+    assert_eq!((mesh.lines(), mesh.positions[2]), (&[[0, 1], [2, 3]][..], Vec3::Y));
+    assert_eq!(mesh.colors[1..3], [Vec4::new(1.0, 0.0, 0.0, 1.0), Vec4::new(0.0, 1.0, 0.0, 1.0)]);
+    for (wrong, message) in [("3 4\n", "edges: vertex index 4 is out of range"), ("3 one\n", "edge 1: 'one'")]
+    {
+        error(&both.replace("3 1\n", wrong), message);
+    }
+    let limits = Limits { vertices: 7, ..Limits::default() };
+    let error = load_with(both.as_bytes(), &LoadOptions { limits, ..LoadOptions::default() }).unwrap_err();
+    assert!(matches!(error, LoadError::Limit { .. }), "{error}");
+}
+
 #[test]
 fn defects_are_errors_that_name_the_row() {
     error(

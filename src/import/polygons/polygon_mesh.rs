@@ -34,6 +34,10 @@ pub(crate) struct PolygonMesh {
     pub arities: Vec<u32>,
     /// Number of faces.
     pub faces: usize,
+    /// The ends of loose edges, which are lines.
+    pub edges: Vec<[u32; 2]>,
+    /// Linear colours of loose edges.
+    pub edge_colors: Vec<Vec4>,
     /// Linear colours of faces.
     pub face_colors: Vec<Vec4>,
     /// The part that each face belongs to.

@@ -44,10 +44,13 @@ pub(crate) fn build_scene(
     if scene.objects.is_empty() {
         scene.objects.push("default".into());
     }
-    let meshes = match mesh.faces {
-        0 => vec![(Part::default(), mesh.into_points())],
+    let lines = mesh.take_lines()?;
+    let mut meshes = match (mesh.faces, &lines) {
+        (0, None) => vec![(Part::default(), mesh.into_points())],
+        (0, Some(_)) => Vec::new(),
         _ => mesh.into_meshes(&options.limits, &options.cancel, warnings)?,
     };
+    meshes.extend(lines.map(|mesh| (Part::default(), mesh)));
     let mut nonfinite_uvs = 0;
     for (i, (part, mut mesh)) in meshes.into_iter().enumerate() {
         mesh.name = scene.objects[part.object as usize].clone();
