@@ -15,6 +15,15 @@ const KEPT_BVH_TRIANGLE: u64 = 88;
 /// Per point and line in a BVH, and its sort.
 const BVH_POINT: u64 = 24;
 const BVH_LINE: u64 = 36;
+/// Per triangle and vertex while edges are found: half-edges, and two edges twice. Closed meshes have 1.5 edges per triangle.
+const FOUND_EDGES_TRIANGLE: u64 = 36 + 2 * KEPT_EDGES_TRIANGLE;
+const FOUND_EDGES_VERTEX: u64 = 28;
+/// Per triangle: edges that pictures share.
+const KEPT_EDGES_TRIANGLE: u64 = 32;
+/// Per drawn triangle and picture: two edges in the picture and in cells, and a normal.
+const DRAWN_EDGES_TRIANGLE: u64 = 2 * 104 + 24;
+/// Per pixel: the picture of the edges.
+const EDGES_PIXEL: u64 = 16;
 /// Per instance at one time: its transform, and its part of the top-level BVH while that is built.
 const INSTANCE: u64 = 512;
 /// Per node at one time.
@@ -71,8 +80,24 @@ fn estimate(plan: &SessionPlan, scene: &Scene, frames: usize) -> u64 {
     let neighbours = plan.options.aovs.aovs.iter().filter(|aov| aov.is_flow() && is_animated).count() as u64;
     let kept = (kept_frames + neighbours) * (KEPT_BVH_TRIANGLE * triangles + rounds + posed);
     let images = if frames > 1 { 2 } else { 1 };
-    (PROGRAM + scene.memory_size() + (BVH_TRIANGLE * triangles + rounds + posed + kept).max(clip_bounds))
+    let edges = if plan.options.edges.style().is_some() { edge_bytes(scene) } else { 0 };
+    let built = BVH_TRIANGLE * triangles + rounds + posed + kept;
+    // A single picture's edges are found after its BVHs are built.
+    let drawn = match kept {
+        0 => built.max(KEPT_BVH_TRIANGLE * triangles + rounds + posed + edges),
+        _ => built + edges,
+    };
+    (PROGRAM + scene.memory_size() + drawn.max(clip_bounds))
         .saturating_add(image_bytes(plan, scene).saturating_mul(images))
+}
+
+/// Bytes of the edges of all meshes and those of one picture.
+fn edge_bytes(scene: &Scene) -> u64 {
+    let meshes = || scene.meshes.iter().filter(|mesh| !mesh.triangles.is_empty());
+    let triangles: u64 = meshes().map(|mesh| mesh.triangles.len() as u64).sum();
+    let vertices: u64 = meshes().map(|mesh| mesh.positions.len() as u64).sum();
+    let found = FOUND_EDGES_TRIANGLE * triangles + FOUND_EDGES_VERTEX * vertices;
+    found.max(KEPT_EDGES_TRIANGLE * triangles + DRAWN_EDGES_TRIANGLE * scene.instanced_triangle_count())
 }
 
 /// Bytes of deformed vertices and instances at one time.
@@ -119,7 +144,8 @@ fn image_bytes(plan: &SessionPlan, scene: &Scene) -> u64 {
     let pixels = options.crop.map_or(full, |c| u64::from(c.width) * u64::from(c.height));
     let channels: u64 = options.aovs.aovs.iter().map(|aov| AOV_CHANNEL * aov.channel_count() as u64).sum();
     let cryptomatte = if options.aovs.cryptomatte { CRYPTOMATTE_PIXEL } else { 0 };
-    pixels.saturating_mul(PIXEL + channels + cryptomatte)
+    let edges = if options.edges.style().is_some() { EDGES_PIXEL } else { 0 };
+    pixels.saturating_mul(PIXEL + channels + cryptomatte + edges)
 }
 
 /// Bytes with a unit and one decimal, such as `2.9 GiB`.

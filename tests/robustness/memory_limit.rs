@@ -8,7 +8,7 @@ use std::process::Command;
 use crate::common::model_path;
 
 /// Scenes of all kinds, with flags that need memory of their own.
-const SCENES: [(&str, &str); 11] = [
+const SCENES: [(&str, &str); 13] = [
     ("cornell/cornell.obj", "--size 640x360"),
     ("cornell/cornell.glb", "--size 1920x1080"),
     ("textured/textured.obj", "--size 320x180"),
@@ -23,6 +23,11 @@ const SCENES: [(&str, &str); 11] = [
     ("tests/closed_sphere.obj", "--size 320x180"),
     ("tests/gltf/instances_gpu.glb", "--size 320x180"),
     ("tests/gltf/torus_meshopt_filters.glb", "--size 64x64"),
+    ("assembly/assembly.glb", "--size 1280x720 --edges all"),
+    (
+        "figure/figure.glb",
+        "--size 320x180 --edges feature,silhouette --edges-only --hidden-edges dashed --frames=1-4",
+    ),
 ];
 
 /// Renders a scene within `allowed` bytes. Returns the messages, as an error where the exit code is not 0.

@@ -71,10 +71,15 @@ pub(super) fn select_edges(
         let tasks = topology.edges.len().div_ceil(EDGES_PER_TASK);
         let selected: Vec<Vec<(usize, ScreenEdge)>> = (0..tasks).into_par_iter().map(select).collect();
         let first = edges.len();
-        edges.extend(selected.iter().flatten().map(|(_, edge)| *edge));
-        if style.hidden == HiddenEdges::Dashed {
-            let ends: Vec<[u32; 2]> =
-                selected.iter().flatten().map(|(edge, _)| topology.edges[*edge].ends).collect();
+        let ends: Vec<[u32; 2]> = if style.hidden == HiddenEdges::Dashed {
+            selected.iter().flatten().map(|(edge, _)| topology.edges[*edge].ends).collect()
+        } else {
+            Vec::new()
+        };
+        edges.reserve(selected.iter().map(Vec::len).sum());
+        // Each list is freed before the next one is copied.
+        selected.into_iter().for_each(|list| edges.extend(list.iter().map(|(_, edge)| *edge)));
+        if !ends.is_empty() {
             dashes::add_starts(&ends, &mut edges[first..]);
         }
     }
