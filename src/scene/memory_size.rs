@@ -35,6 +35,7 @@ impl Mesh {
         size_of_val(&self.positions[..])
             + size_of_val(&self.triangles[..])
             + size_of_val(&self.edge_marks[..])
+            + self.polygons.memory_size()
             + size_of_val(self.lines())
             + size_of_val(&self.normals[..])
             + size_of_val(&self.tangents[..])

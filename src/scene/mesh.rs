@@ -2,7 +2,7 @@
 
 use glam::{Vec2, Vec3, Vec4};
 
-use crate::Rounds;
+use crate::{Polygons, Rounds};
 
 /// Indexed triangles, or points or lines, of one material, in a local frame. Attribute arrays are as long as `positions`, or
 /// empty where the mesh lacks the attribute.
@@ -17,6 +17,8 @@ pub struct Mesh {
     /// Marks of the sides of each triangle as edges, in two bits each, the first side in the lowest: 0 never drawn, 1 as a
     /// silhouette, 2 and 3 always. Empty if the file does not say.
     pub edge_marks: Vec<u8>,
+    /// The polygons that the triangles were cut from.
+    pub polygons: Polygons,
     /// Points or lines in place of triangles.
     pub rounds: Rounds,
     /// Unit vertex normals. Empty means flat shading.

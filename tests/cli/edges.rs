@@ -22,7 +22,7 @@ fn cube() -> String {
     text
 }
 
-/// A square in the plane z = 0 whose diagonal and sides are edges.
+/// A square in the plane z = 0.
 const SQUARE: &str = "v -1 -1 0\nv 1 -1 0\nv 1 1 0\nv -1 1 0\nf 1 2 3 4\n";
 /// A camera that sees the square from −2 to 2, in 64 pixels.
 const FRONT: &str =
@@ -44,12 +44,11 @@ fn drawings_cover_what_their_lines_do() {
     let (_guard, folder) = folder();
     fs::write(folder.join("a.obj"), SQUARE).unwrap();
     let only = format!("{FRONT} --edges-only -s 64");
-    let diagonal = 32.0 * std::f64::consts::SQRT_2;
     for (options, length, width) in [
         ("--edges boundary", 128.0, 1.0),
         ("--edges feature", 128.0, 1.0),
         ("--edges silhouette --edge-width 2px", 128.0, 2.0),
-        ("--edges all", 128.0 + diagonal, 1.0),
+        ("--edges all", 128.0, 1.0),
         ("--edges boundary --edge-width .125", 128.0, 2.0),
     ] {
         let area = coverage(&render(&folder, &format!("{only} {options}")));
@@ -62,6 +61,39 @@ fn drawings_cover_what_their_lines_do() {
         &format!("{} --edges-only -s 64 --edges boundary", FRONT.replace("64x64", "256x256")),
     );
     assert!((coverage(&large) - 512.0).abs() < 10.0, "{}", coverage(&large));
+}
+
+/// Wireframes have the sides of polygons and no diagonals. Those of a bent quad are part of its outline.
+#[test]
+fn wireframes_have_the_edges_of_polygons() {
+    let (_guard, folder) = folder();
+    let diagonal = 32.0 * std::f64::consts::SQRT_2;
+    let ply = "ply\nformat ascii 1.0\nelement vertex 4\nproperty float x\nproperty float y\nproperty float z\n\
+        element face 1\nproperty list uchar int vertex_indices\nend_header\n-1 -1 0\n1 -1 0\n1 1 0\n-1 1 0\n";
+    // The middle of a side is a vertex of it; a vertex twice makes a triangle without area.
+    let pentagon = SQUARE.replace("f 1 2 3 4", "v 0 -1 0\nf 1 5 2 2 3 4");
+    for (name, text, length) in [
+        ("a.obj", SQUARE.to_string(), 128.0),
+        ("a.obj", SQUARE.replace("f 1 2 3 4", "f 1 2 3\nf 1 3 4"), 128.0 + diagonal),
+        ("a.obj", pentagon, 128.0),
+        ("a.ply", format!("{ply}4 0 1 2 3\n"), 128.0),
+        ("a.ply", format!("{}3 0 1 2\n3 0 2 3\n", ply.replace("face 1", "face 2")), 128.0 + diagonal),
+        ("a.obj", SQUARE.replace("1 1 0", "1 1 1"), 128.0),
+    ] {
+        fs::write(folder.join(name), text).unwrap();
+        let options = format!("{FRONT} --edges-only -s 64 --up y --edges all");
+        runs(&folder, &format!("render {name} -o a.png {options}"));
+        let area = coverage(&image::open(folder.join("a.png")).unwrap().into_rgba8());
+        assert!((area - length).abs() < 0.04 * length, "{name}: {area}, not {length}");
+    }
+    // A quad folded along its diagonal, which lies above both halves in the picture.
+    fs::write(folder.join("a.obj"), "v -1 0 0\nv 0 -1 1\nv 1 0 0\nv 0 -1 -2\nf 1 2 3 4\n").unwrap();
+    for (options, length) in
+        [("silhouette", 32.0 + diagonal), ("feature --edge-angle 5", diagonal), ("all", diagonal)]
+    {
+        let area = coverage(&render(&folder, &format!("{FRONT} --edges-only -s 64 --edges {options}")));
+        assert!((area - length).abs() < 0.04 * length, "{options}: {area}, not {length}");
+    }
 }
 
 /// Materials and split vertices make no borders; the diagonals of quads are flat.
@@ -78,6 +110,7 @@ fn a_cube_has_twelve_edges_of_which_nine_are_visible() {
     };
     let near = |count: f64, expected: f64| assert!((count - expected).abs() < 0.3, "{count}, not {expected}");
     near(drawn("--edges feature"), 9.0);
+    near(drawn("--edges all"), 9.0);
     near(drawn("--edges silhouette"), 6.0);
     assert_eq!(drawn("--edges boundary"), 0.0);
     near(drawn("--edges feature --edge-angle 100"), 0.0);

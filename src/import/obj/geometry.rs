@@ -11,6 +11,7 @@ use super::rounds::RoundGroups;
 use super::segment::{Segment, SegmentKey};
 use super::smoothing::add_smooth_normals;
 use crate::polygons::triangulator::{Triangulator, WORK_BUDGET, spend_work};
+use blinn_scene::Polygons;
 
 /// The geometry and statements of an OBJ file.
 #[derive(Debug, Default)]
@@ -22,16 +23,18 @@ pub(super) struct ObjGeometry {
     pub normals: Vec<Vec3>,
     /// Triangles as consecutive triples of corners, a list per chunk.
     pub triangles: Vec<Vec<Corner>>,
+    /// The polygons of the triangles, for each chunk.
+    pub polygons: Vec<Polygons>,
     pub segments: Vec<Segment>,
     pub objects: Vec<String>,
     pub materials: Vec<String>,
     /// The rest of each `mtllib` line.
     pub libraries: Vec<String>,
     pub rounds: RoundGroups,
-    /// Number of faces with fewer than three corners.
-    pub degenerate: u64,
     /// True if all vertices are points: normals belong to them.
     pub is_cloud: bool,
+    /// Number of faces with fewer than three corners.
+    pub degenerate: u64,
     /// Number of concave polygons too large for ear clipping.
     pub too_large: u64,
     /// Number of self-intersecting polygons too large for ear clipping.
@@ -42,23 +45,23 @@ impl ObjGeometry {
     /// Assembles the chunks of a file, whose `o` statements reset the material at will. Returns `None` if an index is out of
     /// range.
     pub fn assemble(mut chunks: Vec<Chunk>, objects_reset_materials: bool) -> Option<ObjGeometry> {
+        let is_bare = chunks.iter().all(Chunk::is_bare);
         let count = |b: &Chunk| [b.positions.len(), b.uvs.len(), b.normals.len()];
         let mut before = Vec::with_capacity(chunks.len());
         let mut totals = [0; 3];
-        let is_bare = chunks.iter().all(Chunk::is_bare);
         for chunk in &chunks {
             before.push(totals);
             (0..3).for_each(|k| totals[k] += count(chunk)[k]);
-        }
-        let resolve = |(chunk, before): (&mut Chunk, &[usize; 3])| chunk.resolve_indices(*before, totals);
-        if !chunks.par_iter_mut().zip(&before).all(resolve) {
-            return None;
         }
         if let Some(last) = chunks.last_mut()
             && totals[0] > 0
             && is_bare
         {
             last.push_cloud(totals[0]);
+        }
+        let resolve = |(chunk, before): (&mut Chunk, &[usize; 3])| chunk.resolve_indices(*before, totals);
+        if !chunks.par_iter_mut().zip(&before).all(resolve) {
+            return None;
         }
         let mut out = ObjGeometry {
             degenerate: chunks.iter().map(|b| b.degenerate).sum(),
@@ -111,6 +114,7 @@ impl ObjGeometry {
             .collect();
         for chunk in triangulated {
             self.triangles.push(chunk.triangles);
+            self.polygons.push(chunk.polygons);
             self.too_large += chunk.too_large;
             self.self_intersecting += chunk.self_intersecting;
         }
@@ -133,6 +137,7 @@ impl ObjGeometry {
 #[derive(Default)]
 struct TriangulatedChunk {
     triangles: Vec<Corner>,
+    polygons: Polygons,
     too_large: u64,
     self_intersecting: u64,
 }
@@ -150,6 +155,7 @@ fn triangulate_chunk(
     }
     let mut triangulator = Triangulator::with_budget(budget);
     let mut triangles = Vec::with_capacity(3 * chunk.triangle_count());
+    let mut polygons = Polygons::default();
     let mut start = 0;
     for segment in segments {
         let first = triangles.len() / 3;
@@ -160,13 +166,16 @@ fn triangulate_chunk(
                 triangles.extend_from_slice(corners);
             } else {
                 let polygon = corners.iter().map(|c| positions[c.v as usize]);
+                let first = triangles.len() / 3;
                 triangles.extend(triangulator.triangulate(polygon).map(|i| corners[i]));
+                (first + 1..triangles.len() / 3).for_each(|triangle| polygons.join(triangle));
             }
         }
         segment.range = first..triangles.len() / 3;
     }
     TriangulatedChunk {
         triangles,
+        polygons,
         too_large: triangulator.too_large,
         self_intersecting: triangulator.self_intersecting,
     }

@@ -99,11 +99,18 @@ fn weld<'g>(
     let mut mesh = Mesh { name: geometry.objects[key.object as usize].clone(), ..Default::default() };
     mesh.triangles.reserve_exact(segments.clone().map(|s| s.range.len()).sum());
     let mut face_normals: Vec<(u32, Vec3)> = Vec::new();
-    for t in segments.flat_map(|s| geometry.triangles_of(s)) {
+    let numbered =
+        |s: &'g Segment| s.range.clone().zip(geometry.triangles_of(s)).map(|(i, t)| (s.chunk, i, t));
+    let mut begins_polygon = true;
+    for (chunk, index, t) in segments.flat_map(numbered) {
+        begins_polygon |= !geometry.polygons[chunk].is_joined(index);
         let [a, b, c] = t;
         // The triangle has no area.
         if a.v == b.v || b.v == c.v || c.v == a.v {
             continue;
+        }
+        if !std::mem::take(&mut begins_polygon) {
+            mesh.polygons.join(mesh.triangles.len());
         }
         mesh.triangles.push(t.map(|c| {
             if any_zero_normal && c.vn != NO_INDEX && geometry.normals[c.vn as usize] == Vec3::ZERO {

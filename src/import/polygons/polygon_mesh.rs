@@ -8,7 +8,7 @@ use super::vertex_dedup::{NO_INDEX, VertexDeduplicator};
 use crate::Limits;
 use crate::error::{LoadError, Warnings};
 use blinn_core::cancellation::CancelToken;
-use blinn_scene::{Mesh, Rounds};
+use blinn_scene::{Mesh, Polygons, Rounds};
 
 /// Number of faces between two looks at the cancellation.
 const CANCEL_INTERVAL: usize = 1 << 16;
@@ -44,6 +44,14 @@ pub(crate) struct PolygonMesh {
     pub face_parts: Vec<u32>,
     /// The parts; one of the first object and texture if empty.
     pub parts: Vec<Part>,
+}
+
+/// The triangles of a part, as indices of corners.
+#[derive(Clone, Debug, Default)]
+struct PartTriangles {
+    triangles: Vec<[u32; 3]>,
+    /// The faces that they were cut from.
+    polygons: Polygons,
 }
 
 /// Faces of one object with one material.
@@ -104,19 +112,24 @@ impl PolygonMesh {
             self.face_colors = Vec::new();
         }
         let (face_colors, colors) = self.corner_colors();
-        let parts = self.triangulate(limits, cancel, warnings)?;
+        let mut parts = self.triangulate(limits, cancel, warnings)?;
         self.repair_normals(&parts);
         let mut out = Vec::new();
-        if let ([triangles], true, true) = (&parts[..], colors.is_empty(), self.corner_uvs.is_empty()) {
-            if !triangles.is_empty() {
-                out.push((self.parts[0], self.welded_mesh(triangles)));
+        if parts.len() == 1
+            && colors.is_empty()
+            && self.corner_uvs.is_empty()
+            && let Some(part) = parts.pop()
+        {
+            if !part.triangles.is_empty() {
+                out.push((self.parts[0], self.welded_mesh(part)));
             }
             return Ok(out);
         }
         let (uvs, corner_uvs) = self.interned_uvs();
         let mut vertices = VertexDeduplicator::new(self.positions.len());
         let mut vertex_count = 0;
-        for (part, triangles) in self.parts.iter().zip(parts).filter(|(_, triangles)| !triangles.is_empty()) {
+        let drawn = self.parts.iter().zip(parts).filter(|(_, part)| !part.triangles.is_empty());
+        for (part, PartTriangles { triangles, polygons }) in drawn {
             cancel.check()?;
             vertices.clear();
             let number = |list: &[u32], corner: u32| list.get(corner as usize).copied().unwrap_or(NO_INDEX);
@@ -126,7 +139,7 @@ impl PolygonMesh {
                     vertices.number_of(vertex, number(&face_colors, c), number(&corner_uvs, c))
                 })
             });
-            let mut mesh = Mesh { triangles: triangles.collect(), ..Mesh::default() };
+            let mut mesh = Mesh { triangles: triangles.collect(), polygons, ..Mesh::default() };
             let keys = vertices.keys().iter();
             vertex_count += vertices.keys().len() as u64;
             LoadError::check_limit("vertices", vertex_count, limits.vertices)?;
@@ -178,16 +191,16 @@ impl PolygonMesh {
         (uvs.values, numbers)
     }
 
-    /// Returns the triangles of each part, as indices of corners. Triangles with two equal vertices are left out.
+    /// Returns the triangles of each part. Triangles with two equal vertices are left out.
     fn triangulate(
         &self,
         limits: &Limits,
         cancel: &CancelToken,
         warnings: &mut Warnings,
-    ) -> Result<Vec<Vec<[u32; 3]>>, LoadError> {
-        let mut parts: Vec<Vec<[u32; 3]>> = vec![Vec::new(); self.parts.len()];
-        if let [triangles] = &mut parts[..] {
-            triangles.reserve_exact(self.corners.len().saturating_sub(2 * self.faces));
+    ) -> Result<Vec<PartTriangles>, LoadError> {
+        let mut parts = vec![PartTriangles::default(); self.parts.len()];
+        if let [part] = &mut parts[..] {
+            part.triangles.reserve_exact(self.corners.len().saturating_sub(2 * self.faces));
         }
         let mut triangulator = Triangulator::with_budget(WORK_BUDGET);
         let (mut start, mut count) = (0u32, 0);
@@ -199,9 +212,10 @@ impl PolygonMesh {
             let first = start;
             start += arity;
             let part = self.face_parts.get(face).map_or(0, |&part| part as usize);
-            let Some(triangles) = parts.get_mut(part) else { continue };
+            let Some(PartTriangles { triangles, polygons }) = parts.get_mut(part) else { continue };
             count += u64::from(arity) - 2;
             LoadError::check_limit("triangles", count, limits.triangles)?;
+            let first_triangle = triangles.len();
             let mut push = |corners: [u32; 3]| {
                 let [a, b, c] = corners.map(|corner| self.corners[corner as usize]);
                 if a != b && b != c && c != a {
@@ -218,6 +232,7 @@ impl PolygonMesh {
             while let (Some(a), Some(b), Some(c)) = (corners.next(), corners.next(), corners.next()) {
                 push([a, b, c]);
             }
+            (first_triangle + 1..triangles.len()).for_each(|triangle| polygons.join(triangle));
         }
         let fans = triangulator.too_large + triangulator.self_intersecting;
         if fans > 0 {
@@ -228,7 +243,7 @@ impl PolygonMesh {
     }
 
     /// Makes the normals unit vectors. Those without a direction become those of the triangles around their vertex.
-    fn repair_normals(&mut self, parts: &[Vec<[u32; 3]>]) {
+    fn repair_normals(&mut self, parts: &[PartTriangles]) {
         let mut invalid = false;
         for normal in &mut self.normals {
             *normal = normal.as_dvec3().normalize_or_zero().as_vec3();
@@ -238,7 +253,7 @@ impl PolygonMesh {
             return;
         }
         let mut sums: Vec<DVec3> = vec![DVec3::ZERO; self.normals.len()];
-        for triangle in parts.iter().flatten() {
+        for triangle in parts.iter().flat_map(|part| &part.triangles) {
             let vertices = triangle.map(|corner| self.corners[corner as usize] as usize);
             let [a, b, c] = vertices.map(|vertex| self.positions[vertex].as_dvec3());
             let normal = (b - a).cross(c - a);
@@ -252,11 +267,12 @@ impl PolygonMesh {
     }
 
     /// Returns the mesh of triangles with attributes of vertices only.
-    fn welded_mesh(&mut self, triangles: &[[u32; 3]]) -> Mesh {
+    fn welded_mesh(&mut self, part: PartTriangles) -> Mesh {
         let corners = std::mem::take(&mut self.corners);
         let uvs = std::mem::take(&mut self.uvs);
         Mesh {
-            triangles: triangles.iter().map(|t| t.map(|corner| corners[corner as usize])).collect(),
+            triangles: part.triangles.iter().map(|t| t.map(|corner| corners[corner as usize])).collect(),
+            polygons: part.polygons,
             positions: std::mem::take(&mut self.positions),
             normals: std::mem::take(&mut self.normals),
             colors: std::mem::take(&mut self.colors),
@@ -288,6 +304,7 @@ mod tests {
     fn polygons_become_triangles_and_keep_their_vertices() {
         let (_, mesh) = meshes(square()).unwrap().remove(0);
         assert_eq!((mesh.triangles.as_slice(), mesh.positions.len()), (&[[0, 1, 2], [0, 2, 3]][..], 4));
+        assert!(mesh.polygons.are_same(0, 1));
         let mut line = square();
         line.corners.extend([0, 1]);
         assert!(!line.push_face(4) && line.corners.len() == 4);

@@ -229,7 +229,7 @@ class RenderOptions(TypedDict, total=False):
     """Width of lines: pixels such as 2px, metres such as .01, auto for a pixel, or off."""
 
     edges: Names | None
-    """Draw edges over the picture: feature (sharp edges and borders), silhouette, boundary (borders of open surfaces), all (of triangles), or several as a list."""
+    """Draw edges over the picture: feature (sharp edges and borders), silhouette, boundary (borders of open surfaces), all (of polygons), or several as a list."""
 
     edge_angle: Number | None
     """Angle by which the surface turns at sharp edges, at least; 30 by default."""

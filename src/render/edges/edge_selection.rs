@@ -154,6 +154,7 @@ impl ObjectEdges<'_> {
             EdgeMark::Hard => {
                 return all || feature || (boundary && is_border) || (silhouette && self.is_silhouette(edge));
             }
+            EdgeMark::Diagonal => return silhouette && self.is_silhouette(edge),
             EdgeMark::Silhouette => return all || (silhouette && self.is_silhouette(edge)),
             EdgeMark::None => {}
         }

@@ -59,7 +59,7 @@ impl MeshEdge {
 pub(super) struct MeshEdges {
     /// All edges.
     pub edges: Vec<MeshEdge>,
-    /// Marks of the edges; empty if the file has none.
+    /// Marks of the edges; empty if the file has none and all polygons are triangles.
     pub marks: Vec<EdgeMark>,
     /// Number of the first vertex and of the first triangle of each mesh, and of one more.
     starts: Vec<[u32; 2]>,
@@ -76,6 +76,8 @@ pub(super) enum EdgeMark {
     Silhouette,
     /// Drawn always.
     Hard,
+    /// A diagonal of a polygon: drawn where it is part of the outline.
+    Diagonal,
 }
 
 impl EdgeMark {
@@ -160,6 +162,9 @@ impl MeshEdges {
         if meshes.iter().any(|mesh| !mesh.edge_marks.is_empty()) {
             out.add_marks(meshes, &welded);
         }
+        if meshes.iter().any(|mesh| !mesh.polygons.is_empty()) {
+            out.mark_diagonals(meshes);
+        }
         out
     }
 
@@ -190,6 +195,21 @@ impl MeshEdges {
                 }
             }
         }
+    }
+
+    /// Marks the edges between two triangles of the same polygon.
+    fn mark_diagonals(&mut self, meshes: &[&Mesh]) {
+        let mut marks = std::mem::take(&mut self.marks);
+        marks.resize(self.edges.len(), EdgeMark::None);
+        let is_diagonal = |edge: &MeshEdge| {
+            let OtherSide::Triangle { triangle: other, .. } = edge.other_side() else { return false };
+            let ((mesh, a), (other_mesh, b)) = (self.triangle(edge.triangle), self.triangle(other));
+            mesh == other_mesh && meshes[mesh].polygons.are_same(a as usize, b as usize)
+        };
+        marks.par_iter_mut().zip(&self.edges).filter(|(_, edge)| is_diagonal(edge)).for_each(|(mark, _)| {
+            *mark = EdgeMark::Diagonal;
+        });
+        self.marks = marks;
     }
 
     /// Returns the mesh of a vertex, and the vertex in it.

@@ -30,7 +30,7 @@ use screen_grid::ScreenGrid;
 /// The edges that are drawn: those of any chosen kind.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct EdgeKinds {
-    /// All edges of triangles.
+    /// All edges of polygons.
     pub all: bool,
     /// Edges at which the surface turns by more than an angle, and borders.
     pub feature: bool,

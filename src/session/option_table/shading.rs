@@ -114,7 +114,7 @@ pub static SHADING: [OptionDef; 16] = [
         value_name: "KINDS",
         is_repeatable: true,
         help: "Draw edges over the picture: feature (sharp edges and borders), silhouette, boundary (borders of open \
-               surfaces), all (of triangles), or several as a list\n\n\
+               surfaces), all (of polygons), or several as a list\n\n\
                Edges change the picture and no layers. Transparent surfaces do not hide them.",
         effect: Effect::Value(|options, text| options.edges.add_kinds(text)),
         ..BASE
