@@ -10,10 +10,12 @@ pub(super) fn generate_normals(mesh: &mut Mesh) {
     gather(tangents, &corners, 1);
     gather(colors, &corners, 1);
     uvs.iter_mut().for_each(|set| gather(set, &corners, 1));
-    for MorphTarget { positions, normals, tangents, .. } in morph_targets {
+    for MorphTarget { name: _, positions, normals, tangents, uvs, colors } in morph_targets {
         gather(positions, &corners, 1);
         gather(normals, &corners, 1);
         gather(tangents, &corners, 1);
+        gather(colors, &corners, 1);
+        uvs.iter_mut().for_each(|set| gather(set, &corners, 1));
     }
     let Influences { per_vertex, joints, weights } = influences;
     gather(joints, &corners, *per_vertex);
@@ -45,7 +47,7 @@ fn gather<T: Copy>(list: &mut Vec<T>, vertices: &[u32], width: usize) {
 
 #[cfg(test)]
 mod tests {
-    use glam::{Vec2, Vec3};
+    use glam::{Vec2, Vec3, Vec4};
 
     use super::*;
 
@@ -56,7 +58,12 @@ mod tests {
             triangles: vec![[0, 1, 2], [0, 2, 3]],
             uvs: vec![vec![Vec2::ZERO, Vec2::X, Vec2::Y, Vec2::ONE]],
             influences: Influences { per_vertex: 2, joints: (0..8).collect(), weights: vec![0.5; 8] },
-            morph_targets: vec![MorphTarget { positions: vec![Vec3::ONE; 4], ..MorphTarget::default() }],
+            morph_targets: vec![MorphTarget {
+                positions: vec![Vec3::ONE; 4],
+                uvs: vec![vec![], vec![Vec2::ONE; 4]],
+                colors: vec![Vec4::ONE; 4],
+                ..MorphTarget::default()
+            }],
             ..Mesh::default()
         };
         generate_normals(&mut mesh);
@@ -65,6 +72,8 @@ mod tests {
         assert_eq!(mesh.positions[3..], [Vec3::ZERO, Vec3::Y, Vec3::Z]);
         assert_eq!(mesh.uvs[0][5], Vec2::ONE);
         assert_eq!(mesh.influences.joints[6..], [0, 1, 4, 5, 6, 7]);
-        assert_eq!((mesh.morph_targets[0].positions.len(), mesh.influences.weights.len()), (6, 12));
+        let MorphTarget { positions, uvs, colors, .. } = &mesh.morph_targets[0];
+        assert_eq!([positions.len(), uvs[0].len(), uvs[1].len(), colors.len()], [6, 0, 6, 6]);
+        assert_eq!(mesh.influences.weights.len(), 12);
     }
 }

@@ -281,10 +281,12 @@ pub(super) fn append_copies(mesh: &mut Mesh, copied: &[u32]) {
     grow(tangents, copied, 1);
     grow(colors, copied, 1);
     uvs.iter_mut().for_each(|set| grow(set, copied, 1));
-    for MorphTarget { positions, normals, tangents, .. } in morph_targets {
+    for MorphTarget { name: _, positions, normals, tangents, uvs, colors } in morph_targets {
         grow(positions, copied, 1);
         grow(normals, copied, 1);
         grow(tangents, copied, 1);
+        grow(colors, copied, 1);
+        uvs.iter_mut().for_each(|set| grow(set, copied, 1));
     }
     let Influences { per_vertex, joints, weights } = influences;
     grow(joints, copied, *per_vertex);

@@ -4,7 +4,7 @@ use std::f64::consts::PI;
 
 use glam::{Vec2, Vec4Swizzles};
 
-use crate::{Material, PosedScene, Reflectance, TexelSemantics};
+use crate::{Material, PosedScene, Reflectance, TexelSemantics, uvs_at};
 use blinn_core::geometry::{HitId, Rgb};
 
 /// Brightness of a triangle with a dark texture, relative to one with a white texture: bright spots between the sampled
@@ -80,7 +80,8 @@ impl PosedScene<'_> {
         let material = &self.materials[mesh.material as usize];
         let mut power = self.triangle_area(id) * material.emitted_radiance().element_sum();
         if let Some(texture) = &material.emission.texture {
-            let uvs = mesh.uvs_at(mesh.triangles[id.triangle as usize], texture.uv_set);
+            let corners = mesh.triangles[id.triangle as usize];
+            let uvs = uvs_at(self.uvs(id.instance), corners, texture.uv_set);
             let sampled = &self.scene.textures[texture.texture as usize];
             let brightness = |b: [f32; 3]| {
                 let uv: Vec2 = uvs[0] * b[0] + uvs[1] * b[1] + uvs[2] * b[2];

@@ -82,7 +82,7 @@ pub use material::{
 };
 pub use material_inputs::{ColorInput, NormalMap, ScalarInput, TangentAxes};
 pub use material_layers::{Anisotropy, Clearcoat, DiffuseTransmission, Iridescence, Sheen};
-pub use mesh::{DeformedMesh, GeneratedFrames, Influences, Mesh, MorphTarget};
+pub use mesh::{DeformedMesh, GeneratedFrames, Influences, Mesh, MorphTarget, uvs_at};
 pub use node::unit_quaternion;
 pub use node::{Instance, LocalTransform, Node, PackedTrs};
 pub use normalization::{Normalization, UnitShape};

@@ -2,6 +2,8 @@
 
 use std::mem::size_of_val;
 
+use glam::Vec2;
+
 use crate::{Image, Mesh, MorphTarget, Scene};
 
 /// Overhead of an allocator for each allocation, in bytes.
@@ -27,9 +29,13 @@ impl Scene {
 
 impl Mesh {
     fn memory_size(&self) -> usize {
-        let uvs: usize = self.uvs.iter().map(|set| size_of_val(&set[..])).sum();
+        let uv_bytes = |sets: &[Vec<Vec2>]| -> usize { sets.iter().map(|set| size_of_val(&set[..])).sum() };
         let morph = |m: &MorphTarget| {
-            size_of_val(&m.positions[..]) + size_of_val(&m.normals[..]) + size_of_val(&m.tangents[..])
+            size_of_val(&m.positions[..])
+                + size_of_val(&m.normals[..])
+                + size_of_val(&m.tangents[..])
+                + size_of_val(&m.colors[..])
+                + uv_bytes(&m.uvs)
         };
         let morph_targets: usize = self.morph_targets.iter().map(morph).sum();
         size_of_val(&self.positions[..])
@@ -42,7 +48,7 @@ impl Mesh {
             + size_of_val(&self.colors[..])
             + size_of_val(&self.influences.joints[..])
             + size_of_val(&self.influences.weights[..])
-            + uvs
+            + uv_bytes(&self.uvs)
             + morph_targets
     }
 }

@@ -62,14 +62,35 @@ impl Mesh {
             positions: self.positions.clone(),
             normals: self.normals.clone(),
             tangents: self.tangents.clone(),
+            ..DeformedMesh::default()
         }
     }
 
     /// Returns the texture coordinates at a triangle's corners; zeros if the mesh lacks the set.
     #[inline]
     pub fn uvs_at(&self, corners: [u32; 3], set: u32) -> [Vec2; 3] {
-        self.uv_set(set).map_or([Vec2::ZERO; 3], |uvs| corners.map(|c| uvs[c as usize]))
+        uvs_at(&self.uvs, corners, set)
     }
+
+    /// Returns true if a morph target displaces a set of texture coordinates.
+    pub(crate) fn morphs_uvs(&self, set: u32) -> bool {
+        let displaces =
+            |target: &MorphTarget| target.uvs.get(set as usize).is_some_and(|uvs| !uvs.is_empty());
+        self.morph_targets.iter().any(displaces)
+    }
+
+    /// Returns true if a morph target displaces the alpha of a vertex.
+    pub(crate) fn morphs_alpha(&self, vertex: u32) -> bool {
+        let displaces = |target: &MorphTarget| target.colors.get(vertex as usize).is_some_and(|c| c.w != 0.0);
+        self.morph_targets.iter().any(displaces)
+    }
+}
+
+/// Returns the texture coordinates at a triangle's corners; zeros if the set is missing.
+#[inline]
+pub fn uvs_at(sets: &[Vec<Vec2>], corners: [u32; 3], set: u32) -> [Vec2; 3] {
+    let uvs = sets.get(set as usize).filter(|uvs| !uvs.is_empty());
+    uvs.map_or([Vec2::ZERO; 3], |uvs| corners.map(|c| uvs[c as usize]))
 }
 
 /// The parts of a mesh's tangent frames that the importer generated from the rest shape. Generated parts
@@ -96,6 +117,10 @@ pub struct MorphTarget {
     pub normals: Vec<Vec3>,
     /// Added to xyz of the tangents.
     pub tangents: Vec<Vec3>,
+    /// Added to the sets of texture coordinates. Sets that are not displaced are empty or missing.
+    pub uvs: Vec<Vec<Vec2>>,
+    /// Added to the vertex colours, linear RGBA. The sums are clamped to 0 to 1.
+    pub colors: Vec<Vec4>,
 }
 
 /// Joint indices and weights of a skinned mesh: `per_vertex` pairs for each vertex. The weights of a
@@ -119,4 +144,8 @@ pub struct DeformedMesh {
     pub normals: Vec<Vec3>,
     /// Replaces the tangents; empty if the mesh has none.
     pub tangents: Vec<Vec4>,
+    /// Replaces all sets of texture coordinates; empty if no morph target displaces one.
+    pub uvs: Vec<Vec<Vec2>>,
+    /// Replaces the vertex colours; empty if no morph target displaces them.
+    pub colors: Vec<Vec4>,
 }

@@ -75,12 +75,20 @@ impl PosedScene<'_> {
         alpha_textures: &[(TextureRef, TextureChannel)],
         corners: [u32; 3],
     ) -> f32 {
-        let vertex_alpha = |c: u32| mesh.colors.get(c as usize).map_or(1.0, |color| color.w);
+        let vertex_alpha = |c: u32| match mesh.colors.get(c as usize) {
+            // The instances of a mesh may have weights of their own, at other times as well.
+            Some(_) if mesh.morphs_alpha(c) => 0.0,
+            Some(color) => color.w,
+            None => 1.0,
+        };
         let [a, b, c] = corners.map(vertex_alpha);
         let factor = material.alpha.factor * a.min(b).min(c);
         alpha_textures.iter().fold(factor, |min, (t, channel)| {
             let texture = &self.scene.textures[t.texture as usize];
             let image = &self.scene.images[texture.image as usize];
+            if mesh.morphs_uvs(t.uv_set) {
+                return min * image.min_mip(*channel).min();
+            }
             let bounds = t.transform.bounds_of_triangle(mesh.uvs_at(corners, t.uv_set));
             let [across, down] = texture.texel_ranges(bounds, [image.width, image.height]);
             let min_mip = image.min_mip(*channel);

@@ -104,12 +104,24 @@ fn edge_bytes(scene: &Scene) -> u64 {
 fn posed_bytes(scene: &Scene) -> u64 {
     let triangles: u64 = scene.meshes.iter().map(|m| m.triangles.len() as u64).sum();
     let repetitions = (scene.instanced_triangle_count() / triangles.max(1)).max(1);
-    DEFORMED_VERTEX * deformed_vertices(scene) * repetitions + INSTANCE * scene.instances.len() as u64
+    let deformed = DEFORMED_VERTEX * deformed_vertices(scene) + morphed_attribute_bytes(scene);
+    deformed * repetitions + INSTANCE * scene.instances.len() as u64
 }
 
 fn deformed_vertices(scene: &Scene) -> u64 {
     let is_deformed = |m: &&Mesh| !m.morph_targets.is_empty() || m.influences.per_vertex > 0;
     scene.meshes.iter().filter(is_deformed).map(|m| m.positions.len() as u64).sum()
+}
+
+/// Bytes of the texture coordinates and colours of meshes whose morph targets displace them.
+fn morphed_attribute_bytes(scene: &Scene) -> u64 {
+    let bytes = |m: &Mesh| {
+        let has_uvs = m.morph_targets.iter().any(|target| !target.uvs.is_empty());
+        let has_colors = m.morph_targets.iter().any(|target| !target.colors.is_empty());
+        let uvs: usize = m.uvs.iter().map(|set| size_of_val(&set[..])).sum();
+        (if has_uvs { uvs } else { 0 }) + (if has_colors { size_of_val(&m.colors[..]) } else { 0 })
+    };
+    scene.meshes.iter().map(|m| bytes(m) as u64).sum()
 }
 
 /// Upper bound of the triangles in all BVHs. A mesh that is drawn several times shares a BVH unless it is deformed or

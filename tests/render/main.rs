@@ -13,6 +13,7 @@
 //! - `lecture`: every row of the lecture's formulas
 //! - `light_layers`: layers of light add up to the picture
 //! - `lights_in_reflections`: lights seen in mirrors and behind rough glass
+//! - `morphed_attributes`: morph targets of colours and texture coordinates
 //! - `object_masks`: masks of objects, alone and hidden, and tracks of surface points
 //! - `reflections`: white furnaces of metals, plastics and clear coats, and what stays matte
 //! - `scale_invariance`: pictures at other scales and far from the origin
@@ -43,6 +44,7 @@ mod layers;
 mod lecture;
 mod light_layers;
 mod lights_in_reflections;
+mod morphed_attributes;
 mod object_masks;
 mod reflections;
 mod scale_invariance;

@@ -123,8 +123,17 @@ impl<'d> Accessor<'d> {
     /// The caller has checked that `N` is the number of components and that the elements exist; anything else
     /// reads as zero.
     pub fn floats<const N: usize, T: From<[f32; N]>>(&self, elements: Elements<'_>) -> Vec<T> {
+        self.floats_as(self.normalized, elements)
+    }
+
+    /// Reads elements like [`Accessor::floats`], with integers `normalized` or not.
+    pub fn floats_as<const N: usize, T: From<[f32; N]>>(
+        &self,
+        normalized: bool,
+        elements: Elements<'_>,
+    ) -> Vec<T> {
         use ComponentType::{F32, I8, I16, U8, U16, U32};
-        match (self.component_type, self.normalized) {
+        match (self.component_type, normalized) {
             (F32, _) => self.decode(elements, f32::from_le_bytes),
             (U8, false) => self.decode(elements, |[b]: [u8; 1]| f32::from(b)),
             (U8, true) => self.decode(elements, |[b]: [u8; 1]| f32::from(b) / 255.0),

@@ -1,6 +1,5 @@
-//! Vertex attributes and morph targets of a primitive.
+//! Vertex attributes of a primitive.
 
-use ::gltf::json::Index;
 use ::gltf::json::mesh::{Primitive, Semantic};
 use ::gltf::json::validation::Checked;
 use glam::{Vec2, Vec3, Vec4};
@@ -9,12 +8,11 @@ use super::accessor::{Accessor, Elements};
 use super::color;
 use super::document::Document;
 use super::draco::DecodedPrimitive;
+use super::target_attributes::UV_SETS;
 use crate::error::{LoadError, Warnings};
 use crate::finite_uvs::replace_nonfinite;
-use blinn_scene::{Influences, Mesh, MorphTarget};
+use blinn_scene::Influences;
 
-/// Supported sets of texture coordinates (TEXCOORD_n).
-const UV_SETS: u32 = 32;
 /// Supported sets of four joints (JOINTS_n).
 const JOINT_SETS: u32 = 16;
 
@@ -94,7 +92,7 @@ impl<'d> Attributes<'_, 'd> {
     }
 
     /// Returns false, with a warning, if an accessor has the wrong number of components or too few elements.
-    fn matches(
+    pub fn matches(
         &self,
         accessor: &Accessor<'_>,
         location: &str,
@@ -216,35 +214,6 @@ impl<'d> Attributes<'_, 'd> {
         let location = format!("{}.attributes.{present}_{set}", self.location);
         warnings.add(location, format_args!("ignored attribute without {missing}_{set}"));
     }
-
-    /// Reads the morph targets and their default weights into `mesh`.
-    pub fn morph_targets(
-        &self,
-        mesh_index: usize,
-        mesh: &mut Mesh,
-        warnings: &mut Warnings,
-    ) -> Result<(), LoadError> {
-        let json = &self.doc.root().meshes[mesh_index];
-        let names = json.extras.as_ref().map_or_else(Vec::new, |e| target_names(e.get()));
-        for (i, target) in self.json.targets.iter().flatten().enumerate() {
-            let mut read = |index: Option<Index<_>>, name: &str, wanted: bool| {
-                let Some(index) = index.filter(|_| wanted) else { return Ok(Vec::new()) };
-                let location = format!("{}.targets[{i}].{name}", self.location);
-                let accessor = Accessor::open(self.doc, index.value(), warnings)?;
-                let matches = self.matches(&accessor, &location, &[3], warnings);
-                Ok::<Vec<Vec3>, LoadError>(if matches { accessor.floats(self.elements) } else { Vec::new() })
-            };
-            mesh.morph_targets.push(MorphTarget {
-                name: names.get(i).cloned().unwrap_or_default(),
-                positions: read(target.positions, "POSITION", true)?,
-                normals: read(target.normals, "NORMAL", !mesh.normals.is_empty())?,
-                tangents: read(target.tangents, "TANGENT", !mesh.tangents.is_empty())?,
-            });
-        }
-        mesh.morph_weights = json.weights.clone().unwrap_or_default();
-        mesh.morph_weights.resize(mesh.morph_targets.len(), 0.0);
-        Ok(())
-    }
 }
 
 /// Scales the weights of a vertex to a sum of 1. Weights without a positive finite sum bind the vertex to its
@@ -257,11 +226,4 @@ fn normalize_weights(weights: &mut [f32]) {
         weights.fill(0.0);
         weights[0] = 1.0;
     }
-}
-
-/// Names of morph targets, which exporters store in `extras.targetNames` of the mesh.
-fn target_names(extras: &str) -> Vec<String> {
-    let names = serde_json::from_str::<serde_json::Value>(extras).ok();
-    let names = names.as_ref().and_then(|v| v.get("targetNames")).and_then(|v| v.as_array());
-    names.into_iter().flatten().map(|n| n.as_str().unwrap_or_default().to_string()).collect()
 }

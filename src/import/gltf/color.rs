@@ -15,6 +15,9 @@ const MAX_COLOR: f32 = 10.0;
 /// Deviations from 0 to 1 without a warning.
 const ROUNDING: f32 = 1e-3;
 
+/// Warning of integer colours that are read as normalized.
+pub(super) const UNMARKED: &str = "integer colours are not marked as normalized; used them as normalized";
+
 /// Reads colours, from 0 to 1. Non-finite components become 1, which keeps the material's colour. Integers
 /// stand for 0 to 1, even if the accessor is not marked as normalized, and so do floats from 0 to 255.
 /// Others are clamped, as the specification requires.
@@ -30,7 +33,7 @@ pub(super) fn read(
     if is_integer && !accessor.normalized && colors.iter().any(|c| c.max_element() > 1.0) {
         accessor.normalized = true;
         colors = rgba(&accessor, elements);
-        warnings.add(location, "integer colours are not marked as normalized; used them as normalized");
+        warnings.add(location, UNMARKED);
     }
     let mut replaced = 0usize;
     for color in colors.iter_mut().filter(|c| !c.is_finite()) {
@@ -44,6 +47,23 @@ pub(super) fn read(
         clamp(&mut colors, location, warnings);
     }
     colors
+}
+
+/// Reads displacements of colours, and returns true if they are integers that had to be read as normalized.
+/// Displacements of three components leave alpha.
+pub(super) fn displacements(accessor: &Accessor<'_>, elements: Elements<'_>) -> (Vec<Vec4>, bool) {
+    let read = |normalized: bool| match accessor.components {
+        4 => accessor.floats_as(normalized, elements),
+        _ => {
+            let rgb: Vec<Vec3> = accessor.floats_as(normalized, elements);
+            rgb.into_iter().map(|c| c.extend(0.0)).collect()
+        }
+    };
+    let colors: Vec<Vec4> = read(accessor.normalized);
+    let is_integer = accessor.component_type != ComponentType::F32;
+    let is_unmarked =
+        is_integer && !accessor.normalized && colors.iter().any(|c| c.abs().max_element() > 1.0);
+    if is_unmarked { (read(true), true) } else { (colors, false) }
 }
 
 /// Scales bytes to 1 and clamps what is still out of range. All components are finite.

@@ -42,6 +42,7 @@ mod material_table;
 mod meshopt;
 mod meshopt_extension;
 mod missing_material;
+mod morph_targets;
 mod node_light;
 mod null_values;
 mod objects;
@@ -57,6 +58,7 @@ mod round_primitive;
 mod sheen;
 mod skin;
 mod sun_strengths;
+mod target_attributes;
 #[cfg(test)]
 mod tests;
 mod text_repair;

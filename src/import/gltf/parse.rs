@@ -8,10 +8,11 @@ use ::gltf::json::Root;
 use serde_json::{Value, json};
 
 use super::json_tree::objects;
+use super::target_attributes::{TargetAttributes, TargetId};
 use super::text_repair::Position;
 use super::{
-    extensions, float_integers, null_values, references, required, text_repair, undisplayed, validate,
-    version,
+    extensions, float_integers, null_values, references, required, target_attributes, text_repair,
+    undisplayed, validate, version,
 };
 use crate::error::{LoadError, Warnings};
 
@@ -24,6 +25,8 @@ pub(super) struct ParsedGltf {
     /// JSON pointers of KHR_animation_pointer by animation and channel, except those that became core
     /// channels.
     pub pointers: HashMap<(usize, usize), String>,
+    /// Texture coordinates and colours of morph targets.
+    pub target_attributes: HashMap<TargetId, TargetAttributes>,
     /// The extensions in the file, whether listed in `extensionsUsed` or not.
     pub extensions: extensions::ExtensionUses,
 }
@@ -49,6 +52,7 @@ pub(super) fn parse(text: &[u8], warnings: &mut Warnings) -> Result<ParsedGltf, 
     undisplayed::remove_invalid(&mut value, warnings);
     references::check_indices(&value)?;
     let pointers = extract_pointers(&mut value);
+    let target_attributes = target_attributes::find(&mut value, warnings);
     let extensions = extensions::find_uses(&value, &pointers);
     required::insert_missing(&mut value, warnings);
     validate::validate(&mut value, warnings);
@@ -56,7 +60,7 @@ pub(super) fn parse(text: &[u8], warnings: &mut Warnings) -> Result<ParsedGltf, 
         let path = e.path().to_string();
         LoadError::parse(path, e.into_inner())
     })?;
-    Ok(ParsedGltf { root, pointers, extensions })
+    Ok(ParsedGltf { root, pointers, target_attributes, extensions })
 }
 
 /// Parses JSON. Text that is not JSON is parsed once more with its defects repaired. Returns true beside the

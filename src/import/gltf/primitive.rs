@@ -13,6 +13,7 @@ use super::document::Document;
 use super::draco;
 use super::draco::DecodedPrimitive;
 use super::edge_visibility;
+use super::morph_targets;
 use super::topology;
 use super::topology::{MeshSize, VertexOrder};
 use crate::compact::compact;
@@ -116,7 +117,7 @@ pub(super) fn read(
         influences: attributes.influences(warnings)?,
         ..Mesh::default()
     };
-    attributes.morph_targets(id.mesh, &mut mesh, warnings)?;
+    morph_targets::read(&attributes, [id.mesh, id.primitive], &mut mesh, warnings)?;
     edge_visibility::read(doc, json, &location, used.as_deref(), &mut mesh, warnings)?;
     if let Some(colors) = triangle_colors {
         let corners = 3 * colors.len() as u64;

@@ -5,6 +5,7 @@ use ::gltf::json::mesh::{Mode, Semantic};
 use super::accessor::Elements;
 use super::attributes::{Attributes, normalize, open_positions};
 use super::document::Document;
+use super::morph_targets;
 use super::primitive::{PrimitiveId, mode, read_order};
 use super::topology;
 use super::topology::VertexOrder;
@@ -57,6 +58,6 @@ pub(super) fn read(
         ..Mesh::default()
     };
     mesh.normals.iter_mut().for_each(|n| *n = normalize(*n));
-    attributes.morph_targets(id.mesh, &mut mesh, warnings)?;
+    morph_targets::read(&attributes, [id.mesh, id.primitive], &mut mesh, warnings)?;
     Ok(Some(mesh))
 }

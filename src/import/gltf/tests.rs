@@ -15,6 +15,7 @@ mod loading;
 mod lost_lights;
 mod malformed;
 mod materials;
+mod morph_targets;
 mod nodes;
 mod null_values;
 mod parse;

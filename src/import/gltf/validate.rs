@@ -1,6 +1,5 @@
 //! Replaces or removes property values that the specification does not allow, each with a warning.
 
-use std::collections::BTreeSet;
 use std::f64::consts::FRAC_PI_2;
 use std::fmt::Display;
 
@@ -178,13 +177,9 @@ fn check_choice(
     }
 }
 
-/// Warns of unsupported morph target attributes, of weights that do not match the morph targets, and of
-/// invalid nodes.
+/// Warns of weights that do not match the morph targets, and of invalid nodes.
 fn check_morph_targets(root: &mut Value, warnings: &mut Warnings) {
     let targets: Vec<usize> = objects(root, "meshes").map(|(_, mesh)| count_morph_targets(mesh)).collect();
-    for (i, mesh) in objects(root, "meshes") {
-        check_target_attributes(mesh, &format!("meshes[{i}]"), warnings);
-    }
     for ((i, mesh), &targets) in objects(root, "meshes").zip(&targets) {
         check_weights(mesh, targets, format_args!("meshes[{i}].weights"), warnings);
     }
@@ -194,23 +189,6 @@ fn check_morph_targets(root: &mut Value, warnings: &mut Warnings) {
             check_weights(object, targets, format_args!("nodes[{i}].weights"), warnings);
         }
         check_node(object, &format!("nodes[{i}]"), warnings);
-    }
-}
-
-/// Warns of morph target attributes that are not supported. The typed JSON drops them.
-fn check_target_attributes(mesh: &Object, location: &str, warnings: &mut Warnings) {
-    const SUPPORTED: [&str; 3] = ["POSITION", "NORMAL", "TANGENT"];
-    let primitives = mesh.get("primitives").and_then(Value::as_array).into_iter().flatten();
-    for (i, primitive) in primitives.enumerate() {
-        let targets = primitive.get("targets").and_then(Value::as_array).into_iter().flatten();
-        let names = targets.filter_map(Value::as_object).flat_map(Object::keys);
-        // Names with an underscore are application-specific.
-        let unsupported: BTreeSet<&String> =
-            names.filter(|name| !SUPPORTED.contains(&name.as_str()) && !name.starts_with('_')).collect();
-        for name in unsupported {
-            let location = format!("{location}.primitives[{i}].targets");
-            warnings.add(location, format_args!("ignored morph target attribute {}", printable(name)));
-        }
     }
 }
 

@@ -301,6 +301,8 @@ struct Attributes<'a> {
     mesh: &'a Mesh,
     normals: &'a [Vec3],
     tangents: &'a [Vec4],
+    colors: &'a [Vec4],
+    uvs: &'a [Vec<Vec2>],
     color: Option<Vec3>,
 }
 
@@ -310,6 +312,8 @@ impl<'a> Attributes<'a> {
             mesh: posed.mesh(instance),
             normals: posed.normals(instance),
             tangents: posed.tangents(instance),
+            colors: posed.colors(instance),
+            uvs: posed.uvs(instance),
             color: posed.scene.instances[instance as usize].color,
         }
     }
@@ -323,8 +327,8 @@ impl<'a> Attributes<'a> {
         };
         values(self.normals.get(vertex).map(|v| &v.as_ref()[..]));
         values(self.tangents.get(vertex).map(|v| &v.as_ref()[..]));
-        values(self.mesh.colors.get(vertex).map(|v| &v.as_ref()[..]));
-        for uvs in &self.mesh.uvs {
+        values(self.colors.get(vertex).map(|v| &v.as_ref()[..]));
+        for uvs in self.uvs {
             values(uvs.get(vertex).map(|v| &v.as_ref()[..]));
         }
         values(self.color.as_ref().map(|v| &v.as_ref()[..]));
@@ -341,10 +345,10 @@ fn has_same_attributes(old: &PosedScene, a: u32, new: &PosedScene, b: u32) -> bo
     let (mesh, other) = (old.mesh(a), new.mesh(b));
     let color = |posed: &PosedScene, i: u32| posed.scene.instances[i as usize].color;
     let same_uvs = || {
-        let pairs = mesh.uvs.iter().zip(&other.uvs);
+        let (uvs, others) = (old.uvs(a), new.uvs(b));
+        let pairs = uvs.iter().zip(others);
         let flat = |uv: &Vec2| uv.extend(0.0).extend(0.0);
-        mesh.uvs.len() == other.uvs.len()
-            && pairs.into_iter().all(|(x, y)| same_at_corners(mesh, x, other, y, flat))
+        uvs.len() == others.len() && pairs.into_iter().all(|(x, y)| same_at_corners(mesh, x, other, y, flat))
     };
     let wide = |v: &Vec3| v.extend(0.0);
     let whole = |v: &Vec4| *v;
@@ -352,7 +356,7 @@ fn has_same_attributes(old: &PosedScene, a: u32, new: &PosedScene, b: u32) -> bo
         && same_uvs()
         && same_at_corners(mesh, old.normals(a), other, new.normals(b), wide)
         && same_at_corners(mesh, old.tangents(a), other, new.tangents(b), whole)
-        && same_at_corners(mesh, &mesh.colors, other, &other.colors, whole)
+        && same_at_corners(mesh, old.colors(a), other, new.colors(b), whole)
 }
 
 fn same_at_corners<T>(

@@ -101,7 +101,7 @@ struct LastTraits(Option<(u32, MaterialTraits)>);
 
 impl LastTraits {
     #[inline(always)]
-    fn triangle<'s>(&mut self, posed: &PosedScene<'s>, id: HitId) -> ShadingTriangle<'s> {
+    fn triangle<'s>(&mut self, posed: &'s PosedScene<'s>, id: HitId) -> ShadingTriangle<'s> {
         let material = posed.mesh(id.instance).material;
         let traits = match self.0 {
             Some((last, traits)) if last == material => traits,

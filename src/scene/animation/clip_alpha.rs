@@ -52,7 +52,10 @@ impl ClipAlpha {
     pub fn may_show(&self, scene: &Scene, mesh: &Mesh, corners: [u32; 3]) -> bool {
         let material = mesh.material as usize;
         let Some(Some(alpha)) = self.materials.get(material) else { return true };
-        let vertex_alpha = |c: u32| mesh.colors.get(c as usize).map_or(1.0, |color| color.w);
+        let vertex_alpha = |c: u32| match mesh.colors.get(c as usize) {
+            Some(color) if !mesh.morphs_alpha(c) => color.w,
+            _ => 1.0,
+        };
         let [a, b, c] = corners.map(vertex_alpha);
         let mut bound = alpha.factor.max(0.0) * a.max(b).max(c).max(0.0);
         if !alpha.shows(bound) {
@@ -61,7 +64,8 @@ impl ClipAlpha {
         let of = &scene.materials[material];
         let base = of.base_color.texture.filter(|_| of.alpha_from_base).map(|t| (t, TextureChannel::A));
         for (texture, channel) in [base, of.alpha.texture].into_iter().flatten() {
-            let moves = alpha.texture_moves && base.is_some_and(|(t, _)| t == texture);
+            let is_animated = alpha.texture_moves && base.is_some_and(|(t, _)| t == texture);
+            let moves = is_animated || mesh.morphs_uvs(texture.uv_set);
             bound *= max_texel(scene, mesh, corners, &texture, channel, moves);
         }
         alpha.shows(bound)

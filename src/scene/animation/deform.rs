@@ -2,10 +2,10 @@
 
 use std::ops::Range;
 
-use glam::{DAffine3, DMat3, DVec3, Vec3};
+use glam::{DAffine3, DMat3, DVec3, Vec2, Vec3, Vec4};
 
 use crate::animation::tangent_frames::update_generated_frames;
-use crate::{DeformedMesh, GeneratedFrames, Mesh, Skin};
+use crate::{DeformedMesh, GeneratedFrames, Mesh, MorphTarget, Skin};
 use blinn_core::geometry::cofactor;
 
 /// The deformation of a mesh at one time.
@@ -115,7 +115,11 @@ impl<'a> MeshDeformer<'a> {
             for (t, d) in shape.tangents.iter_mut().zip(&target.tangents) {
                 *t += (*d * w).extend(0.0);
             }
+            displace_uvs(&mut shape.uvs, mesh, target, w);
+            displace_colors(&mut shape.colors, mesh, target, w);
         }
+        // As the specification requires: after all targets.
+        shape.colors.iter_mut().for_each(|c| *c = c.clamp(Vec4::ZERO, Vec4::ONE));
         for n in &mut shape.normals {
             *n = n.normalize_or_zero();
         }
@@ -152,6 +156,28 @@ impl<'a> MeshDeformer<'a> {
     }
 }
 
+/// Adds a morph target's displacements of texture coordinates, if it has some, to those of the mesh.
+fn displace_uvs(sets: &mut Vec<Vec<Vec2>>, mesh: &Mesh, target: &MorphTarget, w: f32) {
+    if sets.is_empty() && !target.uvs.is_empty() {
+        sets.clone_from(&mesh.uvs);
+    }
+    for (uvs, displacements) in sets.iter_mut().zip(&target.uvs) {
+        for (uv, d) in uvs.iter_mut().zip(displacements) {
+            *uv += *d * w;
+        }
+    }
+}
+
+/// Adds a morph target's displacements of colours, if it has some, to those of the mesh.
+fn displace_colors(colors: &mut Vec<Vec4>, mesh: &Mesh, target: &MorphTarget, w: f32) {
+    if colors.is_empty() && !target.colors.is_empty() {
+        colors.clone_from(&mesh.colors);
+    }
+    for (color, d) in colors.iter_mut().zip(&target.colors) {
+        *color += *d * w;
+    }
+}
+
 /// Adds a joint's matrix times its weight.
 fn add_weighted(sum: &mut DAffine3, joint: &DAffine3, w: f64) {
     sum.matrix3 += joint.matrix3 * w;
@@ -171,10 +197,7 @@ fn normal_matrix(m: DMat3) -> DMat3 {
 
 #[cfg(test)]
 mod tests {
-    use glam::Vec4;
-
     use super::*;
-    use crate::MorphTarget;
 
     /// Joints then have the same weights for normals as for positions, as in three.js.
     #[test]
@@ -193,6 +216,31 @@ mod tests {
         let flat = normal_matrix(DMat3::from_diagonal(DVec3::new(1.0, 0.0, 1.0)));
         assert!(flat.is_finite() && (flat * DVec3::Y).y > 0.0);
         assert_eq!(normal_matrix(DMat3::from_diagonal(DVec3::X)), DMat3::ZERO);
+    }
+
+    #[test]
+    fn displacements_of_colours_and_coordinates_are_added_and_colours_clamped_after_all() {
+        let up = MorphTarget {
+            uvs: vec![vec![], vec![Vec2::new(0.5, -1.0)]],
+            colors: vec![Vec4::new(1.0, 0.5, -1.0, 0.0)],
+            ..MorphTarget::default()
+        };
+        let down = MorphTarget { colors: vec![Vec4::new(-1.0, 0.0, 0.0, -0.5)], ..MorphTarget::default() };
+        let mesh = Mesh {
+            positions: vec![Vec3::ZERO],
+            uvs: vec![vec![Vec2::ONE], vec![Vec2::ZERO]],
+            colors: vec![Vec4::new(0.75, 0.25, 0.5, 1.0)],
+            morph_targets: vec![up, down],
+            ..Mesh::default()
+        };
+        let shape = |weights| MeshDeformer::new(&mesh, weights, None, &[]).unwrap().deform();
+        let both = shape(&[1.0, 0.5]);
+        // Red is 0.75 + 1 - 0.5, and would be 0.5 if it were clamped in between.
+        assert_eq!(both.colors, [Vec4::new(1.0, 0.75, 0.0, 0.75)]);
+        assert_eq!(both.uvs, [[Vec2::ONE], [Vec2::new(0.5, -1.0)]]);
+        assert_eq!(shape(&[1.0, 1.0]).colors[0].x, 0.75);
+        // What no target displaces is not copied.
+        assert!(shape(&[0.0, 1.0]).uvs.is_empty());
     }
 
     /// Normal mapping needs unit vectors, whatever a target adds.

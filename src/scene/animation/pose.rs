@@ -11,7 +11,7 @@ use crate::animation::posed_scene::{PosedInstance, PosedScene};
 use crate::animation::turned_tangents::TurnedMap;
 use crate::{
     Animation, AreaLight, ChannelTarget, DeformedMesh, Environment, FileCamera, Instance, Light, Material,
-    Mesh, Scene,
+    Mesh, Scene, TangentAxes, UvTransform,
 };
 use blinn_core::geometry::{Aabb, Transform};
 
@@ -82,7 +82,7 @@ fn pose_instances(
         let InstancePose { to_world, winding, deformer } = nodes.pose_instance(instance);
         let mut shape = deformer.map(|deformer| deformer.deform());
         let mesh = &scene.meshes[instance.mesh as usize];
-        if let Some(map) = turned_map(scene, mesh, materials) {
+        if let Some(map) = turned_map(scene, mesh, materials, shape.as_ref()) {
             map.turn(mesh, shape.get_or_insert_with(|| mesh.rest_shape()));
         }
         let index = shape.map(|shape| {
@@ -98,12 +98,27 @@ fn pose_instances(
     scene.instances.iter().map(pose).collect()
 }
 
-/// Returns the normal map of a mesh whose tangents an animation turns. In Blender's files, normal maps use the axes of
-/// the untransformed coordinates.
-fn turned_map(scene: &Scene, mesh: &Mesh, materials: &[Material]) -> Option<TurnedMap> {
+/// Returns the normal map of a mesh whose tangents an animation or the morph targets of `shape` turn. In Blender's files,
+/// normal maps use the axes of the untransformed coordinates.
+fn turned_map(
+    scene: &Scene,
+    mesh: &Mesh,
+    materials: &[Material],
+    shape: Option<&DeformedMesh>,
+) -> Option<TurnedMap> {
     let material = mesh.material as usize;
     let (rest, now) = (scene.materials.get(material)?, materials.get(material)?);
-    if std::ptr::eq(rest, now) || scene.source.is_blender() { None } else { TurnedMap::of(mesh, rest, now) }
+    let displaces = shape.is_some_and(|shape| !shape.uvs.is_empty());
+    let transforms = !std::ptr::eq(rest, now) && !scene.source.is_blender();
+    if !displaces && !transforms {
+        return None;
+    }
+    let [rest, now] = [rest, now].map(|material| {
+        let axes = material.tangent_axes()?;
+        let transform = if scene.source.is_blender() { UvTransform::IDENTITY } else { axes.transform };
+        Some(TangentAxes { transform, ..axes })
+    });
+    TurnedMap::of(mesh, rest?, now?, displaces)
 }
 
 /// Materials, lights, cameras and the environment at one time; borrowed where nothing drives them.

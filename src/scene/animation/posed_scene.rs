@@ -2,7 +2,7 @@
 
 use std::borrow::Cow;
 
-use glam::{DAffine3, DVec3, Vec3, Vec4};
+use glam::{DAffine3, DVec3, Vec2, Vec3, Vec4};
 
 use crate::animation::bounds_cache::ClipBoundsCache;
 use crate::animation::playback::AnimationChoice;
@@ -100,6 +100,24 @@ impl<'s> PosedScene<'s> {
         match self.deformed_mesh(instance) {
             Some(d) => &d.tangents,
             None => &self.mesh(instance).tangents,
+        }
+    }
+
+    /// Returns the sets of an instance's texture coordinates at this time.
+    #[inline]
+    pub fn uvs(&self, instance: u32) -> &[Vec<Vec2>] {
+        match self.deformed_mesh(instance) {
+            Some(d) if !d.uvs.is_empty() => &d.uvs,
+            _ => &self.mesh(instance).uvs,
+        }
+    }
+
+    /// Returns an instance's vertex colours at this time. May be empty.
+    #[inline]
+    pub fn colors(&self, instance: u32) -> &[Vec4] {
+        match self.deformed_mesh(instance) {
+            Some(d) if !d.colors.is_empty() => &d.colors,
+            _ => &self.mesh(instance).colors,
         }
     }
 

@@ -1,10 +1,11 @@
-//! Tangents below an animated transform of the texture whose axes they have: they follow the transformed texture coordinates.
+//! Tangents that follow their texture coordinates: below an animated transform of the texture whose axes they have, and where
+//! morph targets displace the coordinates.
 
 use glam::{DVec2, DVec3, Vec3};
 
-use crate::{DeformedMesh, GeneratedFrames, Material, Mesh, TangentAxes, UvTransform};
+use crate::{DeformedMesh, GeneratedFrames, Mesh, TangentAxes, UvTransform, uvs_at};
 
-/// Tangent axes whose transform is another than at rest.
+/// Tangent axes whose transform or texture coordinates are others than at rest.
 pub(super) struct TurnedMap {
     uv_set: u32,
     rest: UvTransform,
@@ -12,17 +13,18 @@ pub(super) struct TurnedMap {
 }
 
 impl TurnedMap {
-    /// Compares a mesh's material with itself at rest. Returns `None` if its tangents are right as they are: those of
-    /// the file do not follow a transform that stands, either.
-    pub fn of(mesh: &Mesh, rest: &Material, now: &Material) -> Option<TurnedMap> {
-        let (rest, now) = rest.tangent_axes().zip(now.tangent_axes())?;
+    /// Compares the axes of a mesh's material with those at rest; `displaces` is true if morph targets displace texture
+    /// coordinates. Returns `None` if its tangents are right as they are: those of the file do not follow a transform that
+    /// stands, either.
+    pub fn of(mesh: &Mesh, rest: TangentAxes, now: TangentAxes, displaces: bool) -> Option<TurnedMap> {
+        let displaces = displaces && mesh.morphs_uvs(now.uv_set);
         let axes = |of: &TangentAxes| (of.transform.rotation(), of.transform.scale());
         let is_generated = mesh.generated_frames != GeneratedFrames::None && !mesh.tangents.is_empty();
         let is_regular = |of: &TangentAxes| {
             let determinant = of.transform.determinant();
             determinant.is_finite() && determinant != 0.0
         };
-        let is_turned = axes(&rest) != axes(&now) && is_regular(&rest) && is_regular(&now);
+        let is_turned = (displaces || axes(&rest) != axes(&now)) && is_regular(&rest) && is_regular(&now);
         (is_generated && is_turned).then_some(TurnedMap {
             uv_set: now.uv_set,
             rest: rest.transform,
@@ -33,39 +35,58 @@ impl TurnedMap {
     /// Turns the tangents of `shape`, the mesh at this time, from the axes at rest to those of this time: each by the
     /// mean angle of its triangles, in the plane of its normal.
     pub fn turn(&self, mesh: &Mesh, shape: &mut DeformedMesh) {
-        let mut turns = vec![DVec2::ZERO; shape.tangents.len()];
+        let mut turns = vec![Turn::default(); shape.tangents.len()];
         for &corners in &mesh.triangles {
             let positions = corners.map(|v| shape.positions[v as usize]);
-            let uvs = mesh.uvs_at(corners, self.uv_set);
-            let direction =
-                |axes: &UvTransform| direction_of_u(positions, uvs.map(|uv| axes.apply(uv).as_dvec2()));
-            let Some((rest, now)) = direction(&self.rest).zip(direction(&self.now)) else { continue };
+            let uvs_now = if shape.uvs.is_empty() { &mesh.uvs } else { &shape.uvs };
+            let [rest, now] = [(&mesh.uvs, &self.rest), (uvs_now, &self.now)]
+                .map(|(sets, axes)| uvs_at(sets, corners, self.uv_set).map(|uv| axes.apply(uv).as_dvec2()));
+            let mirrors = signed_area(rest) * signed_area(now) < 0.0;
+            let Some((rest, now)) = direction_of_u(positions, rest).zip(direction_of_u(positions, now))
+            else {
+                continue;
+            };
             for v in corners.map(|v| v as usize) {
                 if let Some((turn, normal)) = turns.get_mut(v).zip(shape.normals.get(v)) {
                     let sine = rest.cross(now);
                     let side = if sine.dot(normal.as_dvec3()) < 0.0 { -1.0 } else { 1.0 };
-                    *turn += DVec2::new(rest.dot(now), sine.length() * side);
+                    turn.sum += DVec2::new(rest.dot(now), sine.length() * side);
+                    turn.mirrored += if mirrors { 1 } else { -1 };
                 }
             }
         }
-        let mirrors = self.rest.determinant() * self.now.determinant() < 0.0;
         for ((tangent, turn), normal) in shape.tangents.iter_mut().zip(turns).zip(&shape.normals) {
             // Where all triangles are degenerate, the tangent stays.
-            let Some(turn) = turn.try_normalize() else { continue };
+            let Turn { sum, mirrored } = turn;
+            let Some(turn) = sum.try_normalize() else { continue };
             let (t, n) = (tangent.truncate().as_dvec3(), normal.as_dvec3());
             let turned = t * turn.x + n.cross(t) * turn.y;
-            let w = if mirrors { -tangent.w } else { tangent.w };
+            let w = if mirrored > 0 { -tangent.w } else { tangent.w };
             *tangent = turned.normalize_or(t).as_vec3().extend(w);
         }
     }
 }
 
+/// The turn of a vertex's tangent.
+#[derive(Clone, Copy, Debug, Default)]
+struct Turn {
+    /// Sum of cosine and sine over the triangles of the vertex.
+    sum: DVec2,
+    /// The number of triangles whose coordinates are mirrored, less that of the others.
+    mirrored: i64,
+}
+
 /// Returns the direction in which u increases on a triangle.
-fn direction_of_u(positions: [Vec3; 3], [ta, tb, tc]: [DVec2; 3]) -> Option<DVec3> {
+fn direction_of_u(positions: [Vec3; 3], uvs: [DVec2; 3]) -> Option<DVec3> {
     let [a, b, c] = positions.map(|p| p.as_dvec3());
-    let (d1, d2) = (tb - ta, tc - ta);
-    let along = (b - a) * d2.y - (c - a) * d1.y;
-    (along * d1.perp_dot(d2).signum()).try_normalize()
+    let [ta, tb, tc] = uvs;
+    let along = (b - a) * (tc - ta).y - (c - a) * (tb - ta).y;
+    (along * signed_area(uvs).signum()).try_normalize()
+}
+
+/// Returns twice the area of a triangle of texture coordinates, negative if they run clockwise.
+fn signed_area([a, b, c]: [DVec2; 3]) -> f64 {
+    (b - a).perp_dot(c - a)
 }
 
 #[cfg(test)]
@@ -75,16 +96,10 @@ mod tests {
     use glam::{Vec2, Vec4};
 
     use super::*;
-    use crate::NormalMap;
-    use crate::TextureRef;
+    use crate::MorphTarget;
 
-    fn material(rotation: f32, scale: Vec2) -> Material {
-        let transform = UvTransform::khr(Vec2::ZERO, rotation, scale);
-        let texture = TextureRef { texture: 0, uv_set: 0, transform };
-        Material {
-            normal: Some(NormalMap { texture, scale: 1.0, scale_is_strength: false }),
-            ..Material::default()
-        }
+    fn axes(rotation: f32, scale: Vec2) -> TangentAxes {
+        TangentAxes { uv_set: 0, transform: UvTransform::khr(Vec2::ZERO, rotation, scale) }
     }
 
     /// An upright image on a square in z = 0, whose tangents are generated for a standing transform.
@@ -103,12 +118,8 @@ mod tests {
 
     fn turned(rotation: f32, scale: Vec2, frames: GeneratedFrames) -> Option<Vec4> {
         let mesh = square(frames);
-        let map = TurnedMap::of(&mesh, &material(0.0, Vec2::ONE), &material(rotation, scale))?;
-        let mut shape = DeformedMesh {
-            positions: mesh.positions.clone(),
-            normals: mesh.normals.clone(),
-            tangents: mesh.tangents.clone(),
-        };
+        let map = TurnedMap::of(&mesh, axes(0.0, Vec2::ONE), axes(rotation, scale), false)?;
+        let mut shape = mesh.rest_shape();
         map.turn(&mesh, &mut shape);
         assert!(
             shape.tangents.iter().all(|t| t.abs_diff_eq(shape.tangents[0], 1e-6)),
@@ -130,6 +141,26 @@ mod tests {
         ] {
             let tangent = turned(rotation, scale, GeneratedFrames::Tangents).unwrap();
             assert!(tangent.abs_diff_eq(expected, 1e-6), "{rotation} {scale}: {tangent}");
+        }
+    }
+
+    /// As they do an equal transform.
+    #[test]
+    fn tangents_follow_displaced_coordinates() {
+        for (displace, expected) in [
+            ((|uv| Vec2::new(-uv.y, uv.x)) as fn(Vec2) -> Vec2, Vec4::new(0.0, 1.0, 0.0, 1.0)),
+            (|uv| Vec2::new(1.0 - uv.x, uv.y), Vec4::new(-1.0, 0.0, 0.0, -1.0)),
+            (|uv| uv * 2.0, Vec4::new(1.0, 0.0, 0.0, 1.0)),
+        ] {
+            let mut mesh = square(GeneratedFrames::Tangents);
+            let displacements: Vec<Vec2> = mesh.uvs[0].iter().map(|&uv| displace(uv) - uv).collect();
+            mesh.morph_targets = vec![MorphTarget { uvs: vec![displacements], ..MorphTarget::default() }];
+            let standing = axes(0.0, Vec2::ONE);
+            let mut shape = mesh.rest_shape();
+            shape.uvs = vec![mesh.uvs[0].iter().map(|&uv| displace(uv)).collect()];
+            TurnedMap::of(&mesh, standing, standing, true).unwrap().turn(&mesh, &mut shape);
+            let is_expected = |t: &Vec4| t.abs_diff_eq(expected, 1e-6);
+            assert!(shape.tangents.iter().all(is_expected), "{expected}: {:?}", shape.tangents);
         }
     }
 

@@ -1,4 +1,4 @@
-//! Primitives: triangles, vertex attributes and morph targets.
+//! Primitives: triangles and vertex attributes.
 
 use glam::{Vec2, Vec3, Vec4};
 use serde_json::json;
@@ -205,30 +205,6 @@ fn non_finite_colours_become_1() {
     assert_eq!(scene.meshes[0].colors, expected);
     let warning = "meshes[0].primitives[0].attributes.COLOR_0: 2 colours have non-finite components; used 1";
     assert_eq!(warnings, [warning]);
-}
-
-#[test]
-fn morph_targets_have_names_weights_and_sparse_positions() {
-    let mut fixture = Fixture::triangle();
-    let deltas = fixture.vec3(&[[0.0, 0.0, 1.0]; 3]);
-    let indices = fixture.view(&[1]);
-    let values = fixture.view(&bytes_of(&[1.0f32, 2.0, 3.0]));
-    let sparse = fixture.push(
-        "accessors",
-        json!({"componentType": 5126, "type": "VEC3", "count": 3, "sparse": {"count": 1,
-            "indices": {"bufferView": indices, "componentType": 5121}, "values": {"bufferView": values}}}),
-    );
-    fixture.primitive()["targets"] = json!([{"POSITION": deltas, "NORMAL": deltas}, {"POSITION": sparse}]);
-    fixture.json["meshes"][0]["weights"] = json!([0.5]);
-    fixture.json["meshes"][0]["extras"] = json!({"targetNames": ["up", "odd"]});
-    fixture.json["nodes"][0]["weights"] = json!([0.25, 1.0]);
-    let (scene, _) = fixture.load();
-    let mesh = &scene.meshes[0];
-    assert_eq!(mesh.morph_targets.iter().map(|m| m.name.as_str()).collect::<Vec<_>>(), ["up", "odd"]);
-    assert_eq!(mesh.morph_targets[0].normals, [Vec3::Z; 3]);
-    assert_eq!(mesh.morph_targets[1].positions, [Vec3::ZERO, Vec3::new(1.0, 2.0, 3.0), Vec3::ZERO]);
-    assert_eq!(mesh.morph_weights, [0.5, 0.0]);
-    assert_eq!(scene.nodes[0].weights, [0.25, 1.0]);
 }
 
 #[test]

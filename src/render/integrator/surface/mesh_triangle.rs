@@ -3,7 +3,8 @@
 use glam::{Vec2, Vec4};
 
 use crate::integrator::surface::ray_differentials::TriangleCoords;
-use blinn_scene::{Footprint, Mesh, UvTransform};
+use blinn_core::geometry::HitId;
+use blinn_scene::{Footprint, Mesh, PosedScene, UvTransform, uvs_at};
 
 /// A triangle of a mesh.
 #[derive(Clone, Copy, Debug)]
@@ -11,6 +12,10 @@ pub(crate) struct MeshTriangle<'s> {
     pub mesh: &'s Mesh,
     /// Indices of the corners.
     pub corners: [u32; 3],
+    /// Sets of texture coordinates at this time.
+    pub uvs: &'s [Vec<Vec2>],
+    /// Vertex colours at this time; empty in a mesh without.
+    pub colors: &'s [Vec4],
 }
 
 /// A position in a texture, and the part of the texture that a sample covers.
@@ -20,21 +25,29 @@ pub(crate) struct TextureCoords {
     pub footprint: Footprint,
 }
 
-impl MeshTriangle<'_> {
+impl<'s> MeshTriangle<'s> {
+    /// The triangle `id` of a posed scene.
+    #[inline(always)]
+    pub fn new(posed: &'s PosedScene<'s>, id: HitId) -> MeshTriangle<'s> {
+        let mesh = posed.mesh(id.instance);
+        let corners = mesh.corners(id.triangle);
+        MeshTriangle { mesh, corners, uvs: posed.uvs(id.instance), colors: posed.colors(id.instance) }
+    }
+
     /// Texture coordinates of a set at the corners.
     #[inline(always)]
     pub fn uvs(&self, set: u32) -> [Vec2; 3] {
-        self.mesh.uvs_at(self.corners, set)
+        uvs_at(self.uvs, self.corners, set)
     }
 
     /// The interpolated vertex colour, linear RGBA; `None` in a mesh without vertex colours. A component that is the same
     /// at all corners is exactly that: an alpha at the cutoff must not fall below it.
     #[inline(always)]
     pub fn color(&self, b: [f32; 3]) -> Option<Vec4> {
-        if self.mesh.colors.is_empty() {
+        if self.colors.is_empty() {
             return None;
         }
-        let [c0, c1, c2] = self.corners.map(|c| self.mesh.colors[c as usize]);
+        let [c0, c1, c2] = self.corners.map(|c| self.colors[c as usize]);
         let is_constant = c0.cmpeq(c1) & c0.cmpeq(c2);
         Some(Vec4::select(is_constant, c0, c0 * b[0] + c1 * b[1] + c2 * b[2]))
     }
@@ -78,8 +91,8 @@ mod tests {
     #[test]
     fn what_is_the_same_at_all_corners_is_constant() {
         let color = Vec4::new(0.7, 0.1, 1.0 / 3.0, 0.7);
-        let mesh = Mesh { colors: vec![color; 3], ..Mesh::default() };
-        let triangle = MeshTriangle { mesh: &mesh, corners: [0, 1, 2] };
+        let mesh = Mesh::default();
+        let triangle = MeshTriangle { mesh: &mesh, corners: [0, 1, 2], uvs: &[], colors: &[color; 3] };
         let uv = Vec2::new(0.1, 0.7);
         assert!(barycentrics().any(|b| uv.x * b[0] + uv.x * b[1] + uv.x * b[2] != uv.x));
         for b in barycentrics() {

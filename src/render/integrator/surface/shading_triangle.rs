@@ -71,15 +71,15 @@ impl MaterialTraits {
 }
 
 impl<'s> ShadingTriangle<'s> {
-    pub fn new(posed: &PosedScene<'s>, id: HitId) -> ShadingTriangle<'s> {
+    pub fn new(posed: &'s PosedScene<'s>, id: HitId) -> ShadingTriangle<'s> {
         let material = &posed.materials[posed.mesh(id.instance).material as usize];
         ShadingTriangle::with_traits(posed, id, &MaterialTraits::new(material))
     }
 
     /// The triangle `id`, whose material has these traits.
-    pub fn with_traits(posed: &PosedScene<'s>, id: HitId, traits: &MaterialTraits) -> ShadingTriangle<'s> {
-        let mesh = posed.mesh(id.instance);
-        let corners = mesh.corners(id.triangle);
+    pub fn with_traits(posed: &'s PosedScene<'s>, id: HitId, traits: &MaterialTraits) -> ShadingTriangle<'s> {
+        let triangle = MeshTriangle::new(posed, id);
+        let MeshTriangle { mesh, corners, .. } = triangle;
         let transform = &posed.instances[id.instance as usize].transform;
         let positions = posed.positions(id.instance);
         let local = corners.map(|c| positions[c as usize]);
@@ -97,12 +97,12 @@ impl<'s> ShadingTriangle<'s> {
         ShadingTriangle {
             surface: TriangleSurface {
                 id,
-                triangle: MeshTriangle { mesh, corners },
+                triangle,
                 front_normal: plane.front_normal,
                 p_error: point_error(world, local, &transform.affine),
                 tint,
                 material: mesh.material,
-                has_color: tint.is_some() || !mesh.colors.is_empty(),
+                has_color: tint.is_some() || !triangle.colors.is_empty(),
             },
             plane,
             vertex_normals,
@@ -247,7 +247,7 @@ impl<'s> TriangleSurface<'s> {
 
 impl<'s> SurfacePoint<'s> {
     /// The surface point of the hit of `ray`. Its textures are evaluated at their finest level.
-    pub fn at(posed: &PosedScene<'s>, hit: &Hit, ray: Ray) -> SurfacePoint<'s> {
+    pub fn at(posed: &'s PosedScene<'s>, hit: &Hit, ray: Ray) -> SurfacePoint<'s> {
         let triangle = ShadingTriangle::new(posed, hit.id);
         if triangle.is_round() {
             return triangle.surface.surface_from_hit(&triangle.round_hit(ray, hit.t));

@@ -22,15 +22,15 @@ pub(crate) struct TextureEvalContext<'s> {
 
 impl<'s> TextureEvalContext<'s> {
     /// The point where `ray` hits triangle `id`, which it is known to hit. Textures are evaluated at their finest level.
-    pub fn at(posed: &PosedScene<'s>, id: HitId, ray: Ray) -> TextureEvalContext<'s> {
-        let mesh = posed.mesh(id.instance);
+    pub fn at(posed: &'s PosedScene<'s>, id: HitId, ray: Ray) -> TextureEvalContext<'s> {
+        let triangle = MeshTriangle::new(posed, id);
         let corners = posed.world_triangle(id);
-        let b = match mesh.has_rounds() {
+        let b = match triangle.mesh.has_rounds() {
             true => axis_barycentrics(corners.map(|v| v.as_dvec3()), ray),
             false => barycentrics(corners, ray).map(|b| b as f32),
         };
         TextureEvalContext {
-            triangle: MeshTriangle { mesh, corners: mesh.corners(id.triangle) },
+            triangle,
             coords: TriangleCoords { b, differentials: BarycentricDifferentials::POINT },
             tint: posed.scene.instances[id.instance as usize].color,
             sampled_normal: None,

@@ -123,7 +123,7 @@ fn check(scene: &Scene, random: &mut Random) {
         for _ in 0..200 {
             let coords =
                 TriangleCoords { b: random.barycentrics(), differentials: BarycentricDifferentials::POINT };
-            let triangle = MeshTriangle { mesh, corners };
+            let triangle = MeshTriangle::new(&posed, HitId { instance: 0, triangle });
             let ctx = TextureEvalContext { triangle, coords, tint: None, sampled_normal: None };
             least = least.min(opacity(&posed, &scene.materials[0], &ctx));
         }
