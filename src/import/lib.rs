@@ -16,6 +16,7 @@ mod files;
 mod finite_uvs;
 mod flat;
 mod gltf;
+mod heights;
 mod ies;
 pub mod image;
 mod memory;

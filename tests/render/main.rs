@@ -3,6 +3,7 @@
 //!
 //! - `antialiasing`: sampling error of pictures that are formulas
 //! - `area_lights`: area lights, glowing surfaces and bounced light against closed forms
+//! - `bump_maps`: bump maps of MTL against closed forms
 //! - `bvh`: every BVH query against brute force, bit for bit; refit against rebuild
 //! - `determinism`: the same bytes on any number of threads, tile size, BVH preset and SIMD level
 //! - `empty_tile_culling`: tiles that no ray can hit trace none
@@ -30,6 +31,7 @@ mod common;
 
 mod antialiasing;
 mod area_lights;
+mod bump_maps;
 mod bvh;
 mod denoise;
 mod determinism;

@@ -59,7 +59,7 @@ pub(super) fn build_material(
         alpha_mode,
         reflectance,
         emission,
-        normal: normal(mtl, library, warnings),
+        normal: normal(mtl, library),
         transmission: ScalarInput::new(transmission.share),
         transmission_color: transmission.color,
         reflection: reflection(mtl, transmission.share > 0.0),
@@ -319,16 +319,15 @@ fn alpha(
     (ScalarInput { factor, texture }, if is_blended { AlphaMode::Blend } else { AlphaMode::Opaque })
 }
 
-/// Returns the normal map, unless a bump map holds heights.
-fn normal(mtl: &MtlMaterial, library: &mut TextureLibrary, warnings: &mut Warnings) -> Option<NormalMap> {
+/// Returns the normal map, or that of a bump map of heights.
+fn normal(mtl: &MtlMaterial, library: &mut TextureLibrary) -> Option<NormalMap> {
     let map = mtl.map_normal.as_ref()?;
     let image = library.image(mtl, map)?;
     // Blender writes only normal maps into bump; its old exporter also wrote heights.
     let is_normal_map = !mtl.normal_is_bump || mtl.writer.is_blender() && mtl.writer != MtlWriter::OldBlender;
     if !is_normal_map && !library.looks_like_normals(image) {
-        warnings
-            .add("", format!("ignored bump map '{}': height maps are not supported", printable(&map.file)));
-        return None;
+        let texture = library.normals_of_heights(mtl, map)?;
+        return Some(NormalMap { texture, scale: map.bump, scale_is_strength: false });
     }
     Some(NormalMap {
         texture: library.texture(mtl, Some(map))?,

@@ -8,6 +8,7 @@ use rayon::prelude::*;
 
 use super::super::Limits;
 use super::super::error::{LoadError, Warnings};
+use super::super::heights::{self, BYTES_PER_TEXEL};
 use super::super::image::cicp::ColorSpace;
 use super::super::image::{bmp, decode, decoded_size};
 use super::super::memory::MemoryBudget;
@@ -18,8 +19,8 @@ use super::texture_map::{TexelRange, TextureMap};
 use crate::files::escape::printable;
 use crate::files::scene_folder::SceneFolder;
 use blinn_scene::{
-    BlenderVersion, Channels, Image, MipMaps, Texels, Texture, TextureFilter, TextureRef, UvTransform, Wrap,
-    linear_to_srgb,
+    BlenderVersion, Channels, Image, MipMaps, Texels, Texture, TextureChannel, TextureFilter, TextureRef,
+    UvTransform, Wrap, linear_to_srgb,
 };
 
 /// Version of Blender from which on images of all formats are multiplied by alpha.
@@ -50,11 +51,15 @@ struct MapFiles {
     files: Vec<MapFile>,
     /// True for files that multiply a factor; false for normal maps.
     multiplies: HashMap<MapFile, bool>,
+    /// Files of bump maps, which may hold heights.
+    bumps: HashSet<MapFile>,
 }
 
 fn collect_map_files(materials: &[&MtlMaterial]) -> MapFiles {
     let mut out = MapFiles::default();
     for material in materials {
+        let bump = material.map_normal.as_ref().filter(|_| material.normal_is_bump);
+        out.bumps.extend(bump.map(|map| MapFile::of(material, map)));
         let factors = material.factor_maps().map(|map| (map, true));
         for (map, multiplies) in factors.chain(material.map_normal.iter().map(|map| (map, false))) {
             let file = MapFile::of(material, map);
@@ -65,6 +70,17 @@ fn collect_map_files(materials: &[&MtlMaterial]) -> MapFiles {
         }
     }
     out
+}
+
+/// How a normal map is made of an image of heights.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+struct HeightsOf {
+    image: u32,
+    /// The [`TextureChannel`], as a number.
+    channel: u8,
+    /// Bits of base and gain.
+    range: [u32; 2],
+    clamped: bool,
 }
 
 /// The images and textures of all materials.
@@ -89,6 +105,8 @@ pub(super) struct TextureLibrary {
     encoded: HashMap<u32, u32>,
     /// Copies of images with colours multiplied by alpha.
     over_black: HashMap<u32, u32>,
+    /// Normal maps of images of heights.
+    of_heights: HashMap<HeightsOf, u32>,
     /// Results of scans over all texels, cached because many materials may share an image.
     has_alpha: HashMap<u32, bool>,
     looks_like_normals: HashMap<u32, bool>,
@@ -103,7 +121,7 @@ impl TextureLibrary {
         budget: &MemoryBudget,
         warnings: &mut Warnings,
     ) -> Result<TextureLibrary, LoadError> {
-        let MapFiles { files: map_files, multiplies } = collect_map_files(materials);
+        let MapFiles { files: map_files, multiplies, bumps } = collect_map_files(materials);
         let cancel = &folder.cancel;
         let read = |file: &MapFile| {
             cancel.check()?;
@@ -140,7 +158,11 @@ impl TextureLibrary {
                         warnings.add("", format!("texture '{name}': used tile 1001 for all UDIM tiles"));
                     }
                     let id = library.images.len() as u32;
+                    let texels = u64::from(image.width) * u64::from(image.height);
                     library.images.push(image);
+                    if bumps.contains(&file) && !library.looks_like_normals(id) {
+                        budget.charge(texels.saturating_mul(BYTES_PER_TEXEL))?;
+                    }
                     if straight {
                         library.straight.insert(id);
                     }
@@ -223,6 +245,26 @@ impl TextureLibrary {
         let image = self.image(material, map)?;
         let image = self.ranged(image, map.range);
         Some(self.reference(image, map))
+    }
+
+    /// Returns a bump map of heights as a normal map, with its base and gain applied.
+    pub fn normals_of_heights(&mut self, material: &MtlMaterial, map: &TextureMap) -> Option<TextureRef> {
+        let image = self.image(material, map)?;
+        let channel = map.channel.unwrap_or(TextureChannel::Mean);
+        let TexelRange { base, gain } = map.range;
+        let range = [base, gain].map(f32::to_bits);
+        let key = HeightsOf { image, channel: channel as u8, range, clamped: map.clamp };
+        let normals = match self.of_heights.get(&key) {
+            Some(&normals) => normals,
+            None => {
+                let heights = &self.images[image as usize];
+                let height = |texel: usize| map.range.apply(channel.of(heights.stored(texel)));
+                self.images.push(heights::normal_map(heights, map.clamp, height));
+                self.images.len() as u32 - 1
+            }
+        };
+        self.of_heights.insert(key, normals);
+        Some(self.reference(normals, map))
     }
 
     /// Returns a map of numbers as a texture of a colour, which decodes them.

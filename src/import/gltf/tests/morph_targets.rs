@@ -168,7 +168,7 @@ fn displacements_that_do_not_match_the_mesh_are_ignored() {
         format!("{targets}[0].COLOR_0: 2 displacements are not finite; used 0"),
     ];
     assert_eq!(warnings, expected);
-    let mut out_of_range = morphed(|_| json!({"TEXCOORD_0": 99}));
+    let out_of_range = morphed(|_| json!({"TEXCOORD_0": 99}));
     assert!(out_of_range.error().starts_with(&format!("{targets}[0].TEXCOORD_0: 99 is out of range")));
 }
 

@@ -150,8 +150,57 @@ fn bump_maps_with_normals_are_used_as_normal_maps() {
     let (scene, warnings) = read(&obj, &[mtl, ("n.png", &png([128, 128, 255, 255]))]).unwrap();
     assert!(warnings.is_empty() && scene.materials[0].normal.unwrap().scale == 0.5, "{warnings:?}");
     assert_eq!(scene.meshes[0].tangents.len(), scene.meshes[0].positions.len());
-    let (scene, warnings) = read(&obj, &[mtl, ("n.png", &png([90, 90, 90, 255]))]).unwrap();
-    assert!(scene.materials[0].normal.is_none() && warnings.len() == 1);
+}
+
+/// Heights of one column of 4 texels, as bytes.
+fn columns(heights: [u8; 4]) -> Vec<u8> {
+    let mut bytes = std::io::Cursor::new(Vec::new());
+    image::GrayImage::from_fn(4, 4, |x, _| image::Luma([heights[x as usize]]))
+        .write_to(&mut bytes, image::ImageFormat::Png)
+        .unwrap();
+    bytes.into_inner()
+}
+
+#[test]
+fn bump_maps_with_heights_become_normal_maps() {
+    let obj = format!("{SQUARE}mtllib a.mtl\nusemtl m\nf 1/1/1 2/2/1 3/3/1\n");
+    // The slope along u in the second column, of a material with this statement.
+    let slope = |statement: &str, heights: [u8; 4]| {
+        let mtl = format!("newmtl m\n{statement} h.png\n");
+        let files: [(&str, &[u8]); 2] = [("a.mtl", mtl.as_bytes()), ("h.png", &columns(heights))];
+        let (scene, warnings) = read(&obj, &files).unwrap();
+        assert!(warnings.is_empty(), "{statement} {warnings:?}");
+        let map = scene.materials[0].normal.unwrap();
+        assert!(!map.scale_is_strength && !scene.meshes[0].tangents.is_empty());
+        let image = &scene.images[scene.textures[map.texture.texture as usize].image as usize];
+        let normal = image.stored(1).truncate() * 2.0 - 1.0;
+        -normal.x / normal.z * map.scale
+    };
+    // White is 0.04 texels of this image above black: 51 of 255 in two texels are 0.02 · 0.2.
+    let step = 0.02 * 0.2;
+    for (statement, heights, expected) in [
+        ("map_Bump", [0, 0, 51, 0], step),
+        ("bump -bm 20", [0, 0, 51, 0], 20.0 * step),
+        ("bump -bm -1", [0, 0, 51, 0], -step),
+        ("bump -mm 0.5 2", [0, 0, 51, 0], 2.0 * step),
+        // 0.9 + 0.2 is clamped.
+        ("bump -mm 0.9 1", [0, 0, 51, 0], 0.5 * step),
+        ("bump -imfchan r", [0, 0, 51, 0], step),
+        ("bump -clamp on", [0, 0, 51, 0], step),
+    ] {
+        let found = slope(statement, heights);
+        assert!((found - expected).abs() < 4e-4, "{statement}: {found} {expected}");
+    }
+}
+
+/// Two materials share the normal map of one image; another channel or range is another map.
+#[test]
+fn heights_are_converted_once() {
+    let obj = format!("{SQUARE}mtllib a.mtl\nusemtl a\nf 1 2 3\nusemtl b\nf 1 2 3\nusemtl c\nf 1 2 3\n");
+    let mtl = b"newmtl a\nbump h.png\nnewmtl b\nbump -bm 2 h.png\nnewmtl c\nbump -mm 0 2 h.png\n";
+    let (scene, _) = read(&obj, &[("a.mtl", mtl), ("h.png", &columns([0, 9, 9, 9]))]).unwrap();
+    let maps: Vec<u32> = scene.materials.iter().map(|m| m.normal.unwrap().texture.texture).collect();
+    assert_eq!((maps[0] == maps[1], maps[0] == maps[2], scene.images.len()), (true, false, 3));
 }
 
 /// Atlases are baked on black or transparent background. Blender writes no heights.
@@ -159,13 +208,14 @@ fn bump_maps_with_normals_are_used_as_normal_maps() {
 fn normal_maps_are_detected_despite_their_background() {
     let obj = format!("{SQUARE}mtllib a.mtl\nusemtl m\nf 1/1/1 2/2/1 3/3/1\n");
     let is_used = |head: &str, background: [u8; 4], normal: [u8; 4]| {
+        // The map of heights is a copy.
         let mut image = image::RgbaImage::from_pixel(4, 4, image::Rgba(background));
         image.put_pixel(0, 0, image::Rgba(normal));
         let mut bytes = std::io::Cursor::new(Vec::new());
         image.write_to(&mut bytes, image::ImageFormat::Png).unwrap();
         let mtl = format!("{head}\nnewmtl m\nmap_Bump n.png\n");
         let files: [(&str, &[u8]); 2] = [("a.mtl", mtl.as_bytes()), ("n.png", &bytes.into_inner())];
-        read(&obj, &files).unwrap().0.materials[0].normal.is_some()
+        read(&obj, &files).unwrap().0.images.len() == 1
     };
     let blue = [128, 128, 255, 255];
     let grey = [128, 128, 128, 255];
