@@ -147,7 +147,9 @@ pub(super) fn warn_unsupported(
                 warnings.add("", format_args!("{quoted} is supported in part: {missing}"));
             }
             Some(Ignored(effect)) => warnings.add("", format_args!("ignored {quoted}: {effect}")),
-            Some(NotRequirable(_)) => warnings.add("", format_args!("ignored {quoted}; used its fallback")),
+            Some(NotRequirable(_)) => {
+                warnings.add("", format_args!("ignored {quoted}; used its fallback where there is one"));
+            }
             None => warnings.add("", format_args!("ignored unknown extension {quoted}")),
         }
     }

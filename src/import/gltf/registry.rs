@@ -18,7 +18,7 @@ pub(super) enum Support {
 
 use Support::{Ignored, NotRequirable, Partial, Supported, Unrendered};
 
-const SAVE_AS_PNG: &str = "save the textures as PNG, JPEG, WebP or KTX2";
+const SAVE_AS_PNG: &str = "save the textures as PNG, JPEG, WebP or KTX2 with Basis Universal";
 const NO_STREAMING: &str = "save the scene without streamed media";
 const CORE_FACTORS: &str = "materials use their metallic-roughness factors";
 

@@ -10,6 +10,7 @@ mod exporters;
 mod extensions;
 mod graph;
 mod image_based_light;
+mod image_formats;
 mod json_text;
 mod loading;
 mod lost_lights;

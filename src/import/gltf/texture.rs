@@ -158,6 +158,9 @@ pub(super) fn read_image(doc: &Document<'_>, index: usize) -> Result<Result<Imag
     Ok(image::decode(&image.name, &image.bytes, doc.limits))
 }
 
+/// Extensions whose images are in formats that are not decoded.
+const UNREAD_FORMATS: [&str; 3] = ["EXT_texture_astc", "EXT_texture_avif", "MSFT_texture_dds"];
+
 /// The alternative images of a texture, best first.
 fn image_sources(doc: &Document<'_>, texture: usize, warnings: &mut Warnings) -> Vec<usize> {
     let Some(json) = doc.root().textures.get(texture) else { return Vec::new() };
@@ -167,9 +170,11 @@ fn image_sources(doc: &Document<'_>, texture: usize, warnings: &mut Warnings) ->
         source.and_then(|s| s.as_u64()).map(|s| s as usize)
     };
     let core = json.source.value();
-    let sources = [extension("KHR_texture_basisu"), extension("EXT_texture_webp"), Some(core)];
+    let best = [extension("KHR_texture_basisu"), extension("EXT_texture_webp"), Some(core)];
+    // The decoder's error says what the image is, unless it is one that can be read.
+    let sources = best.into_iter().chain(UNREAD_FORMATS.map(extension));
     let exists = |i: &usize| doc.root().images.get(*i).is_some();
-    let sources: Vec<usize> = sources.into_iter().flatten().filter(exists).collect();
+    let sources: Vec<usize> = sources.flatten().filter(exists).collect();
     if sources.is_empty() {
         let names = others.map(|o| o.keys().cloned().collect::<Vec<_>>().join(", ")).unwrap_or_default();
         let only = if names.is_empty() { String::new() } else { format!(" except in {}", printable(&names)) };

@@ -2,6 +2,8 @@
 
 use basisu::{DecodeFlags, TargetFormat, Transcoder};
 
+use super::foreign::vulkan_format;
+
 const IDENTIFIER: [u8; 12] = *b"\xabKTX 20\xbb\r\n\x1a\n";
 /// Bytes of the header before the level index.
 const HEADER: usize = 80;
@@ -23,6 +25,20 @@ pub(crate) fn size(bytes: &[u8]) -> Result<(u32, u32), String> {
     Ok((width, height))
 }
 
+/// Says which texels a file has instead of Basis Universal.
+fn not_basis(bytes: &[u8]) -> String {
+    // Basis Universal has the undefined format.
+    match read_u32(bytes, IDENTIFIER.len()).filter(|&format| format != 0) {
+        Some(format) => {
+            let name = vulkan_format(format);
+            format!(
+                "it is KTX2 with {name}; save it as KTX2 with Basis Universal (ETC1S or UASTC), PNG or JPEG"
+            )
+        }
+        None => "not a KTX2 file with a Basis Universal texture".into(),
+    }
+}
+
 /// Decodes the finest level to RGBA with 8 bits per channel. The caller has checked the size against its
 /// limits.
 ///
@@ -31,7 +47,7 @@ pub(crate) fn size(bytes: &[u8]) -> Result<(u32, u32), String> {
 pub(crate) fn decode(bytes: &[u8]) -> Result<Vec<u8>, String> {
     let (width, height) = size(bytes)?;
     let pixels = u64::from(width) * u64::from(height);
-    let texture = Transcoder::new(bytes).map_err(|_| "not a KTX2 file with a Basis Universal texture")?;
+    let texture = Transcoder::new(bytes).map_err(|_| not_basis(bytes))?;
     if !texture.supports(TargetFormat::Rgba32) {
         return Err(format!("glTF does not allow the KTX2 format {:?}", texture.source_format()));
     }
@@ -89,7 +105,11 @@ mod tests {
     #[test]
     fn other_formats_are_errors() {
         let error = decode(&file("plain_rgba8_unorm.ktx2")).unwrap_err();
-        assert_eq!(error, "not a KTX2 file with a Basis Universal texture");
+        let advice = "save it as KTX2 with Basis Universal (ETC1S or UASTC), PNG or JPEG";
+        assert_eq!(error, format!("it is KTX2 with uncompressed texels (VkFormat 37); {advice}"));
+        let mut astc = file("plain_rgba8_unorm.ktx2");
+        astc[12..16].copy_from_slice(&157u32.to_le_bytes());
+        assert_eq!(decode(&astc).unwrap_err(), format!("it is KTX2 with ASTC 4x4; {advice}"));
         assert_eq!(decode(&IDENTIFIER).unwrap_err(), "the KTX2 header is truncated");
     }
 

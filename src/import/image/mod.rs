@@ -4,6 +4,7 @@ pub(crate) mod bmp;
 pub(crate) mod cicp;
 pub(crate) mod environment;
 mod exr;
+mod foreign;
 pub mod jpeg;
 mod ktx2;
 mod radiance;
@@ -133,14 +134,18 @@ fn reader(bytes: &[u8]) -> Result<ImageReader<Cursor<&[u8]>>, String> {
         reader.set_format(ImageFormat::Tga);
     }
     let formats = "PNG, JPEG, WebP, KTX2, BMP, TGA, TIFF or GIF";
-    match reader.format() {
-        None => Err(format!("unknown image format; expected {formats}")),
-        Some(other) if !FORMATS.contains(&other) => {
-            let name = other.extensions_str().first().unwrap_or(&"").to_uppercase();
-            Err(format!("{name} images are not supported; save it as {formats}"))
-        }
-        Some(_) => Ok(reader),
-    }
+    let name = match reader.format() {
+        Some(format) if FORMATS.contains(&format) => return Ok(reader),
+        Some(other) => other.extensions_str().first().unwrap_or(&"").to_uppercase(),
+        None => match foreign::format_name(bytes) {
+            Some(name) => name.to_string(),
+            None => {
+                let unknown = || format!("unknown image format; expected {formats}");
+                return Err(foreign::describe(bytes).map_or_else(unknown, str::to_string));
+            }
+        },
+    };
+    Err(format!("{name} images are not supported; save it as {formats}"))
 }
 
 /// Detects TGA, which has no magic number, by a plausible header.
@@ -221,6 +226,11 @@ mod tests {
         let formats = "PNG, JPEG, WebP, KTX2, BMP, TGA, TIFF or GIF";
         let prefix = "image 'x' cannot be decoded:";
         assert_eq!(error(b"what"), format!("{prefix} unknown image format; expected {formats}"));
+        let avif = format!("{prefix} AVIF images are not supported; save it as {formats}");
+        assert_eq!(error(b"\0\0\0\x20ftypavif\0\0\0\0avifmif1miaf"), avif);
+        assert_eq!(error(b"\x13\xab\xa1\x5c\x04\x04\x01\x04"), avif.replace("AVIF", "ASTC"));
+        assert_eq!(error(b"DDS |\0\0\0"), avif.replace("AVIF", "DDS"));
+        assert_eq!(error(b""), format!("{prefix} the file is empty"));
         let expected = format!("{prefix} ICO images are not supported; save it as {formats}");
         assert_eq!(error(b"\0\0\x01\0\x01\0"), expected);
         // The number of pixels overflows 64 bits.
