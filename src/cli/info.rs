@@ -15,11 +15,11 @@ use super::scene_file::load_scene_file;
 use super::summary::Summary;
 use super::usage::UsageError;
 use super::warning_filter::WarningFilter;
-use super::{file_cameras, light_sources, material_layers};
+use super::{file_cameras, light_sources, material_info};
 use blinn_accel::BuildReport;
 use blinn_import::{GlassMode, LoadOptions, Warning, refracts_if_closed};
 use blinn_scene::pose;
-use blinn_scene::{AnimationChoice, PoseSettings, PosedScene, Reflectance, Scene, SourceFormat};
+use blinn_scene::{AnimationChoice, PoseSettings, PosedScene, Scene, SourceFormat};
 use blinn_session::{Options, ignored_primitives, load_limits};
 
 /// Properties of a scene by name, in the order in which they are printed.
@@ -181,19 +181,7 @@ fn properties(posed: &PosedScene, report: &BuildReport, warnings: &[String], mod
         "bounds": {"min": corner(bounds.min), "max": corner(bounds.max)},
         // Bounds have y up.
         "up": scene.source.up.name(),
-        "materials": scene.materials.iter().map(|m| json!({
-            "name": m.name,
-            "kind": match m.reflectance {
-                Reflectance::Mtl(_) => "MTL",
-                Reflectance::MetallicRoughness { .. } => "metallic-roughness",
-                Reflectance::SpecularGlossiness { .. } => "specular-glossiness",
-                Reflectance::Unlit => "unlit",
-            },
-            "base": m.base_color.factor.to_array(),
-            "textured": m.base_color.texture.is_some(),
-            "double_sided": m.double_sided,
-            "layers": material_layers::layers(m),
-        })).collect::<Vec<_>>(),
+        "materials": scene.materials.iter().map(material_info::material).collect::<Vec<_>>(),
         "glass": glass(scene, mode),
         "images": scene.images.iter().map(|i| json!({
             "name": i.name, "width": i.width, "height": i.height

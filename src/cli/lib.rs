@@ -12,6 +12,7 @@ mod file_cameras;
 mod files;
 mod info;
 mod light_sources;
+mod material_info;
 mod material_layers;
 mod message_style;
 mod packaging;

@@ -36,6 +36,21 @@ pub(crate) fn layers(material: &Material) -> Value {
         let value = json!({"factor": transmission.factor.factor, "color": color});
         layers.insert("diffuse_transmission".into(), value);
     }
+    if material.transmission.factor > 0.0 {
+        let color = material.transmission_color.map(|color| color.to_array());
+        let value = json!({"factor": material.transmission.factor, "color": color});
+        layers.insert("transmission".into(), value);
+    }
+    if let Some(volume) = &material.volume {
+        // JSON has no infinity: without a distance, nothing is absorbed.
+        let distance = Some(volume.attenuation_distance).filter(|distance| distance.is_finite());
+        let value = json!({
+            "thickness": volume.thickness,
+            "attenuation_color": volume.attenuation_color.to_array(),
+            "attenuation_distance": distance,
+        });
+        layers.insert("volume".into(), value);
+    }
     if material.dispersion > 0.0 {
         layers.insert("dispersion".into(), json!(material.dispersion));
     }

@@ -146,3 +146,51 @@ fn triangles_without_area_are_counted_and_no_warning() {
     let messages = String::from_utf8(output.stderr).unwrap();
     assert!(output.status.success() && messages.contains("  1 triangles without area"), "{messages}");
 }
+
+/// A body of glass with every field of transmission, volume and reflection; a mask; and the lecture's coefficients.
+#[test]
+fn info_lists_the_fields_of_materials() {
+    let (_dir, at) = folder();
+    let mut file = Fixture::triangle();
+    file.material(json!({
+        "name": "glass", "normalTexture": {"index": 0, "scale": 0.5}, "emissiveFactor": [0.5, 0.25, 0],
+        "pbrMetallicRoughness": {"metallicFactor": 0.25, "roughnessFactor": 0.5},
+        "extensions": {
+            "KHR_materials_emissive_strength": {"emissiveStrength": 2},
+            "KHR_materials_ior": {"ior": 1.25},
+            "KHR_materials_specular": {"specularFactor": 0.75, "specularColorFactor": [1, 0.5, 0.25]},
+            "KHR_materials_transmission": {"transmissionFactor": 0.5},
+            "KHR_materials_volume": {"thicknessFactor": 0.25, "attenuationColor": [1, 0.5, 0],
+                "attenuationDistance": 4}}}));
+    file.json["textures"] = json!([{"source": 0}]);
+    file.json["images"] = json!([{"uri": "n.png"}]);
+    let second = file.primitive().clone();
+    file.json["meshes"][0]["primitives"].as_array_mut().unwrap().push(second);
+    file.json["meshes"][0]["primitives"][1]["material"] = json!(1);
+    file.push("materials", json!({"name": "leaf", "alphaMode": "MASK", "alphaCutoff": 0.25}));
+    image::RgbImage::from_pixel(4, 4, image::Rgb([128, 128, 255])).save(at.join("n.png")).unwrap();
+    fs::write(at.join("a.gltf"), file.gltf()).unwrap();
+    let materials = |line: &str| {
+        let output = blinn(&at, line);
+        let json: serde_json::Value = serde_json::from_slice(&output.stdout).unwrap();
+        json["materials"].clone()
+    };
+    let found = materials("info a.gltf --json");
+    let [glass, leaf] = [&found[0], &found[1]];
+    let reflectance = json!({"metallic": 0.25, "roughness": 0.5, "ior": 1.25, "specular": 0.75,
+        "specular_color": [1.0, 0.5, 0.25]});
+    assert_eq!(glass["reflectance"], reflectance);
+    assert_eq!(glass["emission"], json!([1.0, 0.5, 0.0]));
+    assert_eq!((&glass["alpha"], &glass["normal_map"]), (&json!({"mode": "opaque"}), &json!({"scale": 0.5})));
+    let volume =
+        json!({"thickness": 0.25, "attenuation_color": [1.0, 0.5, 0.0], "attenuation_distance": 4.0});
+    let transmission = json!({"factor": 0.5, "color": null});
+    assert_eq!(glass["layers"], json!({"transmission": transmission, "volume": volume}));
+    assert_eq!(leaf["alpha"], json!({"mode": "mask", "factor": 1.0, "cutoff": 0.25}));
+    assert!(leaf["normal_map"].is_null() && leaf["layers"] == json!({}));
+    fs::write(at.join("a.mtl"), "newmtl m\nKs 1 0.5 0\nNs 32\nNi 1.5\nd 0.5\n").unwrap();
+    fs::write(at.join("b.obj"), "mtllib a.mtl\nusemtl m\nv 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n").unwrap();
+    let mtl = &materials("info b.obj --json")[0];
+    assert_eq!(mtl["reflectance"], json!({"specular": [1.0, 0.5, 0.0], "shininess": 32.0, "ior": 1.5}));
+    assert_eq!(mtl["alpha"], json!({"mode": "blend", "factor": 0.5}));
+}

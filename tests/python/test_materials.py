@@ -44,6 +44,11 @@ def picture(**material: object) -> np.ndarray:
         (GLASS, {"thickness": 0}),
         (GLASS, {"dispersion": 5}),
         (GLASS, {"ior": 2}),
+        (GLASS | {"attenuation_distance": 1}, {"attenuation_color": (0.1, 0.9, 0.1)}),
+        (GLASS | {"attenuation_color": (0.1, 0.9, 0.1)}, {"attenuation_distance": 0.5}),
+        (BASE, {"specular": 0}),
+        (BASE, {"specular_color": (0, 0, 0)}),
+        (BASE | {"emissive": (0.2, 0.1, 0)}, {"emissive_strength": 3}),
     ],
 )
 def test_every_key_of_a_layer_changes_the_picture(base: dict, keys: dict) -> None:
@@ -55,6 +60,38 @@ def test_dispersion_separates_colours() -> None:
     spread = lambda p: np.ptp(p[..., :3], axis=-1).max()
     plain, prism = (picture(**GLASS, dispersion=value) for value in (0, 20))
     assert spread(prism) > spread(plain) + 8
+
+
+def test_info_knows_every_key() -> None:
+    keys = GLASS | {
+        "metallic": 0.25, "roughness": 0.5, "transmission": 0.75, "attenuation_color": (0.5, 0.25, 1),
+        "attenuation_distance": 2, "dispersion": 5, "specular": 0.5, "specular_color": (1, 0.5, 0.25),
+        "emissive": (1, 0.5, 0), "emissive_strength": 4, "clearcoat": 0.5, "clearcoat_roughness": 0.25,
+        "sheen_color": (0.5, 0.25, 0), "sheen_roughness": 0.5, "anisotropy": 0.5, "anisotropy_rotation": 1.5,
+        "iridescence": 0.5, "iridescence_ior": 1.25, "iridescence_thickness": 300,
+        "diffuse_transmission": 0.25, "diffuse_transmission_color": (0, 1, 0.5),
+        "alpha_mode": "mask", "alpha_cutoff": 0.25,
+    }  # fmt: skip
+    vertices, faces, uvs = ball()
+    scene = blinn.Scene.from_arrays(vertices, faces, normals=vertices, uvs=uvs, material=keys)
+    material = scene.info["materials"][0]
+    assert material["reflectance"] == {
+        "metallic": 0.25, "roughness": 0.5, "ior": 1.5, "specular": 0.5, "specular_color": [1, 0.5, 0.25],
+    }  # fmt: skip
+    assert material["emission"] == [4, 2, 0]
+    assert material["alpha"] == {"mode": "mask", "factor": 1, "cutoff": 0.25}
+    assert material["normal_map"] is None
+    layers = material["layers"]
+    assert layers["transmission"] == {"factor": 0.75, "color": None}
+    assert layers["volume"] == {
+        "thickness": 1, "attenuation_color": [0.5, 0.25, 1], "attenuation_distance": 2,
+    }  # fmt: skip
+    assert layers["dispersion"] == 5
+    assert layers["clearcoat"] == {"factor": 0.5, "roughness": 0.25, "normal_map": False}
+    assert layers["sheen"] == {"color": [0.5, 0.25, 0], "roughness": 0.5}
+    assert layers["anisotropy"] == {"strength": 0.5, "rotation": 1.5}
+    assert layers["iridescence"]["ior"] == 1.25 and layers["iridescence"]["thickness_nm"][1] == 300
+    assert layers["diffuse_transmission"] == {"factor": 0.25, "color": [0, 1, 0.5]}
 
 
 def test_wrong_values_are_explained() -> None:

@@ -233,7 +233,8 @@ def _write_material(
         "double_sided", "ior", "transmission", "clearcoat", "clearcoat_roughness", "clearcoat_normal_texture",
         "sheen_color", "sheen_roughness", "anisotropy", "anisotropy_rotation",
         "iridescence", "iridescence_ior", "iridescence_thickness",
-        "thickness", "dispersion", "diffuse_transmission", "diffuse_transmission_color",
+        "thickness", "attenuation_color", "attenuation_distance", "dispersion", "diffuse_transmission",
+        "diffuse_transmission_color", "specular", "specular_color", "emissive_strength",
     }  # fmt: skip
     unknown = set(material) - known
     if unknown:
@@ -285,6 +286,9 @@ def _write_material(
         ("anisotropy", "KHR_materials_anisotropy", "anisotropyStrength"),
         ("anisotropy_rotation", "KHR_materials_anisotropy", "anisotropyRotation"),
         ("thickness", "KHR_materials_volume", "thicknessFactor"),
+        ("attenuation_distance", "KHR_materials_volume", "attenuationDistance"),
+        ("specular", "KHR_materials_specular", "specularFactor"),
+        ("emissive_strength", "KHR_materials_emissive_strength", "emissiveStrength"),
         ("dispersion", "KHR_materials_dispersion", "dispersion"),
         ("diffuse_transmission", "KHR_materials_diffuse_transmission", "diffuseTransmissionFactor"),
         ("iridescence", "KHR_materials_iridescence", "iridescenceFactor"),
@@ -295,6 +299,8 @@ def _write_material(
             extensions.setdefault(extension, {})[factor] = _number(material, key, 0.0)
     for key, extension, factor in [
         ("sheen_color", "KHR_materials_sheen", "sheenColorFactor"),
+        ("attenuation_color", "KHR_materials_volume", "attenuationColor"),
+        ("specular_color", "KHR_materials_specular", "specularColorFactor"),
         ("diffuse_transmission_color", "KHR_materials_diffuse_transmission", "diffuseTransmissionColorFactor"),
     ]:
         if key in material:

@@ -161,7 +161,8 @@ class Scene:
         - ``metallic`` (default 0), ``roughness`` (default 0.6), ``metallic_roughness_texture`` (green: roughness, blue:
           metallic; beside it both are 1 by default)
         - ``normal_texture``, ``occlusion_texture`` (red)
-        - ``emissive`` (3 numbers), ``emissive_texture`` (sRGB)
+        - ``emissive`` (3 numbers), ``emissive_strength``, ``emissive_texture`` (sRGB)
+        - ``specular`` (0 to 1), ``specular_color`` (3 numbers): reflection of what is not metal
         - ``alpha_mode`` ("OPAQUE", "MASK", "BLEND"; by default "BLEND" if a colour or texel is translucent),
           ``alpha_cutoff``
         - ``clearcoat``, ``clearcoat_roughness`` (0 to 1), ``clearcoat_normal_texture``
@@ -170,6 +171,7 @@ class Scene:
         - ``iridescence`` (0 to 1), ``iridescence_ior``, ``iridescence_thickness`` (nanometres): a thin film
         - ``diffuse_transmission`` (0 to 1), ``diffuse_transmission_color`` (3 numbers): paper, leaves
         - ``thickness`` (metres): closed meshes are solid glass or wax; ``dispersion`` of glass (20 over the Abbe number)
+        - ``attenuation_color`` (3 numbers), ``attenuation_distance`` (metres): light that the inside absorbs
         - ``double_sided`` (default True), ``ior``, ``transmission`` (0 to 1), ``name``
         """
         converted = [mesh if isinstance(mesh, Mesh) else Mesh(**mesh) for mesh in meshes]

@@ -1,0 +1,65 @@
+//! Materials, as `blinn info --json` lists them.
+
+use serde_json::{Value, json};
+
+use super::material_layers;
+use blinn_core::geometry::Rgb;
+use blinn_scene::{AlphaMode, Material, Reflectance};
+
+/// Returns the fields of a material.
+pub(crate) fn material(material: &Material) -> Value {
+    let kind = match material.reflectance {
+        Reflectance::Mtl(_) => "MTL",
+        Reflectance::MetallicRoughness { .. } => "metallic-roughness",
+        Reflectance::SpecularGlossiness { .. } => "specular-glossiness",
+        Reflectance::Unlit => "unlit",
+    };
+    let emission = material.emission.factor * material.emission_strength;
+    json!({
+        "name": material.name,
+        "kind": kind,
+        "base": color(material.base_color.factor),
+        "textured": material.base_color.texture.is_some(),
+        "double_sided": material.double_sided,
+        "reflectance": reflectance(&material.reflectance),
+        "emission": color(emission),
+        "alpha": alpha(material),
+        "normal_map": material.normal.map(|map| json!({"scale": map.scale})),
+        "layers": material_layers::layers(material),
+    })
+}
+
+/// Returns the parameters of a reflection model by their names in the file's format.
+fn reflectance(of: &Reflectance) -> Value {
+    match of {
+        Reflectance::Mtl(mtl) => json!({
+            "specular": color(mtl.specular.factor),
+            "shininess": mtl.shininess,
+            "ior": Some(mtl.ior).filter(|ior| *ior > 0.0),
+        }),
+        Reflectance::MetallicRoughness { metallic, roughness, dielectric } => json!({
+            "metallic": metallic.factor,
+            "roughness": roughness.factor,
+            "ior": dielectric.ior,
+            "specular": dielectric.specular.factor,
+            "specular_color": color(dielectric.specular_color.factor),
+        }),
+        Reflectance::SpecularGlossiness { specular, glossiness } => {
+            json!({"specular": color(specular.factor), "glossiness": glossiness.factor})
+        }
+        Reflectance::Unlit => Value::Null,
+    }
+}
+
+fn alpha(material: &Material) -> Value {
+    let factor = material.alpha.factor;
+    match material.alpha_mode {
+        AlphaMode::Opaque => json!({"mode": "opaque"}),
+        AlphaMode::Mask(cutoff) => json!({"mode": "mask", "factor": factor, "cutoff": cutoff}),
+        AlphaMode::Blend => json!({"mode": "blend", "factor": factor}),
+    }
+}
+
+fn color(color: Rgb) -> [f32; 3] {
+    color.to_array()
+}
