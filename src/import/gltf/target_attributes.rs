@@ -17,9 +17,9 @@ pub(super) type TargetId = [usize; 3];
 /// The accessors of a morph target's texture coordinates and colours.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub(super) struct TargetAttributes {
-    /// Those of TEXCOORD_n by n.
+    /// Accessors of TEXCOORD_n, by n.
     pub uvs: BTreeMap<u32, usize>,
-    /// That of COLOR_0.
+    /// Accessor of COLOR_0.
     pub colors: Option<usize>,
 }
 

@@ -113,12 +113,10 @@ fn opaque_triangles_have_no_holes() {
 
 fn check(scene: &Scene, random: &mut Random) {
     let posed = pose(scene, &PoseSettings::default()).unwrap();
-    let mesh = &scene.meshes[0];
     let marked = posed.opaque_triangles(0);
     let mut opaque = 0;
     let mut unmarked = 0;
     for triangle in 0..TRIANGLES {
-        let corners = mesh.triangles[triangle as usize];
         let mut least = f32::INFINITY;
         for _ in 0..200 {
             let coords =
