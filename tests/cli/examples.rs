@@ -56,3 +56,20 @@ fn the_progress_example_cancels_half_way() {
         messages.trim().strip_prefix("cancelled after ").unwrap().split(' ').next().unwrap().parse().unwrap();
     assert!((480 * 320 / 2..480 * 320).contains(&pixels), "{messages}");
 }
+
+/// Heights are within the scene's bounds.
+#[test]
+fn the_rays_example_prints_heights() {
+    let messages = example("rays", &["models/tower/tower.glb"]);
+    assert_eq!(messages.lines().count(), 25, "{messages}");
+    let scene = crate::common::load_model("tower/tower.glb");
+    let posed = blinn::scene::pose(&scene, &Default::default()).unwrap();
+    let bounds = posed.bounds();
+    let heights: Vec<f64> = messages
+        .lines()
+        .filter_map(|line| line.split_once("height ")?.1.split_once(" m")?.0.parse().ok())
+        .collect();
+    assert!(heights.len() > 3, "{messages}");
+    assert!(heights.iter().all(|y| (bounds.min.y - 0.01..=bounds.max.y + 0.01).contains(y)), "{messages}");
+    assert!(messages.contains(&scene.objects[0]), "{messages}");
+}
