@@ -23,6 +23,8 @@ pub struct CocoDataset {
     pub categories: Vec<String>,
     /// The form of masks.
     pub masks: CocoMasks,
+    /// Metres per step of integer depth layers, if there are any. Images name it as `transforms.json` does.
+    pub depth_step: Option<f64>,
     /// The lines of the file, which take less memory than values.
     images: Vec<String>,
     annotations: Vec<String>,
@@ -52,7 +54,10 @@ impl CocoDataset {
     /// Adds an image and the objects that it shows. Masks count from its upper left corner.
     pub fn add_image<'m>(&mut self, id: i64, file: &str, objects: impl IntoIterator<Item = CocoObject<'m>>) {
         let (width, height) = self.size;
-        let image = json!({"id": id, "file_name": file, "width": width, "height": height});
+        let mut image = json!({"id": id, "file_name": file, "width": width, "height": height});
+        if let Some(step) = self.depth_step {
+            image["integer_depth_scale"] = json!(step);
+        }
         self.images.push(image.to_string());
         for object in objects {
             let Some(bounds) = object.visible.bounds() else { continue };
@@ -193,6 +198,7 @@ mod tests {
         let categories = vec!["a".into(), "b".into()];
         let mut data = CocoDataset::new((4, 3), categories, CocoMasks::Polygons);
         let object = |visible| CocoObject { object: 7, name: "n", category: 1, visible, amodal: &mask };
+        data.depth_step = Some(0.002);
         data.add_image(3, "x.png", [object(&mask), object(&PixelMask::default())]);
         let value: Value = serde_json::from_str(&data.to_json()).unwrap();
         let annotations = value["annotations"].as_array().unwrap();
@@ -203,6 +209,7 @@ mod tests {
             (json!(3), json!(2))
         );
         assert_eq!(value["images"][0]["id"], json!(3));
+        assert_eq!(value["images"][0]["integer_depth_scale"], json!(0.002));
         assert_eq!(annotations[0]["segmentation"], json!([[1, 0, 3, 0, 3, 1, 2, 1, 2, 2, 1, 2]]));
     }
 }

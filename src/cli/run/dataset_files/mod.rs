@@ -96,6 +96,9 @@ impl DatasetFiles<'_> {
         let form = plan.formats.coco_masks();
         let mut coco =
             form.map(|form| CocoDataset::new((window.width, window.height), categories.names.clone(), form));
+        if let Some(coco) = &mut coco {
+            coco.depth_step = context.dataset.depth_step;
+        }
         let mut bop = match plan.formats.has(DatasetFormat::Bop) {
             true => Some(BopWriter::new(self, context)?),
             false => None,
