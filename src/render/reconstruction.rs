@@ -45,6 +45,7 @@ impl PixelParts {
         let SurfaceFeatures {
             diffuse_color,
             specular_color,
+            sheen_color,
             albedo,
             normal,
             position,
@@ -60,6 +61,7 @@ impl PixelParts {
             surface: SurfaceFeatures {
                 diffuse_color: diffuse_color * share,
                 specular_color: specular_color * share,
+                sheen_color: sheen_color * share,
                 albedo: albedo * covered,
                 normal: normal * covered,
                 position: position * covered,
@@ -213,8 +215,10 @@ fn light_of(light: &NoisyLight, kind: PartKind) -> Rgb {
 /// The colour that a part of the light is divided by.
 fn color_of(surface: &SurfaceFeatures, kind: PartKind) -> Rgb {
     match kind {
-        PartKind::DirectDiffuse | PartKind::IndirectDiffuse => surface.diffuse_color,
-        PartKind::Specular => surface.specular_color,
+        PartKind::DirectDiffuse => surface.diffuse_color,
+        // Bounced light reaches the fibres of a sheen as it reaches the base; their highlights are among the reflections.
+        PartKind::IndirectDiffuse => surface.diffuse_color + surface.sheen_color,
+        PartKind::Specular => surface.specular_color + surface.sheen_color,
     }
 }
 

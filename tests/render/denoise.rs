@@ -10,7 +10,7 @@ use blinn::integrator::{AmbientOcclusion, Frame, Phong};
 use blinn::render::{Denoise, PixelRect, ProgressMonitor, RenderSettings, render};
 use blinn::scene::{
     AreaLightShape, ColorInput, Dielectric, Environment, Lighting, Material, PosedAreaLight, Projection,
-    Reflectance, Reflection, ScalarInput, Scene, View,
+    Reflectance, Reflection, ScalarInput, Scene, Sheen, View,
 };
 use glam::{DAffine3, DVec3};
 
@@ -353,4 +353,21 @@ fn progress_is_reported_tile_by_tile() {
             assert!(progress.reports.into_inner() > 10);
         }
     }
+}
+
+/// Bounced light on the fibres of a red cloth is white. Divided by the red of its base alone, it would be a bright cyan that the
+/// filter spreads over the floor beside it.
+#[test]
+fn a_sheen_leaves_no_halo() {
+    let mut scene = Scene::default();
+    add(&mut scene, scenes::grid(1, 1), plastic(Rgb::splat(0.8), 0.9), &at(0.0, 0.0, 0.0, 4.0));
+    let sheen = Sheen { color: ColorInput::new(Rgb::ONE), roughness: ScalarInput::new(0.5) };
+    let cloth = Material { sheen, ..plastic(Rgb::new(0.5, 0.05, 0.05), 0.8) };
+    add(&mut scene, scenes::ball(24, 12), cloth, &at(0.0, 0.5, 0.0, 0.5));
+    let picture = Shot { samples: 16, ..Shot::default() }.take(&scene);
+    let floor: Vec<&Rgba> =
+        picture.iter().filter(|color| color.x > 0.01 && color.y > 0.6 * color.x).collect();
+    assert!(floor.len() > 500, "{} pixels", floor.len());
+    let halo = floor.iter().filter(|color| color.y > 1.02 * color.x).count();
+    assert_eq!(halo, 0, "of {} pixels", floor.len());
 }

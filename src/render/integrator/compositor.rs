@@ -311,6 +311,7 @@ fn add_parts(
         let k_r: Rgb = vec3(&block.k_r, lane);
         surface.specular_color += arrives * (k_r + Rgb::splat(block.k_r_coat[lane]));
     }
+    surface.sheen_color += arrives * block.layered.get(lane).map_or(Rgb::ZERO, |point| point.k_a);
     surface.alpha += k.layers.alpha * stopped;
     let p: Vec3 = vec3(&block.p, lane);
     surface.albedo += k.color * stopped;

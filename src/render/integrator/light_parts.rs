@@ -49,6 +49,8 @@ pub struct SurfaceFeatures {
     pub diffuse_color: Rgb,
     /// k_r: the colour of reflected and refracted light.
     pub specular_color: Rgb,
+    /// The colour of light on the fibres of a sheen, which reflect light sources and other surfaces diffusely.
+    pub sheen_color: Rgb,
     /// The surface's own colour.
     pub albedo: Rgb,
     /// Shading normal.
@@ -103,6 +105,7 @@ impl SampleParts {
         let (to, from) = (&mut self.surface, &other.surface);
         to.diffuse_color += from.diffuse_color;
         to.specular_color += from.specular_color;
+        to.sheen_color += from.sheen_color;
         to.albedo += from.albedo;
         to.normal += from.normal;
         to.position += from.position;
