@@ -79,6 +79,7 @@ pub(crate) fn resolve_exposure(
         // are scaled.
         let light_scale = options.lighting.scale * libm::exp2(lights.ev) as f32;
         let light_scale = light_scale.clamp(f32::MIN_POSITIVE, f32::MAX);
+        log.note(Notice::Exposure { ev: 0.0, light_scale: Some(light_scale) });
         log.hint(Notice::LightScale(light_scale));
         return Ok(ResolvedExposure { light_scale: Some(light_scale), ..METERED });
     }
@@ -102,7 +103,7 @@ pub(crate) fn resolve_exposure(
     let is_blender = start.posed.scene.source.is_blender();
     let keeps_zero = options.exposure.is_none() && is_blender && is_usual_unit(&metered);
     let ev = if keeps_zero { 0.0 } else { (metered.ev * 1e4).round() / 1e4 };
-    log.note(Notice::Exposure(ev));
+    log.note(Notice::Exposure { ev, light_scale: None });
     Ok(ResolvedExposure { ev, ..METERED })
 }
 

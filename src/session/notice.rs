@@ -105,8 +105,13 @@ pub enum Notice {
     },
     /// The light sources of all images.
     Lights(String),
-    /// The metered exposure, in stops.
-    Exposure(f64),
+    /// The metered exposure.
+    Exposure {
+        /// In stops.
+        ev: f64,
+        /// The factor of the file's lights, if their unit is unusual.
+        light_scale: Option<f32>,
+    },
     /// The file's lights have an unusual unit, and are scaled by a metered factor.
     LightScale(f32),
     /// Neither camera nor lights are in a file of Blender, whose exporter leaves them out unless it is told to write them.
@@ -230,7 +235,10 @@ impl fmt::Display for Notice {
                 write!(f, "left out {count} {pictures} without a pose in {}", file.display())
             }
             Notice::Lights(text) => write!(f, "lights: {text}"),
-            Notice::Exposure(ev) => write!(f, "exposure: `exposure {ev}`"),
+            Notice::Exposure { ev, light_scale: None } => write!(f, "exposure: `exposure {ev}`"),
+            Notice::Exposure { ev, light_scale: Some(scale) } => {
+                write!(f, "exposure: `exposure {ev}` `light-scale {scale}`")
+            }
             Notice::LightScale(scale) => write!(
                 f,
                 "the unit of the file's lights is unusual, and they are scaled by `light-scale {scale}`; to keep their \

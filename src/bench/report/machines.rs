@@ -202,7 +202,7 @@ fn scene_table(scene: &SceneResults) -> Table {
             short_hash(s.hash.as_deref()),
         ]
     };
-    let tree = scene.tree.as_ref().map(|tree| {
+    let tree = scene.tree.as_ref().filter(|tree| tree.bytes > 0).map(|tree| {
         let bytes = or_dash(tree.bytes_per_triangle, |v| format!("{v:.1}"));
         let cost = or_dash(tree.sah_cost, |v| format!("{v:.1}"));
         format!("; BVHs: {} nodes, {bytes} bytes per triangle, SAH cost {cost}", tree.nodes)
@@ -374,6 +374,6 @@ mod tests {
     fn one_machine_has_all_columns() {
         let tables = result_tables(&[machine("a", 1.0, "0123456789")]);
         assert_eq!(tables[1].title, "scan, 5 triangles");
-        assert_eq!(tables[1].rows[0], ["eye", "8x4", "1", "1.00 s", "1.00", "–", "–", "–", "01234567"]);
+        assert_eq!(tables[1].rows[0], ["eye", "8x4", "1", "1.00 s", "1.00", "–", "–", "–", "–", "01234567"]);
     }
 }
