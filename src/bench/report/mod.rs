@@ -25,7 +25,7 @@ pub use units::format_duration;
 /// The style of the plots, besides the style sheet of all pages.
 const STYLE: &str = include_str!("report.css");
 
-/// What the columns of the table of stages mean.
+/// The meaning of the columns of the table of stages.
 const COLUMNS: &str = "<p class=\"facts\">time: median of the rounds, without the time that other programs had the \
                        processors (waited); least: the fastest sample; spread: standard deviation of the rounds relative to \
                        the calibration loop; nodes and triangles a ray: those that a single ray visits; hash: equal where \

@@ -14,7 +14,7 @@ use super::values;
 pub const DIFF_FILES: ([&str; 2], &str) =
     (["OLD", "NEW"], "Two scenes (.gltf, .glb, .obj, .stl or .ply), or two images");
 
-/// How NEW is read where it differs from OLD.
+/// Options of NEW that differ from those of OLD.
 #[derive(Clone, Copy, Debug, Args)]
 #[command(next_help_heading = "Scene")]
 pub struct NewSceneArgs {

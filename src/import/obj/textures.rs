@@ -72,7 +72,7 @@ fn collect_map_files(materials: &[&MtlMaterial]) -> MapFiles {
     out
 }
 
-/// How a normal map is made of an image of heights.
+/// Options of a normal map that is made of an image of heights.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 struct HeightsOf {
     image: u32,

@@ -239,7 +239,7 @@ mod tests {
         assert_eq!(both.colors, [Vec4::new(1.0, 0.75, 0.0, 0.75)]);
         assert_eq!(both.uvs, [[Vec2::ONE], [Vec2::new(0.5, -1.0)]]);
         assert_eq!(shape(&[1.0, 1.0]).colors[0].x, 0.75);
-        // What no target displaces is not copied.
+        // Attributes that no target displaces are not copied.
         assert!(shape(&[0.0, 1.0]).uvs.is_empty());
     }
 
