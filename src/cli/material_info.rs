@@ -12,7 +12,7 @@ pub(crate) fn material(material: &Material) -> Value {
         Reflectance::Mtl(_) => "MTL",
         Reflectance::MetallicRoughness { .. } => "metallic-roughness",
         Reflectance::SpecularGlossiness { .. } => "specular-glossiness",
-        Reflectance::Unlit => "unlit",
+        Reflectance::Unlit | Reflectance::Unshaded => "unlit",
     };
     let emission = material.emission.factor * material.emission_strength;
     json!({
@@ -47,7 +47,7 @@ fn reflectance(of: &Reflectance) -> Value {
         Reflectance::SpecularGlossiness { specular, glossiness } => {
             json!({"specular": color(specular.factor), "glossiness": glossiness.factor})
         }
-        Reflectance::Unlit => Value::Null,
+        Reflectance::Unlit | Reflectance::Unshaded => Value::Null,
     }
 }
 

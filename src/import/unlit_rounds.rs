@@ -4,7 +4,7 @@ use std::collections::HashMap;
 
 use blinn_scene::{Animation, Channel, ChannelTarget, Mesh, Reflectance, Scene};
 
-/// Shows the points and lines without normals in their own colours, without lighting. A material that other meshes use as
+/// Shows the points and lines without normals in their own colours and emission, without lighting. A material that other meshes use as
 /// well is copied. Returns the copies by their originals.
 pub(crate) fn show_unlit(scene: &mut Scene) -> MaterialCopies {
     let is_unlit = |mesh: &Mesh| mesh.has_rounds() && mesh.normals.is_empty();
@@ -24,7 +24,10 @@ pub(crate) fn show_unlit(scene: &mut Scene) -> MaterialCopies {
                 scene.materials.len() as u32 - 1
             });
         }
-        scene.materials[mesh.material as usize].reflectance = Reflectance::Unlit;
+        let reflectance = &mut scene.materials[mesh.material as usize].reflectance;
+        if *reflectance != Reflectance::Unlit {
+            *reflectance = Reflectance::Unshaded;
+        }
     }
     MaterialCopies(copies)
 }

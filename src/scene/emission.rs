@@ -23,10 +23,11 @@ impl Material {
         if radiance.is_finite() { radiance.max(Rgb::ZERO) } else { Rgb::ZERO }
     }
 
-    /// Returns true if surfaces of the material light others. Those of unlit materials do not: photogrammetry is often
-    /// unlit as a whole.
+    /// Returns true if surfaces of the material light others. Those of unlit materials, and points and lines without
+    /// normals, do not: photogrammetry is often unlit as a whole.
     pub fn emits_light(&self) -> bool {
-        !matches!(self.reflectance, Reflectance::Unlit) && self.emitted_radiance().max_element() > 0.0
+        !matches!(self.reflectance, Reflectance::Unlit | Reflectance::Unshaded)
+            && self.emitted_radiance().max_element() > 0.0
     }
 
     /// Returns true if surfaces of the material emit more than white surfaces show: lamps, not displays and textures that

@@ -73,6 +73,9 @@ pub enum Reflectance {
     },
     /// KHR_materials_unlit: shows the base colour without lighting.
     Unlit,
+    /// Points and lines without normals: show the base colour and the emission without lighting (glTF 2.0, “Point and Line
+    /// Materials”).
+    Unshaded,
 }
 
 /// How a surface reflects its surroundings.
@@ -276,7 +279,7 @@ impl Material {
             Reflectance::SpecularGlossiness { specular, glossiness } => {
                 [color(specular), scalar(glossiness), None, None]
             }
-            Reflectance::Unlit => [None; 4],
+            Reflectance::Unlit | Reflectance::Unshaded => [None; 4],
         };
         let [alpha, occlusion, transmission] = [&self.alpha, &self.occlusion, &self.transmission].map(scalar);
         let base = self.base_color.texture.as_ref().map(|texture| (texture, self.base_color_semantics()));
@@ -303,7 +306,7 @@ impl Material {
                 may_be_positive(metallic) || may_be_positive(&dielectric.specular)
             }
             Reflectance::SpecularGlossiness { specular, .. } => specular.factor != Rgb::ZERO,
-            Reflectance::Unlit => return false,
+            Reflectance::Unlit | Reflectance::Unshaded => return false,
         };
         let has_layers = may_be_positive(&self.clearcoat.factor) || self.has_sheen();
         self.reflection != Reflection::None && (reflects || has_layers)
@@ -324,7 +327,7 @@ impl Material {
         let ior = match &self.reflectance {
             Reflectance::Mtl(mtl) => mtl.ior,
             Reflectance::MetallicRoughness { dielectric, .. } => dielectric.ior,
-            Reflectance::SpecularGlossiness { .. } | Reflectance::Unlit => 0.0,
+            Reflectance::SpecularGlossiness { .. } | Reflectance::Unlit | Reflectance::Unshaded => 0.0,
         };
         if ior > 0.0 { ior } else { Dielectric::default().ior }
     }
@@ -352,7 +355,7 @@ impl Material {
                 metallic.factor < 1.0 || metallic.texture.is_some()
             }
             Reflectance::Mtl(_) | Reflectance::SpecularGlossiness { .. } => true,
-            Reflectance::Unlit => false,
+            Reflectance::Unlit | Reflectance::Unshaded => false,
         };
         self.transmission.factor > 0.0 && scatters
     }

@@ -210,6 +210,29 @@ fn points_have_the_materials_of_triangles() {
     }
 }
 
+/// glTF 2.0, “Point and Line Materials”: without normals, the base colour and the emission; KHR_materials_unlit has no
+/// emission.
+#[test]
+fn points_without_normals_show_their_emission() {
+    let (_dir, at) = folder();
+    for (extensions, green) in [(json!({}), 0.75), (json!({"KHR_materials_unlit": {}}), 0.25)] {
+        let mut fixture = Fixture::empty();
+        let dot = mesh(&mut fixture, 0, &[[0.0; 3]]);
+        let material = fixture.push(
+            "materials",
+            json!({"emissiveFactor": [0, 0.5, 0], "extensions": extensions,
+                "pbrMetallicRoughness": {"baseColorFactor": [1, 0.25, 0, 1]}}),
+        );
+        fixture.json["meshes"][dot]["primitives"][0]["material"] = json!(material);
+        fixture.node(json!({"mesh": dot}));
+        std::fs::write(at.join("a.glb"), fixture.glb()).unwrap();
+        let flags = format!("{FRONT} --size 48x36 -s 4 --point-size .5 --background transparent");
+        let image = read_exr(&rendered(&at, "a.glb", "a.exr", &flags));
+        let seen = ["R", "G", "B"].map(|name| channel(&image, name)[pixel(0.0, 0.0)]);
+        assert_eq!(seen, [1.0, green, 0.0]);
+    }
+}
+
 /// Writes a cloud as binary PLY.
 fn write_ply(path: &Path, points: &[[f32; 3]]) {
     let mut bytes = format!(

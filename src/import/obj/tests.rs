@@ -206,7 +206,7 @@ fn points_and_lines_are_read_without_faces() {
         let [plain, red, dots] = &scene.meshes[..] else { panic!("{} meshes", scene.meshes.len()) };
         assert_eq!((plain.lines(), red.lines()), (&[[0, 1], [1, 2]][..], &[[0, 1], [0, 0]][..]));
         assert_eq!((dots.point_count(), dots.colors.len(), red.colors[1].z), (2, 2, 1.0));
-        assert_eq!(scene.materials[red.material as usize].reflectance, blinn_scene::Reflectance::Unlit);
+        assert_eq!(scene.materials[red.material as usize].reflectance, blinn_scene::Reflectance::Unshaded);
         assert_eq!((red.material, plain.name.as_str()), (dots.material, "a"));
     }
     for wrong in ["l 1 4\n", "p 0\n", "l one\n", "p -4\n"] {
@@ -223,13 +223,13 @@ fn vertices_alone_are_points() {
         let mesh = &scene.meshes[0];
         assert_eq!((mesh.point_count(), mesh.colors[1].y, warnings.len()), (3, 1.0, 0));
         assert_eq!(scene.objects, ["default"]);
-        assert_eq!(scene.materials[mesh.material as usize].reflectance, blinn_scene::Reflectance::Unlit);
+        assert_eq!(scene.materials[mesh.material as usize].reflectance, blinn_scene::Reflectance::Unshaded);
         let text = format!("{other}o scan\nvn 0 0 2\nv 5000000 0 0\nvn 0 3 0\nv 5000000.25 0 0\n");
         let (scene, _) = read(text, &[]).unwrap();
         let mesh = &scene.meshes[0];
         assert_eq!((mesh.normals.as_slice(), mesh.name.as_str()), (&[Vec3::Z, Vec3::Y][..], "scan"));
         assert_eq!((mesh.positions[1] - mesh.positions[0]).x, 0.25);
-        assert_ne!(scene.materials[mesh.material as usize].reflectance, blinn_scene::Reflectance::Unlit);
+        assert_ne!(scene.materials[mesh.material as usize].reflectance, blinn_scene::Reflectance::Unshaded);
     }
     // Control points of curves, and vertices of faces that are missing.
     for other in ["curv 0 1 1 2\n", "f 1 2\n", "l\n", "frobnicate 1\n"] {

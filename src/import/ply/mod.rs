@@ -63,6 +63,9 @@ pub(super) fn load(
         return Err(no_faces_error(&header));
     }
     for list in [&mut face_colors, &mut edge_colors, &mut colors] {
+        if is_of_blender(&header) {
+            show_missing_colors(list);
+        }
         obj::displayed_to_linear(list, &mut warnings);
         ignore_zero_alpha(list, &mut warnings);
     }
@@ -154,6 +157,16 @@ fn read(
         }
     }
     Ok(content)
+}
+
+/// Returns true for a file that Blender wrote.
+fn is_of_blender(header: &Header) -> bool {
+    header.comments.iter().any(|comment| comment.starts_with("Created in Blender"))
+}
+
+/// Makes colours white whose components are all 0: Blender writes them for the objects without colours beside others with some.
+fn show_missing_colors(colors: &mut [Vec4]) {
+    colors.iter_mut().filter(|color| **color == Vec4::ZERO).for_each(|color| *color = Vec4::ONE);
 }
 
 /// Makes colours opaque if all have an alpha of 0, which some scanners write.

@@ -159,7 +159,7 @@ fn vertices_without_faces_are_points() {
     assert!(warnings.is_empty(), "{warnings:?}");
     let mesh = &scene.meshes[0];
     assert_eq!((mesh.point_count(), mesh.colors[1]), (4, Vec4::new(0.0, 1.0, 0.0, 1.0)));
-    assert_eq!(scene.materials[mesh.material as usize].reflectance, Reflectance::Unlit);
+    assert_eq!(scene.materials[mesh.material as usize].reflectance, Reflectance::Unshaded);
     // Normals are lit by.
     let text = SQUARE.replace(
         "property float z\n",
@@ -169,7 +169,7 @@ fn vertices_without_faces_are_points() {
         text.replace("face 1", "face 0").replace(" 0\n", " 0 0 0 2\n").replace("face 0 0 0 2", "face 0");
     let (scene, _) = load(text.as_bytes());
     assert_eq!(scene.meshes[0].normals, [Vec3::Z; 4]);
-    assert_ne!(scene.materials[0].reflectance, Reflectance::Unlit);
+    assert_ne!(scene.materials[0].reflectance, Reflectance::Unshaded);
 }
 
 /// Open3D writes line sets as edges with colours, Blender loose edges beside faces.
@@ -181,7 +181,7 @@ fn edges_are_lines() {
     assert!(warnings.is_empty(), "{warnings:?}");
     assert_eq!((scene.meshes[0].triangles.len(), scene.meshes[1].lines()), (2, &[[0, 2], [3, 1]][..]));
     let reflectance = |mesh: usize| &scene.materials[scene.meshes[mesh].material as usize].reflectance;
-    assert_eq!((reflectance(0) == reflectance(1), reflectance(1)), (false, &Reflectance::Unlit));
+    assert_eq!((reflectance(0) == reflectance(1), reflectance(1)), (false, &Reflectance::Unshaded));
     let colors = "property uchar red\nproperty uchar green\nproperty uchar blue\n";
     let alone = both
         .replace("end_header", &format!("{colors}end_header"))
@@ -252,4 +252,19 @@ fn alpha_that_is_zero_everywhere_is_ignored() {
     let (scene, warnings) = load(text.as_bytes());
     assert_eq!((scene.materials[0].alpha_mode, scene.meshes[0].colors[0].w), (AlphaMode::Opaque, 1.0));
     assert_eq!(warnings.len(), 1);
+}
+
+/// Blender joins objects into one mesh.
+#[test]
+fn objects_of_blender_without_colours_are_white() {
+    let colors = "property uchar red\nproperty uchar green\nproperty uchar blue\nproperty uchar alpha\n";
+    let text = SQUARE.replace("element face", &format!("{colors}element face")).replace(
+        "\n0 0 0\n1 0 0\n1 1 0\n0 1 0\n",
+        "\n0 0 0 255 0 0 255\n1 0 0 0 0 0 255\n1 1 0 0 0 0 0\n0 1 0 0 0 0 0\n",
+    );
+    let alpha = |text: &str| load(text.as_bytes()).0.meshes[0].colors.clone();
+    let blender = text.replace("element vertex", "comment Created in Blender version 5.0.1\nelement vertex");
+    let (red, black) = (Vec4::new(1.0, 0.0, 0.0, 1.0), Vec4::new(0.0, 0.0, 0.0, 1.0));
+    assert_eq!(alpha(&blender), [red, black, Vec4::ONE, Vec4::ONE]);
+    assert_eq!(alpha(&text), [red, black, Vec4::ZERO, Vec4::ZERO]);
 }

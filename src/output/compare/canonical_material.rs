@@ -87,7 +87,7 @@ fn for_each_texture(material: &mut Material, change: &mut dyn FnMut(&mut Texture
             colors.push(specular);
             scalars.push(glossiness);
         }
-        Reflectance::Unlit => {}
+        Reflectance::Unlit | Reflectance::Unshaded => {}
     }
     anisotropy.iter_mut().flat_map(|of| &mut of.texture).for_each(&mut *change);
     iridescence.thickness_texture.iter_mut().for_each(&mut *change);

@@ -349,7 +349,7 @@ impl Reflectance {
                 F::Glossiness => glossiness.factor = fraction,
                 _ => {}
             },
-            Reflectance::Mtl(_) | Reflectance::Unlit => {}
+            Reflectance::Mtl(_) | Reflectance::Unlit | Reflectance::Unshaded => {}
         }
     }
 }

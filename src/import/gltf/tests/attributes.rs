@@ -73,8 +73,8 @@ fn points_and_lines_are_read_in_every_mode() {
     assert!(warnings[0].contains("ignored the last of 3 vertices, which forms no line"), "{warnings:?}");
     // The triangle keeps its material.
     let material = |mesh: &Mesh| scene.materials[mesh.material as usize].reflectance;
-    assert!(rounds.iter().all(|mesh| material(mesh) == Reflectance::Unlit));
-    assert_ne!(material(triangle), Reflectance::Unlit);
+    assert!(rounds.iter().all(|mesh| material(mesh) == Reflectance::Unshaded));
+    assert_ne!(material(triangle), Reflectance::Unshaded);
 }
 
 #[test]

@@ -70,8 +70,13 @@ impl AutovecKernel for EvalMaterial<'_> {
                 };
                 base.eval(&lanes, out);
             }
-            Reflectance::Unlit => {
-                base.eval(&UnlitLanes { color: settings.overrides.k_d, scale: settings.unlit_scale }, out)
+            Reflectance::Unlit | Reflectance::Unshaded => {
+                let lanes = UnlitLanes {
+                    color: settings.overrides.k_d,
+                    scale: settings.unlit_scale,
+                    has_emission: matches!(material.reflectance, Reflectance::Unshaded),
+                };
+                base.eval(&lanes, out)
             }
         }
     }
@@ -287,6 +292,8 @@ struct UnlitLanes {
     /// The override of k_d, which replaces the colour.
     color: Option<Rgb>,
     scale: f32,
+    /// True if the emission adds to the colour.
+    has_emission: bool,
 }
 
 impl ReflectanceLanes for UnlitLanes {
@@ -297,7 +304,8 @@ impl ReflectanceLanes for UnlitLanes {
     fn apply(&self, _: usize, k: &mut Coefficients) -> f32 {
         k.k_a = Rgb::ZERO;
         k.k_d = Rgb::ZERO;
-        k.k_e = self.color.unwrap_or(k.color) * self.scale;
+        let emission = if self.has_emission { k.k_e } else { Rgb::ZERO };
+        k.k_e = emission + self.color.unwrap_or(k.color) * self.scale;
         1.0
     }
 }
