@@ -25,7 +25,7 @@ pub(crate) fn size(bytes: &[u8]) -> Result<(u32, u32), String> {
     Ok((width, height))
 }
 
-/// Says which texels a file has instead of Basis Universal.
+/// Names the texels that a file has instead of Basis Universal.
 fn not_basis(bytes: &[u8]) -> String {
     // Basis Universal has the undefined format.
     match read_u32(bytes, IDENTIFIER.len()).filter(|&format| format != 0) {
