@@ -1,6 +1,7 @@
 //! Compares the animations of two scenes at all times.
 
 use std::collections::HashMap;
+use std::fmt::Debug;
 
 use glam::DVec4;
 use serde_json::{Value, json};
@@ -105,49 +106,48 @@ fn values_differ(target: ChannelTarget, old: &Keyframes, new: &Keyframes, time: 
     a.len() != b.len() || a.iter().zip(&b).any(differ)
 }
 
-/// The name of an animated property, such as `'Cube' translation`.
+/// The name of an animated property, such as `node 'Cube' translation`.
 fn target_name(scene: &Scene, target: ChannelTarget) -> String {
-    let node = |index: u32, property: &str| {
-        named_property("node", scene.nodes.get(index as usize).map(|node| &*node.name), index, property)
-    };
+    let node = |index: u32| owner("node", scene.nodes.get(index as usize).map(|node| &*node.name), index);
     match target {
-        ChannelTarget::Translation(i) => node(i, "translation"),
-        ChannelTarget::Rotation(i) => node(i, "rotation"),
-        ChannelTarget::Scale(i) => node(i, "scale"),
-        ChannelTarget::Weights(i) => node(i, "morph weights"),
-        ChannelTarget::Weight(i, weight) => node(i, &format!("morph weight {weight}")),
-        ChannelTarget::Visibility(i) => node(i, "visibility"),
+        ChannelTarget::Translation(i) => format!("{} translation", node(i)),
+        ChannelTarget::Rotation(i) => format!("{} rotation", node(i)),
+        ChannelTarget::Scale(i) => format!("{} scale", node(i)),
+        ChannelTarget::Weights(i) => format!("{} morph weights", node(i)),
+        ChannelTarget::Weight(i, weight) => format!("{} morph weight {weight}", node(i)),
+        ChannelTarget::Visibility(i) => format!("{} visibility", node(i)),
         ChannelTarget::Material(i, property) => {
             let name = scene.materials.get(i as usize).map(|material| &*material.name);
-            named_property("material", name, i, &words(&format!("{property:?}")))
+            format!("{} {}", owner("material", name, i), words(property))
         }
         ChannelTarget::Light(i, property) => {
             let name = scene.lights.get(i as usize).map(|light| &*light.name);
-            named_property("light", name, i, &words(&format!("{property:?}")))
+            format!("{} {}", owner("light", name, i), words(property))
         }
         ChannelTarget::AreaLight(i, property) => {
             let name = scene.area_lights.get(i as usize).map(|light| &*light.name);
-            named_property("area light", name, i, &words(&format!("{property:?}")))
+            format!("{} {}", owner("area light", name, i), words(property))
         }
         ChannelTarget::Camera(i, property) => {
             let name = scene.cameras.get(i as usize).map(|camera| &*camera.name);
-            named_property("camera", name, i, &words(&format!("{property:?}")))
+            format!("{} {}", owner("camera", name, i), words(property))
         }
-        ChannelTarget::Environment(property) => format!("environment {}", words(&format!("{property:?}"))),
+        ChannelTarget::Environment(property) => format!("environment {}", words(property)),
     }
 }
 
-fn named_property(kind: &str, name: Option<&str>, index: u32, property: &str) -> String {
+/// The name of what has the property, or its index if it has none.
+fn owner(kind: &str, name: Option<&str>, index: u32) -> String {
     match name {
-        Some(name) if !name.is_empty() => format!("{kind} '{name}' {property}"),
-        _ => format!("{kind} {index} {property}"),
+        Some(name) if !name.is_empty() => format!("{kind} '{name}'"),
+        _ => format!("{kind} {index}"),
     }
 }
 
-/// The words of a name such as `AlphaCutoff` or `Offset(Base)`: `alpha cutoff`, `offset (base)`.
-fn words(name: &str) -> String {
+/// The words of a property such as `AlphaCutoff` or `Offset(Base)`: `alpha cutoff`, `offset (base)`.
+fn words(property: impl Debug) -> String {
     let mut out = String::new();
-    for c in name.chars() {
+    for c in format!("{property:?}").chars() {
         if (c.is_uppercase() || c == '(') && !out.is_empty() && !out.ends_with('(') {
             out.push(' ');
         }
