@@ -43,6 +43,8 @@ const DEFAULT_SIZE: (u32, u32) = (640, 360);
 struct Measurement {
     results: BenchResults,
     heat_maps: Vec<HeatMap>,
+    /// Ends the process after the results are written, if it was interrupted.
+    interrupt: Option<HeldInterrupt>,
 }
 
 pub fn run(args: &BenchArgs) -> Result<Summary, UsageError> {
@@ -78,11 +80,12 @@ pub fn run(args: &BenchArgs) -> Result<Summary, UsageError> {
         machines::show(args, &from, &mut summary);
         return Ok(summary);
     }
-    let interrupt = HeldInterrupt::new();
     let measurement = match from.into_iter().next() {
-        Some(MachineResults { results, .. }) => Measurement { results, heat_maps: Vec::new() },
+        Some(MachineResults { results, .. }) => {
+            Measurement { results, heat_maps: Vec::new(), interrupt: None }
+        }
         None => {
-            match panics::catch(|| measure_all(args, &scenes, public, &settings, &interrupt, &mut summary)) {
+            match panics::catch(|| measure_all(args, &scenes, public, &settings, &mut summary)) {
                 Ok(Some(measurement)) => measurement,
                 // Every scene has failed, which was reported.
                 Ok(None) => return Ok(summary),
@@ -99,7 +102,7 @@ pub fn run(args: &BenchArgs) -> Result<Summary, UsageError> {
     }
     let comparison = old.map(|old| compare(&old, &measurement.results));
     print_tables(args, &measurement.results, comparison.as_ref(), &mut summary);
-    let Measurement { results, heat_maps } = &measurement;
+    let Measurement { results, heat_maps, interrupt } = &measurement;
     write(&mut summary, args, args.json.as_deref(), || results.to_json());
     write(&mut summary, args, args.report.as_deref(), || {
         report_page(results, heat_maps, comparison.as_ref())
@@ -120,7 +123,9 @@ pub fn run(args: &BenchArgs) -> Result<Summary, UsageError> {
         }
     }
     // Files of the finished rounds are written.
-    interrupt.release();
+    if let Some(interrupt) = interrupt {
+        interrupt.release();
+    }
     Ok(summary)
 }
 
@@ -219,7 +224,6 @@ fn measure_all(
     scenes: &[PathBuf],
     public: Option<PublicScenes>,
     settings: &BenchSettings,
-    interrupt: &HeldInterrupt,
     summary: &mut Summary,
 ) -> Result<Option<Measurement>> {
     let mut workloads: Vec<Workload> = scenes.iter().map(|path| Workload::file(path)).collect();
@@ -243,7 +247,8 @@ fn measure_all(
         }
     }
     let CommonArgs { quiet, strict, .. } = args.common;
-    let mut observer = ConsoleObserver { interrupt, quiet, strict, rounds: settings.rounds };
+    let interrupt = HeldInterrupt::new();
+    let mut observer = ConsoleObserver { interrupt: &interrupt, quiet, strict, rounds: settings.rounds };
     let BenchRun { mut results, measured, heat_maps, failed } = measure(settings, &workloads, &mut observer);
     if !settings.memory {
         for (scene, i) in results.scenes.iter_mut().zip(measured) {
@@ -257,7 +262,11 @@ fn measure_all(
         let name = if workload.is_generated() { Path::new(&workload.name) } else { &workload.file };
         fail(summary, &scene_error(name, &error.into()));
     }
-    Ok((!results.scenes.is_empty()).then_some(Measurement { results, heat_maps }))
+    if results.scenes.is_empty() {
+        interrupt.release();
+        return Ok(None);
+    }
+    Ok(Some(Measurement { results, heat_maps, interrupt: Some(interrupt) }))
 }
 
 /// Prints tables to standard output, or to standard error if a file of results goes there.

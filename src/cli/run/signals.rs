@@ -41,7 +41,7 @@ impl HeldInterrupt {
     }
 
     /// Ends the process if it was interrupted.
-    pub fn release(self) {
+    pub fn release(&self) {
         IS_HELD.store(false, Ordering::SeqCst);
         if self.is_interrupted() {
             exit(INTERRUPT);
