@@ -5,10 +5,11 @@ use std::path::PathBuf;
 use pyo3::prelude::*;
 
 use super::camera::PyCamera;
-use super::errors::{CallDepth, load_error, value_error, warn};
+use super::errors::{CallDepth, camera_list_error, value_error, warn};
 use super::size::optional_size;
 use blinn_import::{CameraFile, Limits};
 use blinn_scene::UpAxis;
+use blinn_session::pictures_without_pose;
 
 /// Load the cameras of a list: transforms.json of NeRF tools, a COLMAP model, BOP's scene_camera.json, or JSON lines.
 ///
@@ -27,12 +28,10 @@ pub fn load_cameras(
         return Err(value_error("the size must be positive"));
     }
     let name = path.display().to_string();
-    let file = CameraFile::open(&path, &Limits::default()).map_err(|error| load_error(&name, error))?;
+    let file = CameraFile::open(&path, &Limits::default()).map_err(camera_list_error)?;
     let without_pose = file.without_pose();
     if without_pose > 0 {
-        let pictures = if without_pose == 1 { "picture" } else { "pictures" };
-        let text = format!("left out {without_pose} {pictures} without a pose");
-        warn(py, &name, &[text], CallDepth::Direct)?;
+        warn(py, &name, &[pictures_without_pose(without_pose)], CallDepth::Direct)?;
     }
     let up = match up {
         None => file.up(),
@@ -42,7 +41,7 @@ pub fn load_cameras(
     };
     let file = file.with_up(up);
     let camera = |index: usize| {
-        let listed = file.camera(index).map_err(|error| load_error(&name, error))?;
+        let listed = file.camera(index).map_err(camera_list_error)?;
         let size = listed.size.or(size).ok_or_else(|| {
             value_error(format!("camera {} of {name} has no size; pass size=(width, height)", index + 1))
         })?;

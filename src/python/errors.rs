@@ -26,17 +26,24 @@ pub fn register(module: &Bound<'_, PyModule>) -> PyResult<()> {
     Ok(())
 }
 
-/// The exception for an error of the importer. A missing file is Python's own FileNotFoundError.
+/// The exception for an error of the importer in the scene `name`. A missing file is Python's own FileNotFoundError.
 pub fn load_error(name: &str, error: ImportError) -> PyErr {
+    import_error(error, |message| format!("{name}: {message}"))
+}
+
+/// The exception for an error in a list of cameras, which names its file, one of several in a folder.
+pub fn camera_list_error(error: ImportError) -> PyErr {
+    import_error(error, |message| message)
+}
+
+fn import_error(error: ImportError, in_file: impl FnOnce(String) -> String) -> PyErr {
     let message = with_keywords(&error.to_string());
     let text = match &error {
         ImportError::Io { cause, .. } if cause.raw_os_error().is_some() => {
             return std::io::Error::new(cause.kind(), message).into();
         }
         ImportError::Io { .. } => message,
-        // Errors of camera lists name the file themselves, one of several in a folder.
-        _ if message.starts_with(name) => message,
-        _ => format!("{name}: {message}"),
+        _ => in_file(message),
     };
     match error {
         ImportError::Limit { .. } => LimitError::new_err(text),

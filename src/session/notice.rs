@@ -144,6 +144,12 @@ pub struct EnclosedLight {
 /// The options that light a dark scene.
 const OTHER_LIGHTS: &str = "use `lights three-point`, `hdri studio` or `ambient`";
 
+/// Words that pictures of a list of cameras are left out.
+pub fn pictures_without_pose(count: usize) -> String {
+    let pictures = if count == 1 { "picture" } else { "pictures" };
+    format!("left out {count} {pictures} without a pose")
+}
+
 /// Names that a message lists.
 const LISTED: usize = 3;
 
@@ -231,8 +237,7 @@ impl fmt::Display for Notice {
             Notice::Camera(text) => write!(f, "camera: {text}"),
             Notice::CameraList { count, file } => write!(f, "cameras: {count} from {}", file.display()),
             Notice::CamerasWithoutPose { count, file } => {
-                let pictures = if *count == 1 { "picture" } else { "pictures" };
-                write!(f, "left out {count} {pictures} without a pose in {}", file.display())
+                write!(f, "{} in {}", pictures_without_pose(*count), file.display())
             }
             Notice::Lights(text) => write!(f, "lights: {text}"),
             Notice::Exposure { ev, light_scale: None } => write!(f, "exposure: `exposure {ev}`"),
