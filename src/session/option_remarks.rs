@@ -56,14 +56,14 @@ pub(crate) fn remark_on_options(
 /// Remarks on a size in metres that is as large as the scene: probably pixels were meant.
 fn large_rounds(options: &Options, posed: &PosedScene) -> Option<Notice> {
     let scene = posed.scene;
-    let radius = posed.bounding_sphere().radius;
     let sizes = [
         ("point-size", options.point_size, scene.instanced_point_count()),
         ("line-width", options.line_width, scene.instanced_line_count()),
     ];
     sizes.into_iter().find_map(|(option, width, count)| match width {
-        RoundWidth::Metres(width) if count > 0 && width >= radius => {
-            Some(Notice::LargeRounds { option, radius })
+        RoundWidth::Metres(width) if count > 0 => {
+            let radius = posed.bounding_sphere().radius;
+            (width >= radius).then_some(Notice::LargeRounds { option, radius })
         }
         _ => None,
     })
