@@ -27,8 +27,9 @@ use crate::integrator::paths::balance_heuristic;
 use crate::integrator::sample::{SampleDimension, SampleStream};
 use crate::integrator::shading_batch::ShadingBatch;
 use crate::integrator::shadow_rays::{ShadowBuffers, apply_specular_visibility, apply_visibility};
+use crate::integrator::surface::bump_shadowing::bump_shadowing;
 use crate::integrator::surface::point_block::PointBlock;
-use crate::integrator::surface::soa::{LANES, ZERO3_F32, vec3};
+use crate::integrator::surface::soa::{LANES, ZERO3_F32, dvec3, vec3};
 use blinn_accel::Coherence;
 use blinn_core::geometry::Rgb;
 use blinn_core::simd::AutovecKernel;
@@ -68,6 +69,8 @@ pub(crate) fn add_area_lights(
         };
         let mut incident = IncidentLight::ZERO;
         let mut points = LightPoints::ZERO;
+        let mut bumps = [1.0; LANES];
+        let mut all_bumps = Vec::new();
         for first in (0..batch.points.len()).step_by(LANES) {
             let factors = match source {
                 Source::Area(_) => choice.of_block(frame.lights.len() + index, first),
@@ -103,8 +106,11 @@ pub(crate) fn add_area_lights(
                 },
                 terms,
                 factors,
+                without_bumps: exact_environment.is_some(),
                 incident: &mut incident,
+                bumps: &mut bumps,
             });
+            all_bumps.extend(exact_environment.map(|_| bumps));
             let from = shadow.rays.len();
             incident.push_shadow_rays(first, incident.lit_mask(count), &mut shadow.rays);
             for ray in &shadow.rays[from..] {
@@ -120,7 +126,7 @@ pub(crate) fn add_area_lights(
         }
         match exact_environment {
             Some(environment) => {
-                apply_source_visibility(environment, batch, stream, shadow, frame.has_shadow_catcher());
+                apply_source_visibility(environment, batch, stream, shadow, &all_bumps, frame.has_shadow_catcher());
             }
             None => apply_visibility(batch, shadow),
         }
@@ -272,13 +278,17 @@ struct AddLightPoints<'a> {
     terms: LightTerms,
     /// Factors of the light; 1 if there are none.
     factors: Option<&'a [f32; LANES]>,
+    /// Leaves out the shadows of bumps, also from below the surface, which are applied with visibility.
+    without_bumps: bool,
     incident: &'a mut IncidentLight,
+    /// [`bump_shadowing`] of the directions.
+    bumps: &'a mut [f32; LANES],
 }
 
 impl AutovecKernel for AddLightPoints<'_> {
     #[inline(always)]
     fn run(self) {
-        let AddLightPoints { block, points, spawn, terms, factors, incident } = self;
+        let AddLightPoints { block, points, spawn, terms, factors, without_bumps, incident, bumps } = self;
         let mut density = [0.0; LANES];
         for i in 0..LANES {
             let p: Vec3 = vec3(&block.p, i);
@@ -293,7 +303,9 @@ impl AutovecKernel for AddLightPoints<'_> {
             let is_lit = cos > 0.0 && solid_angle < f32::INFINITY;
             density[i] = 1.0 / solid_angle;
             let irradiance: Rgb = vec3(&points.radiance, i) * (solid_angle * (1.0 / PI));
-            incident.set(block, i, l, if is_lit { irradiance } else { Rgb::ZERO });
+            let irradiance = if is_lit { irradiance } else { Rgb::ZERO };
+            bumps[i] = bump_shadowing(block.n(i), dvec3(&block.n_v, i), l);
+            incident.set_if(without_bumps || dvec3(&block.n_v, i).dot(l) > 0.0, block, i, l, irradiance);
         }
         if let Some(factors) = factors {
             incident.scale(factors);
@@ -305,7 +317,8 @@ impl AutovecKernel for AddLightPoints<'_> {
             let of_ray = if incident.n_g_dot_l[i] > 0.0 { of_ray } else { 0.0 };
             let weight = balance_heuristic(density[i], of_ray);
             // NaN where the light faces away.
-            diffuse_weight[i] = if weight >= 0.0 { weight } else { 1.0 };
+            let weight = if weight >= 0.0 { weight } else { 1.0 };
+            diffuse_weight[i] = if without_bumps { weight } else { weight * bumps[i] };
         }
         blinn_phong(block, incident, terms.has_specular && block.has_specular && lit, &diffuse_weight);
         let diffuse = if terms.separates_specular() { block.current_light } else { ZERO3_F32 };

@@ -12,6 +12,7 @@ use crate::integrator::lobe_samples::mirrored_to_side;
 use crate::integrator::paths::{AreaLightHits, Escape, PathState, SecondaryRay, Wave};
 use crate::integrator::sample::{SampleDimension, SampleStream};
 use crate::integrator::shading_batch::ShadingBatch;
+use crate::integrator::surface::bump_shadowing::bump_shadowing;
 use crate::integrator::surface::soa::{dvec3, vec3};
 use blinn_core::geometry::{Rgb, cosine_hemisphere};
 use glam::Vec3;
@@ -79,6 +80,7 @@ pub(crate) fn spawn_diffuse_rays(
         let n = block.n(lane);
         let l = cosine_hemisphere(n, stream.get_2d(point.path, SampleDimension::Diffuse));
         let n_g = dvec3(&block.n_g, lane);
+        let bump_shadowing = bump_shadowing(n, dvec3(&block.n_v, lane), l);
         let area_lights = if l.dot(n_g) < 0.0 {
             // Shadow rays find all light behind the triangle, and mirrored rays are none of theirs.
             AreaLightHits::Ignored
@@ -117,8 +119,9 @@ pub(crate) fn spawn_diffuse_rays(
         };
         let ray = SecondaryRay {
             parent: point.path,
-            weight: arrives,
+            weight: arrives * bump_shadowing,
             escape_weight: arrives,
+            bump_shadowing,
             max_light: f32::INFINITY,
             escape: Escape::Radiance(beyond(direction.as_vec3(), solid_angle)),
             unoccluded,

@@ -67,9 +67,16 @@ impl IncidentLight {
     /// Stores a light at point `i`, given its direction and its irradiance.
     #[inline(always)]
     pub fn set(&mut self, block: &PointBlock, i: usize, l: DVec3, irradiance: Rgb) {
-        let n_dot_l = block.n(i).dot(l);
         // Both the shading and the vertex normal must face the light. This is the max of max(0, n·l).
-        let is_facing = n_dot_l > 0.0 && dvec3(&block.n_v, i).dot(l) > 0.0;
+        let faces_vertex_normal = dvec3(&block.n_v, i).dot(l) > 0.0;
+        self.set_if(faces_vertex_normal, block, i, l, irradiance);
+    }
+
+    /// Stores a light that the shading normal at point `i` faces, if `is_above`.
+    #[inline(always)]
+    pub fn set_if(&mut self, is_above: bool, block: &PointBlock, i: usize, l: DVec3, irradiance: Rgb) {
+        let n_dot_l = block.n(i).dot(l);
+        let is_facing = n_dot_l > 0.0 && is_above;
         // Also turns NaN, as ∞ · 0 is, into 0.
         let is_lit = is_facing && irradiance.max_element() > 0.0;
         let irradiance = if is_lit { irradiance } else { Rgb::ZERO };

@@ -112,6 +112,8 @@ pub(crate) struct SecondaryRay {
     /// The same factor where the ray escapes. Under a uniform environment, it leaves the weight of the sampled direction out,
     /// so that there is no noise.
     pub escape_weight: Rgb,
+    /// Share of the light from beyond the scene that the bumps of the parent's surface let pass. `weight` includes it.
+    pub bump_shadowing: f32,
     /// Upper bound on the light of surfaces that the ray adds to its parent, in the brightest channel.
     pub max_light: f32,
     pub escape: Escape,
@@ -213,10 +215,11 @@ impl Wave {
         for (i, (ray, &found)) in self.rays.iter().zip(found).enumerate() {
             let radiance = ray.surface_light(found, max_radiance) + found.emitted * ray.weight;
             let mut light = PathLight { radiance, ..PathLight::NONE };
+            let visibility = found.transmittance * ray.bump_shadowing;
             match (ray.escape, ray.unoccluded) {
-                (Escape::Background, _) => light.transmittance = ray.escape_weight * found.transmittance,
+                (Escape::Background, _) => light.transmittance = ray.escape_weight * visibility,
                 (Escape::Radiance(radiance), None) => {
-                    light.radiance += radiance * ray.escape_weight * found.transmittance;
+                    light.radiance += radiance * ray.escape_weight * visibility;
                 }
                 (Escape::Radiance(radiance), Some(unoccluded)) => {
                     let radiance = radiance * ray.escape_weight;
@@ -224,9 +227,9 @@ impl Wave {
                     estimates.push(OcclusionEstimate {
                         pixel: self.samples[i].pixel,
                         unoccluded,
-                        visibility: found.transmittance,
-                        visible: radiance * found.transmittance,
-                        hidden: radiance * (Rgb::ONE - found.transmittance),
+                        visibility,
+                        visible: radiance * visibility,
+                        hidden: radiance * (Rgb::ONE - visibility),
                     });
                 }
             }

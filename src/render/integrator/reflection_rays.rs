@@ -350,6 +350,7 @@ impl RayMaker<'_, '_> {
             weight: arrives * weight,
             // The mean of the weight is 1.
             escape_weight: if is_uniform { arrives } else { arrives * weight },
+            bump_shadowing: 1.0,
             max_light,
             escape: Escape::Radiance(sample.sharp_light),
             // Set when the light of all lobes is computed.

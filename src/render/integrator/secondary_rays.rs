@@ -304,6 +304,7 @@ impl<'a, 's> PathVertex<'a, 's> {
             parent,
             weight,
             escape_weight: weight,
+            bump_shadowing: 1.0,
             max_light: f32::INFINITY,
             escape,
             unoccluded: None,

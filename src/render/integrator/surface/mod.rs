@@ -12,6 +12,7 @@
 //! - [`SurfacePoint`](surface_point::SurfacePoint): a single point with its material and textures, for normal maps, AOVs and
 //!   mattes. [`FirstHit`](crate::integrator::FirstHit) is the one that AOVs show.
 
+pub(crate) mod bump_shadowing;
 pub(crate) mod highlights;
 pub(crate) mod hits_by_triangle;
 pub(crate) mod mesh_triangle;
