@@ -215,6 +215,15 @@ impl Accel {
         }
     }
 
+    /// Finds each ray's closest point or line, as if there were no triangles. `hits` becomes as long as `rays`.
+    pub fn intersect_rounds(&self, rays: &RayBatch, filter: &dyn HitFilter, hits: &mut HitBatch) {
+        hits.clear();
+        hits.resize(rays.len(), Hit::MISS);
+        if let Some(rounds) = &self.rounds {
+            rounds.intersect(self.settings.simd, rays, filter, hits);
+        }
+    }
+
     /// Finds out if anything occludes each shadow ray: opaque surfaces, and alpha-tested ones where the filter accepts
     /// the hit. Translucent surfaces do not occlude. `out` becomes as long as `rays`.
     pub fn occluded(&self, rays: &ShadowRayBatch, filter: &dyn HitFilter, out: &mut Vec<bool>) {

@@ -23,6 +23,7 @@ mod pixel_mask;
 mod progress;
 mod reconstruction;
 mod rough_reflections;
+mod round_sampling;
 mod sample_generator;
 mod settings;
 mod strips;

@@ -9,6 +9,7 @@ use crate::film::PixelRect;
 use crate::integrator::{Frame, Integrator, LowDiscrepancySampler, Sample, Scratch};
 use crate::memory::{RenderMemory, TileScratch};
 use crate::progress::{CancelOnly, ProgressMonitor};
+use crate::round_sampling::{PixelSampling, border_settings};
 use crate::sample_generator::SampleGenerator;
 use crate::settings::RenderSettings;
 use crate::tiles::{BATCH_SAMPLES, for_each_tile};
@@ -128,15 +129,17 @@ fn render_rows<R: Reconstruction>(
     monitor: &dyn ProgressMonitor,
 ) -> Result<(), Cancelled> {
     let window = settings.window();
-    let generator = SampleGenerator::new(settings);
+    let at_borders = border_settings(settings, frame);
+    let sampling = PixelSampling::new(settings, at_borders.as_ref(), frame);
     let film = Mutex::new(film);
     for_each_tile(memory, settings, &CancelOnly(monitor), |tile, scratch| {
-        let [low, high] = generator.film_bounds(&tile.corners());
+        let [low, high] = sampling.generator.film_bounds(&tile.corners());
         if integrator.may_hit(frame, low, high) {
-            let pixels: Vec<UVec2> = tile.pixels().collect();
-            let rendered = parts_of_pixels::<R>(&generator, frame, integrator, &pixels, scratch, monitor);
+            let rendered = sampling.render(frame, tile, scratch, |generator, pixels, scratch| {
+                parts_of_pixels::<R>(generator, frame, integrator, pixels, scratch, monitor)
+            });
             let mut film = film.lock().unwrap_or_else(|e| e.into_inner());
-            for (p, pixel) in pixels.iter().zip(rendered) {
+            for (p, pixel) in tile.pixels().zip(rendered) {
                 film[(p.y - window.y) as usize * window.width as usize + (p.x - window.x) as usize] = pixel;
             }
         }

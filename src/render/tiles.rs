@@ -7,6 +7,7 @@ use crate::film::{Film, PixelRect, Pixels, TileBuffer};
 use crate::integrator::{Frame, Integrator};
 use crate::memory::{RenderMemory, TileScratch};
 use crate::progress::ProgressMonitor;
+use crate::round_sampling::{PixelSampling, border_settings};
 use crate::sample_generator::SampleGenerator;
 use crate::settings::RenderSettings;
 use blinn_core::cancellation::Cancelled;
@@ -15,7 +16,7 @@ use blinn_core::geometry::Rgba;
 /// Samples that are rendered at once: their shading points fit into the L2 cache.
 pub(super) const BATCH_SAMPLES: usize = 1024;
 
-/// Renders all pixels with the same number of samples.
+/// Renders all pixels with the same number of samples, but those at borders of points and lines with more.
 pub(super) fn render_uniform(
     memory: &RenderMemory,
     frame: &Frame,
@@ -23,14 +24,16 @@ pub(super) fn render_uniform(
     settings: &RenderSettings,
     monitor: &dyn ProgressMonitor,
 ) -> Result<Pixels, Cancelled> {
-    let generator = SampleGenerator::new(settings);
+    let at_borders = border_settings(settings, frame);
+    let sampling = PixelSampling::new(settings, at_borders.as_ref(), frame);
     render_tiles(memory, settings, monitor, |tile, scratch| {
-        let [low, high] = generator.film_bounds(&tile.corners());
+        let [low, high] = sampling.generator.film_bounds(&tile.corners());
         if !integrator.may_hit(frame, low, high) {
             return Vec::new();
         }
-        let pixels: Vec<UVec2> = tile.pixels().collect();
-        render_pixels(&generator, frame, integrator, &pixels, scratch, monitor)
+        sampling.render(frame, tile, scratch, |generator, pixels, scratch| {
+            render_pixels(generator, frame, integrator, pixels, scratch, monitor)
+        })
     })
 }
 

@@ -406,3 +406,26 @@ fn all_modes_of_primitives_are_drawn() {
         assert!(pictures[0] == pictures[1], "mode {mode}");
     }
 }
+
+/// Pixels at the border of a line have as many samples as edges have, and a crop has the same ones.
+#[test]
+fn lines_of_a_pixel_are_smooth_at_few_samples() {
+    let (_dir, at) = folder();
+    std::fs::write(at.join("a.obj"), "v -1.7 -1.3 0\nv 1.7 0.9 0\nv -1.5 1 0\nl 1 2\nl 3 1\np 3\n").unwrap();
+    let picture = |options: &str| {
+        runs(
+            &at,
+            &format!("render a.obj {FRONT} --size 96x72 --background transparent {options} -q -o a.png"),
+        );
+        image::open(at.join("a.png")).unwrap().into_rgba8()
+    };
+    let [four, sixteen, exact] = [4, 16, 256].map(|samples| picture(&format!("-s {samples}")));
+    let error = |picture: &image::RgbaImage| {
+        let square =
+            |(a, b): (&image::Rgba<u8>, &image::Rgba<u8>)| (f64::from(a[3]) - f64::from(b[3])).powi(2);
+        picture.pixels().zip(exact.pixels()).map(square).sum::<f64>().sqrt()
+    };
+    assert!(error(&four) < 1.1 * error(&sixteen), "{} {}", error(&four), error(&sixteen));
+    let crop = picture("-s 4 --crop 13,21,50,37");
+    assert!(crop == image::imageops::crop_imm(&four, 13, 21, 50, 37).to_image());
+}
