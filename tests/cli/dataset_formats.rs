@@ -293,6 +293,48 @@ fn invalid_merges_are_refused() {
     }
 }
 
+/// The annotations of COCO are those of the pictures, which --normalize does not change.
+#[test]
+fn normalized_scenes_have_annotations() {
+    let (_dir, at) = folder();
+    let line = format!("turntable {} --views 2 {SMALL} --dataset nerf,coco", model("tests/cube.obj"));
+    runs(&at, &format!("{line} -o plain/"));
+    runs(&at, &format!("{line} -o unit/ --normalize unit-cube"));
+    let annotations = |folder: &str| json(&at.join(folder), "annotations.json");
+    assert!(!annotations("plain")["annotations"].as_array().unwrap().is_empty());
+    assert_eq!(annotations("plain")["annotations"], annotations("unit")["annotations"]);
+    // Depths are in the written units: the cube has a side of 2.
+    let step = |folder: &str| annotations(folder)["images"][0]["integer_depth_scale"].as_f64().unwrap();
+    assert!((step("plain") / step("unit") - 2.0).abs() < 0.02);
+    assert!(json(&at.join("unit"), "transforms.json")["normalized_to_scene"].is_array());
+    for format in ["bop", "colmap", "nerf,colmap-bin"] {
+        let line = format!("turntable {} --views 2 --normalize unit-cube", model("tests/cube.obj"));
+        refused(&at, &format!("{line} --dataset {format} -o a/"), "have the scene's own coordinates");
+    }
+}
+
+/// The ledger does not list masks, whose number depends on the scene.
+#[test]
+fn deleted_masks_of_bop_are_written_again() {
+    let (_dir, at) = folder();
+    let line = format!("turntable {} --views 2 {SMALL} --dataset bop -o data/", model("tests/cube.obj"));
+    let line = format!("{line} --ledger ledger --resume");
+    runs(&at, &line);
+    let whole = files(&at.join("data"));
+    for name in ["mask/000001_000000.png", "mask_visib/000002_000000.png", "depth/000002.png"] {
+        std::fs::remove_file(at.join("data/train/000001").join(name)).unwrap();
+        runs(&at, &line);
+        assert!(files(&at.join("data")) == whole, "{name}");
+    }
+    let lines = std::fs::read_to_string(at.join("ledger")).unwrap().lines().count();
+    runs(&at, &line);
+    assert_eq!(
+        std::fs::read_to_string(at.join("ledger")).unwrap().lines().count(),
+        lines,
+        "nothing is missing"
+    );
+}
+
 #[test]
 fn invalid_formats_are_refused() {
     let (_dir, at) = folder();

@@ -109,14 +109,15 @@ impl FormatsPlan {
         Ok(())
     }
 
-    /// Returns an error if the formats do not suit what is written: archives and normalized scenes have transforms only.
+    /// Returns an error if the formats do not suit what is written: archives have transforms only, and normalized scenes
+    /// neither COLMAP's models nor BOP's poses. COCO's annotations have no coordinates of the scene.
     pub fn check_outputs(&self, outputs: &Outputs, is_normalized: bool) -> Result<(), UsageError> {
         let has_others = self.formats.0.iter().any(|format| *format != DatasetFormat::Nerf);
         let text = match () {
             () if !has_others => return Ok(()),
             () if outputs.shards.is_some() => "an archive holds images and their cameras; use --dataset nerf",
-            () if is_normalized => {
-                "only nerf has normalized coordinates; remove --normalize or the other formats"
+            () if is_normalized && (self.has(DatasetFormat::Bop) || self.colmap_form().is_some()) => {
+                "bop and colmap have the scene's own coordinates; remove --normalize, or use nerf and coco"
             }
             () => return Ok(()),
         };

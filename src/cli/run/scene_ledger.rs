@@ -5,8 +5,10 @@ use std::time::Instant;
 
 use anyhow::Result;
 
+use super::dataset_files::has_bop_images;
 use super::ledger::{ImageCounts, Ledger, LedgerEntry, PastOutcome, SceneKey};
 use crate::args::ProcessArgs;
+use crate::args::values::DatasetFormat;
 use crate::plan::{RenderPlan, Target};
 use crate::scene_file::is_stdin;
 use crate::summary::Summary;
@@ -66,7 +68,11 @@ impl<'a> SceneLedger<'a> {
         let is_stdout = |frame| plan.outputs.target(path, index, frame) == Target::Stdout;
         let frames = plan.frames.with_count(images);
         let files = plan.output_files(path, index, &frames);
-        !frames.iter().any(is_stdout) && files.iter().all(|file| file.is_file())
+        !frames.iter().any(is_stdout)
+            && files.iter().all(|file| file.is_file())
+            && (plan.session.dataset.is_none()
+                || !plan.formats.has(DatasetFormat::Bop)
+                || has_bop_images(&plan.dataset_folders(path, index), &frames))
     }
 
     /// Adds a line about a scene, and appends it unless the images go into an archive.

@@ -4,6 +4,7 @@
 //! that all tasks of a farm write the same files. Only masks and depth images belong to the views of a task.
 
 mod bop;
+mod bop_images;
 mod categories;
 mod colmap;
 mod context;
@@ -28,6 +29,7 @@ use blinn_render::{MaskRect, render_object_masks};
 use blinn_scene::{Camera, PosedScene, Scene};
 use blinn_session::BackFaceCulling;
 
+pub use self::bop_images::has_bop_images;
 pub use self::context::DatasetFiles;
 
 /// The categories of the objects of the scene in a file.
