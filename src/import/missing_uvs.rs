@@ -13,10 +13,12 @@ struct Lacking<'s> {
 }
 
 /// Warns of each material and set of texture coordinates that some of the material's meshes lack. Such a mesh
-/// shows a single texel.
+/// shows a single texel. Blender's loose edges and vertices have the material of the faces beside them and cannot be
+/// unwrapped: they are no reason to warn.
 pub(crate) fn warnings(scene: &Scene) -> Vec<Warning> {
     let mut lacking: BTreeMap<(u32, u32), Lacking<'_>> = BTreeMap::new();
-    for mesh in &scene.meshes {
+    let is_loose = |mesh: &Mesh| mesh.has_rounds() && scene.source.is_blender();
+    for mesh in scene.meshes.iter().filter(|mesh| !is_loose(mesh)) {
         let textures = scene.materials[mesh.material as usize].textures();
         let mut sets: Vec<u32> = textures.map(|texture| texture.uv_set).collect();
         sets.sort_unstable();
@@ -36,7 +38,7 @@ pub(crate) fn warnings(scene: &Scene) -> Vec<Warning> {
 /// Warns of each material with anisotropy that some of its meshes show without, for lack of tangents.
 pub(crate) fn anisotropy_warnings(scene: &Scene) -> Vec<Warning> {
     let mut lacking: BTreeMap<u32, Lacking<'_>> = BTreeMap::new();
-    for mesh in &scene.meshes {
+    for mesh in scene.meshes.iter().filter(|mesh| !mesh.has_rounds()) {
         let anisotropy = &scene.materials[mesh.material as usize].anisotropy;
         if mesh.tangents.is_empty() && anisotropy.as_ref().is_some_and(|of| of.strength > 0.0) {
             lacking.entry(mesh.material).or_insert(Lacking { first: mesh, count: 0 }).count += 1;
@@ -53,7 +55,11 @@ impl Lacking<'_> {
         let mesh = described("mesh", &self.first.name);
         let more = if self.count == 1 { String::new() } else { format!(" and {} more", self.count - 1) };
         let verb = if self.count == 1 { "has" } else { "have" };
-        let message = format!("{material}: {mesh}{more} {verb} {what}; unwrap the mesh before exporting it");
+        let advice = match self.first.has_rounds() {
+            true => "export its points and lines with texture coordinates, or with colours",
+            false => "unwrap the mesh before exporting it",
+        };
+        let message = format!("{material}: {mesh}{more} {verb} {what}; {advice}");
         Warning { location: String::new(), message }
     }
 }
@@ -65,10 +71,27 @@ fn described(kind: &str, name: &str) -> String {
 
 #[cfg(test)]
 mod tests {
-    use blinn_scene::{Anisotropy, Material};
+    use blinn_scene::{Anisotropy, Material, Rounds, TextureRef, UvTransform};
     use glam::Vec4;
 
     use super::*;
+
+    #[test]
+    fn only_meshes_that_can_be_unwrapped_should_be() {
+        let texture = Some(TextureRef { texture: 0, uv_set: 0, transform: UvTransform::IDENTITY });
+        let mut scene = Scene {
+            materials: vec![Material { name: "wood".into(), ..Material::default() }],
+            meshes: vec![Mesh::default()],
+            ..Scene::default()
+        };
+        scene.materials[0].base_color.texture = texture;
+        assert!(warnings(&scene)[0].message.ends_with("; unwrap the mesh before exporting it"));
+        scene.meshes[0].rounds = Rounds::Lines(Vec::new());
+        let expected = "; export its points and lines with texture coordinates, or with colours";
+        assert!(warnings(&scene)[0].message.ends_with(expected));
+        scene.source.generator = "Khronos glTF Blender I/O v5.1.18".into();
+        assert!(warnings(&scene).is_empty());
+    }
 
     #[test]
     fn anisotropy_without_tangents_is_a_warning() {

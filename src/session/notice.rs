@@ -14,8 +14,8 @@ pub enum Notice {
     NonFiniteTriangles(u64),
     /// Points and lines with coordinates that are not finite numbers are not rendered.
     NonFiniteRounds(u64),
-    /// No node of the file has triangles.
-    NoTriangles,
+    /// No node of the file has triangles, points or lines.
+    NothingToDraw,
     /// The selection of objects excludes all of them.
     NothingSelected,
     /// A warning about the camera.
@@ -174,8 +174,8 @@ impl fmt::Display for Notice {
             Notice::NonFiniteRounds(count) => {
                 write!(f, "ignored {count} points and lines with vertices that are not finite numbers")
             }
-            Notice::NoTriangles => {
-                f.write_str("nothing to render: no node of the scene has a mesh with triangles")
+            Notice::NothingToDraw => {
+                f.write_str("nothing to render: no node of the scene has a mesh with triangles, points or lines")
             }
             Notice::NothingSelected => {
                 f.write_str("nothing to render: `hide` and `only-objects` exclude all objects")

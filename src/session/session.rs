@@ -71,7 +71,7 @@ impl Session {
         let owner = Owner { scene: scene.prepared(&options)?, log: NoticeLog::default() };
         let cell = RendererCell::try_new(owner, |Owner { scene, log }| {
             if scene.instances.is_empty() {
-                log.warn(Notice::NoTriangles)?;
+                log.warn(Notice::NothingToDraw)?;
             }
             check_memory(&plan, scene, 1)?;
             let (clip_bounds, cancel) = (ClipBoundsCache::default(), CancelToken::default());

@@ -115,7 +115,9 @@ fn a_scene_without_meshes_is_a_warning() {
     fs::write(dir.path().join("a.gltf"), text).unwrap();
     let output = blinn_args(dir.path(), &["render", "a.gltf", "--size", "8x8"]);
     let errors = String::from_utf8(output.stderr).unwrap();
-    assert!(output.status.success() && errors.contains("a.gltf: nothing to render"), "{errors}");
+    let expected =
+        "a.gltf: nothing to render: no node of the scene has a mesh with triangles, points or lines";
+    assert!(output.status.success() && errors.contains(expected), "{errors}");
     fails(dir.path(), &["render", "a.gltf", "--size", "8x8", "--strict"], 1, "nothing to render");
 }
 

@@ -40,7 +40,7 @@ pub fn load_scene(
     log.stage_since("load", start, &format!("{} triangles", scene.instanced_triangle_count()));
     log.warn_of_import(warnings)?;
     if is_empty {
-        log.warn(Notice::NoTriangles)?;
+        log.warn(Notice::NothingToDraw)?;
     } else if scene.instances.is_empty() {
         log.warn(Notice::NothingSelected)?;
     }

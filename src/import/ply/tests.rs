@@ -145,6 +145,13 @@ fn files_that_end_early_have_their_first_faces() {
     assert_eq!(scene.meshes[0].triangles.len(), 1);
     assert_eq!(warnings[0].message, "the file ends after 0 of 1 rows of 'edge'");
     error(&SQUARE[..SQUARE.len() - 14], "the file has no faces to render");
+    let empty = SQUARE
+        .split_once("end_header\n")
+        .unwrap()
+        .0
+        .replace("vertex 4", "vertex 0")
+        .replace("face 1", "face 0");
+    error(&(empty + "end_header\n"), "the file has no vertices");
 }
 
 #[test]
