@@ -203,7 +203,11 @@ fn properties(posed: &PosedScene, report: &BuildReport, warnings: &[String], mod
     });
     let mut all = value.as_object().cloned().unwrap_or_default();
     // Few files have them.
-    for (key, count) in [("points", scene.instanced_point_count()), ("lines", scene.instanced_line_count())] {
+    for (key, count) in [
+        ("points", scene.instanced_point_count()),
+        ("lines", scene.instanced_line_count()),
+        ("loose_vertices", scene.source.loose_vertices),
+    ] {
         if count > 0 {
             all.insert(key.into(), json!(count));
         }

@@ -81,6 +81,8 @@ pub struct Source {
     pub files: Vec<SourceFile>,
     /// Unit of the light intensities, where the file names it.
     pub light_units: Option<LightUnits>,
+    /// Number of the vertices of an OBJ or PLY file that no face, line or point uses. They are not drawn.
+    pub loose_vertices: u64,
     /// Names of the material variants (KHR_materials_variants).
     pub variants: Vec<String>,
 }

@@ -149,6 +149,32 @@ fn triangles_without_area_are_counted_and_no_warning() {
     assert!(output.status.success() && messages.contains("  1 triangles without area"), "{messages}");
 }
 
+/// Vertices beside faces, lines and points are not drawn, as in other viewers: `info` has their number.
+#[test]
+fn loose_vertices_are_counted_and_no_warning() {
+    let dir = tempfile::tempdir().unwrap();
+    let vertices = "0 0 0\n1 0 0\n0 1 0\n2 0 0\n3 0 0\n4 0 0\n5 0 0\n";
+    let obj = format!("v {}", vertices.trim_end().replace('\n', "\nv ")) + "\nf 1 2 3\n";
+    let header = "ply\nformat ascii 1.0\nelement vertex 7\nproperty float x\nproperty float y\nproperty float z\n\
+                  element face 1\nproperty list uchar int vertex_indices\n";
+    let edges = "element edge 1\nproperty int vertex1\nproperty int vertex2\n";
+    for (name, text, expected) in [
+        ("faces.obj", obj.clone(), 4),
+        ("all.obj", obj + "l 4 5\np 6\nf 1 2 3\n", 1),
+        ("faces.ply", format!("{header}end_header\n{vertices}3 0 1 2\n"), 4),
+        ("edges.ply", format!("{header}{edges}end_header\n{vertices}3 0 1 2\n3 4\n"), 2),
+    ] {
+        fs::write(dir.path().join(name), text).unwrap();
+        let output = blinn_args(dir.path(), &["info", name, "--json", "--strict"]);
+        let json: serde_json::Value = serde_json::from_slice(&output.stdout).unwrap();
+        assert_eq!((&json["loose_vertices"], &json["warnings"]), (&json!(expected), &json!([])), "{name}");
+    }
+    fs::write(dir.path().join("cloud.obj"), "v 0 0 0\nv 1 0 0\n").unwrap();
+    let output = blinn_args(dir.path(), &["info", "cloud.obj", "--json"]);
+    let json: serde_json::Value = serde_json::from_slice(&output.stdout).unwrap();
+    assert_eq!((&json["points"], &json["loose_vertices"]), (&json!(2), &json!(null)));
+}
+
 /// A body of glass with every field of transmission, volume and reflection; a mask; and the lecture's coefficients.
 #[test]
 fn info_lists_the_fields_of_materials() {

@@ -9,6 +9,7 @@ use super::super::{Limits, LoadError};
 use super::chunk::{Corner, NO_INDEX};
 use super::geometry::ObjGeometry;
 use super::segment::Segment;
+use crate::polygons::used_vertices::UsedVertices;
 use crate::polygons::vertex_dedup::VertexDeduplicator;
 use blinn_scene::Mesh;
 
@@ -37,10 +38,11 @@ impl MeshKey {
 }
 
 /// Returns the meshes in the order of their first faces, without materials. Triangles that use a vertex twice
-/// are left out.
+/// are left out. The vertices of the others are added to `used`.
 pub(super) fn build_meshes(
     mut geometry: ObjGeometry,
     limits: &Limits,
+    used: &mut UsedVertices,
 ) -> Result<Vec<(MeshKey, Mesh)>, LoadError> {
     let mut of_key: HashMap<MeshKey, usize> = HashMap::new();
     let mut members: Vec<(MeshKey, Vec<usize>)> = Vec::new();
@@ -67,6 +69,7 @@ pub(super) fn build_meshes(
         vertices.clear();
         let segments = segments.iter().map(|&i| &geometry.segments[i]);
         let mesh = weld(&geometry, key, segments, any_zero_normal, &mut vertices);
+        used.add(vertices.keys().iter().map(|key| key.v));
         vertex_count += mesh.positions.len() as u64;
         LoadError::check_limit("vertices", vertex_count, limits.vertices)?;
         out.push((key, mesh));

@@ -45,6 +45,7 @@ use super::smooth;
 use super::{Limits, LoadOptions, NormalMode};
 use crate::files::{escape::printable, scene_folder::SceneFolder, scene_input::SceneInput};
 use crate::polygons::far_centre::far_centre;
+use crate::polygons::used_vertices::UsedVertices;
 use crate::unlit_rounds::show_unlit;
 use blinn_core::cancellation::CancelToken;
 use blinn_core::geometry::Rgb;
@@ -226,8 +227,10 @@ fn build_scene(
     let smooths_all =
         options.normals == NormalMode::Auto && smooths_everything(&geometry, &scene.source.generator);
     let names = std::mem::take(&mut geometry.materials);
-    let rounds = round_meshes(&mut geometry, &options.limits)?;
-    let mut meshes = meshes::build_meshes(geometry, &options.limits)?;
+    let mut used_vertices = UsedVertices::new(geometry.positions.len());
+    let rounds = round_meshes(&mut geometry, &options.limits, &mut used_vertices)?;
+    let mut meshes = meshes::build_meshes(geometry, &options.limits, &mut used_vertices)?;
+    scene.source.loose_vertices = used_vertices.unused() as u64;
     meshes.extend(rounds);
     // Materials in order of first use; `None` is the material of faces without a name.
     let mut material_of: HashMap<Option<u32>, u32> = HashMap::new();
@@ -280,13 +283,18 @@ fn build_scene(
     Ok((scene, warnings.into_vec()))
 }
 
-/// Returns the meshes of points and lines.
-fn round_meshes(geometry: &mut ObjGeometry, limits: &Limits) -> Result<Vec<(MeshKey, Mesh)>, LoadError> {
+/// Returns the meshes of points and lines, and adds their vertices to `used`.
+fn round_meshes(
+    geometry: &mut ObjGeometry,
+    limits: &Limits,
+    used: &mut UsedVertices,
+) -> Result<Vec<(MeshKey, Mesh)>, LoadError> {
     let groups = std::mem::take(&mut geometry.rounds.groups);
     let vertices = groups.iter().map(|group| group.vertices.len() as u64).sum();
     LoadError::check_limit("vertices", vertices, limits.vertices)?;
     LoadError::check_limit("instances", groups.len() as u64, limits.instances)?;
     let mut mesh = |group: RoundGroup| {
+        used.add(group.vertices.iter().copied());
         let key = MeshKey::of_rounds(group.object, group.material);
         let name = &geometry.objects[group.object as usize];
         let mut mesh = group.into_mesh(name, &geometry.positions, &geometry.colors);

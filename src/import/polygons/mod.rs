@@ -7,4 +7,5 @@ mod loose_edges;
 pub(crate) mod polygon_mesh;
 pub(crate) mod polygon_scene;
 pub(crate) mod triangulator;
+pub(crate) mod used_vertices;
 pub(crate) mod vertex_dedup;

@@ -3,6 +3,7 @@
 use glam::{DAffine3, DVec3};
 
 use super::polygon_mesh::{Part, PolygonMesh};
+use super::used_vertices::UsedVertices;
 use crate::error::{LoadError, Warnings};
 use crate::finite_uvs::replace_nonfinite;
 use crate::obj::TexturedMaterials;
@@ -43,6 +44,11 @@ pub(crate) fn build_scene(
     };
     if scene.objects.is_empty() {
         scene.objects.push("default".into());
+    }
+    if format == SourceFormat::Ply && (mesh.faces > 0 || !mesh.edges.is_empty()) {
+        let mut used = UsedVertices::new(mesh.positions.len());
+        used.add(mesh.corners.iter().chain(mesh.edges.as_flattened()).copied());
+        scene.source.loose_vertices = used.unused() as u64;
     }
     let lines = mesh.take_lines()?;
     let mut meshes = match (mesh.faces, &lines) {
