@@ -77,6 +77,9 @@ def open_file(path: str) -> None:
         bpy.ops.wm.open_mainfile(filepath=path, load_ui=False, use_scripts=False)
     except RuntimeError as error:
         reason = " ".join(str(error).removeprefix("Error: ").split())
+        if "newer version" in reason:
+            # Its own text names the path twice, and no version.
+            reason = "a newer Blender saved it; name that one with `blender`. Files of Blender 5 need 4.5 or later"
         raise ConversionError(f"Blender {bpy.app.version_string} cannot open it: {reason}") from error
 
 

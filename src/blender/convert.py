@@ -11,6 +11,7 @@ from __future__ import annotations
 import argparse
 import os
 import sys
+import traceback
 from pathlib import Path
 
 FOLDER = Path(__file__).resolve().parent
@@ -50,20 +51,31 @@ def main() -> int:
     # Modules of this folder have names that Blender's own modules have, too.
     sys.path[:] = [path for path in sys.path if Path(path or ".").resolve() != FOLDER]
     sys.dont_write_bytecode = True
-    load_package()
-    from blinn_extension import conversion
-
     with open(options.report, "wb") as report:
 
         def write(key: str, text: str) -> None:
             report.write(os.fsencode(f"{key} {' '.join(text.splitlines())}\n"))
 
         try:
+            load_package()
+            from blinn_extension import conversion
+
             conversion.convert(options, write)
-        except conversion.ConversionError as error:
-            write("error", str(error))
+        except Exception as error:
+            write("error", reason(error))
             return 1
     return 0
+
+
+def reason(error: Exception) -> str:
+    """Returns the text of an error. Unexpected ones are printed as well, with their trace."""
+    if type(error).__name__ == "ConversionError":
+        return str(error)
+    traceback.print_exception(error)
+    if isinstance(error, ModuleNotFoundError):
+        # Some distributions build Blender with the system's Python, and only recommend NumPy.
+        return f"Blender's Python has no module {error.name}; install it, as python3-{error.name} on Debian"
+    return f"{type(error).__name__}: {error}"
 
 
 if __name__ == "__main__":

@@ -26,6 +26,8 @@ def export_options(scene: bpy.types.Scene, is_still: bool) -> dict[str, Any]:
         "export_animation_mode": "SCENE",
         "export_anim_scene_split_object": False,
         "export_optimize_animation_size": True,
+        # Keys of materials, lights and cameras.
+        "export_pointer_animation": is_animated,
         "export_skins": is_animated,
         "export_morph": is_animated,
     }

@@ -233,3 +233,22 @@ def test_the_end_of_input_ends_the_conversion(scene, convert, tmp_path):
     folder.mkdir()
     result = convert("--end-with-input", str(folder))
     assert result.status == 1 and not folder.exists()
+
+
+def test_keys_of_materials_lights_and_cameras_are_converted(scene, add_light, convert):
+    scene.frame_start, scene.frame_end = 1, 11
+    light = add_light("POINT").data
+    material = bpy.data.materials.new("Painted")
+    if bpy.app.version < (5, 0, 0):
+        material.use_nodes = True
+    add_cube(scene, "Cube").data.materials.append(material)
+    color = next(n for n in material.node_tree.nodes if n.bl_idname == "ShaderNodeBsdfPrincipled").inputs["Base Color"]
+    for frame, value in [(1, 0.2), (11, 0.9)]:
+        light.energy, color.default_value, scene.camera.data.lens = 100.0 * value, (value, 0.5, 0.5, 1.0), 50.0 * value
+        light.keyframe_insert("energy", frame=frame)
+        color.keyframe_insert("default_value", frame=frame)
+        scene.camera.data.keyframe_insert("lens", frame=frame)
+    (animation,) = convert().json["animations"]
+    targets = [channel["target"] for channel in animation["channels"]]
+    pointers = {target["extensions"]["KHR_animation_pointer"]["pointer"].rsplit("/", 1)[-1] for target in targets}
+    assert pointers == {"intensity", "baseColorFactor", "yfov"}

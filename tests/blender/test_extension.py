@@ -38,7 +38,8 @@ def test_area_lights_keep_their_power(scene, add_light, export, shape, kind, are
     assert close(light["intensity"] * area * math.pi, 80.0 * LUMENS_PER_WATT)
     assert aspect is None or close(light["rect"]["aspect"], aspect)
     assert shape != "ELLIPSE" or close(light["extras"]["blinn"]["aspect"], 4.0)
-    assert result.json["nodes"][1]["extensions"]["EXT_lights_area"] == {"light": 0}
+    (node,) = [node for node in result.json["nodes"] if node["name"] == "Area"]
+    assert node["extensions"]["EXT_lights_area"] == {"light": 0}
     assert "EXT_lights_area" in result.json["extensionsUsed"]
     assert "EXT_lights_area" not in result.json.get("extensionsRequired", [])
 
