@@ -13,6 +13,8 @@ from .gltf_types import ChildOfRootExtension, Extension, set_extras
 EXTENSION = "EXT_lights_area"
 # Blender's exporter has the same factor from watts to lumens.
 LUMENS_PER_WATT = 683.0
+# Radians. Blender's default is 180 degrees in single precision.
+FULL_SPREAD = math.radians(179.9)
 
 
 def write(node: Any, light_object: bpy.types.Object, color: tuple[float, ...], settings: dict[str, Any]) -> None:
@@ -21,6 +23,8 @@ def write(node: Any, light_object: bpy.types.Object, color: tuple[float, ...], s
     if json is None:
         settings["log"].warning(f"blinn: area light '{light_object.name}' has no area; it is not written")
         return
+    if getattr(light_object.data, "spread", math.pi) < FULL_SPREAD:
+        settings["log"].warning(f"blinn: area light '{light_object.name}' shines to all sides: its spread is not written")
     light = ChildOfRootExtension(path=["lights"], name=EXTENSION, extension=json, required=False)
     node.extensions = {**(node.extensions or {}), EXTENSION: Extension(EXTENSION, {"light": light}, False)}
 

@@ -6,7 +6,7 @@ from typing import Any
 
 import bpy
 
-from . import area_light, camera, punctual_light, scene_settings
+from . import area_light, camera, material_loss, punctual_light, scene_settings
 from .gltf_types import add_extras
 
 ENABLED = "blinn_export"
@@ -21,6 +21,8 @@ class glTF2ExportUserExtension:
         self.is_enabled = getattr(bpy.context.scene, ENABLED, True)
         # While the exporter works, it changes the current frame and, in some versions, the colours of lights.
         self.colors = {light.name_full: tuple(light.color) for light in bpy.data.lights}
+        # Materials whose losses are named. The exporter gathers some more than once.
+        self.reported: set[str] = set()
         self.current_frames = {scene.name: scene.frame_current for scene in bpy.data.scenes}
 
     def gather_node_hook(self, node: Any, blender_object: bpy.types.Object | None, settings: dict[str, Any]) -> None:
@@ -37,6 +39,17 @@ class glTF2ExportUserExtension:
             add_extras(node.camera, camera.extras(blender_object))
             if any(scene.camera == blender_object for scene in bpy.data.scenes):
                 add_extras(node, {"activeCamera": True})
+
+    def gather_material_hook(self, gltf_material: Any, material: bpy.types.Material | None, settings: dict) -> None:
+        """Marks thin walls, and warns once of what a material loses."""
+        if not self.is_enabled or not isinstance(material, bpy.types.Material):
+            return
+        if material_loss.is_thin_wall(material):
+            add_extras(gltf_material, {"thinWall": True})
+        losses = [] if material.name_full in self.reported else material_loss.losses(material)
+        if losses:
+            self.reported.add(material.name_full)
+            settings["log"].warning(material_loss.message(material, losses))
 
     def gather_gltf_hook(self, active_scene: int, scenes: list, animations: list, settings: dict[str, Any]) -> None:
         """Adds world and render settings to each scene."""

@@ -252,3 +252,62 @@ def test_keys_of_materials_lights_and_cameras_are_converted(scene, add_light, co
     targets = [channel["target"] for channel in animation["channels"]]
     pointers = {target["extensions"]["KHR_animation_pointer"]["pointer"].rsplit("/", 1)[-1] for target in targets}
     assert pointers == {"intensity", "baseColorFactor", "yfov"}
+
+
+@pytest.fixture()
+def add_material(scene):
+    """A function that adds a cube with a material, and returns the material's nodes and its Principled BSDF."""
+
+    def add(name, **inputs):
+        material = bpy.data.materials.new(name)
+        if bpy.app.version < (5, 0, 0):
+            material.use_nodes = True
+        add_cube(scene, name).data.materials.append(material)
+        tree = material.node_tree
+        shader = next(n for n in tree.nodes if n.bl_idname == "ShaderNodeBsdfPrincipled")
+        for socket, value in inputs.items():
+            shader.inputs[socket.replace("_", " ")].default_value = value
+        return tree, shader
+
+    return add
+
+
+def test_what_materials_lose_is_one_warning_each(scene, convert, add_material):
+    add_material("Plain", Roughness=0.2, Coat_Weight=1.0)
+    add_material("Lacquer", Coat_Weight=1.0, Coat_Tint=(1.0, 0.5, 0.2, 1.0), Subsurface_Weight=0.5)
+    tree, shader = add_material("Cloudy")
+    ramp = tree.nodes.new("ShaderNodeValToRGB")
+    tree.links.new(tree.nodes.new("ShaderNodeTexNoise").outputs[0], ramp.inputs[0])
+    tree.links.new(ramp.outputs[0], shader.inputs["Base Color"])
+    tree, shader = add_material("Linear")
+    texture = tree.nodes.new("ShaderNodeTexImage")
+    texture.image = bpy.data.images.new("Values", 4, 4)
+    texture.image.pack()
+    texture.image.colorspace_settings.name = "Linear Rec.709"
+    tree.links.new(texture.outputs[0], shader.inputs["Base Color"])
+    tree, shader = add_material("Other")
+    tree.links.new(tree.nodes.new("ShaderNodeBsdfGlass").outputs[0], tree.nodes["Material Output"].inputs["Surface"])
+    start = "loses what glTF cannot hold:"
+    assert sorted(text for key, text in convert().report if key == "warning") == [
+        f"material 'Cloudy' {start} 'Color Ramp' in Base Color, 'Noise Texture' in Base Color; bake it to an image",
+        f"material 'Lacquer' {start} Coat Tint, Subsurface Weight",
+        f"material 'Linear' {start} the colour space 'Linear Rec.709' of image 'Values'",
+        f"material 'Other' {start} the shader 'Glass BSDF'",
+    ]
+
+
+def test_thin_walls_are_marked(scene, convert, add_material):
+    _, shader = add_material("Pane", Transmission_Weight=1.0)
+    add_material("Body", Transmission_Weight=1.0)
+    if "Thin Wall" not in shader.inputs:
+        pytest.skip("this Blender has no thin walls")
+    shader.inputs["Thin Wall"].default_value = True
+    marks = {m["name"]: m.get("extras", {}).get("blinn") for m in convert().json["materials"]}
+    assert marks == {"Pane": {"thinWall": True}, "Body": None}
+
+
+def test_the_spread_of_area_lights_is_a_warning(scene, add_light, convert):
+    add_light("AREA")
+    assert convert().report == []
+    add_light("AREA").data.spread = 1.0
+    assert convert().report == [("warning", "area light 'Area.001' shines to all sides: its spread is not written")]
