@@ -107,6 +107,7 @@ fn glass(scene: &Scene, mode: GlassMode) -> Vec<Value> {
             (true, true) => "volume",
             (true, false) if is_blender => "closed or curved surface",
             (true, false) => "closed surface",
+            (false, _) if material.thin_wall => "thin wall of the material",
             (false, _) if is_blender => "flat surface",
             (false, _) if refracts_if_closed(scene, material) => "open surface",
             (false, _) => "no volume",

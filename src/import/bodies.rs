@@ -38,7 +38,7 @@ pub(super) fn mark_bodies(scene: &mut Scene, mode: GlassMode) {
 pub fn refracts_if_closed(scene: &Scene, material: &Material) -> bool {
     match &material.reflectance {
         Reflectance::Mtl(mtl) => mtl.ior > 1.0,
-        _ => scene.source.is_blender(),
+        _ => scene.source.is_blender() && !material.thin_wall,
     }
 }
 
@@ -166,6 +166,22 @@ mod tests {
         let blender = "Khronos glTF Blender I/O v5.0.21";
         assert!(is_body(&open, blender) && !is_body(&flat, blender));
         assert!(!is_body(&open, "another exporter") && !is_body(&tetrahedron(), "another exporter"));
+    }
+
+    #[test]
+    fn thin_walls_of_blender_are_bodies_on_request_alone() {
+        let is_body = |thin_wall: bool, mode: GlassMode| {
+            let mut material = Material { thin_wall, ..Material::default() };
+            material.transmission.factor = 1.0;
+            let mut scene =
+                Scene { materials: vec![material], meshes: vec![tetrahedron()], ..Default::default() };
+            scene.source.generator = "Khronos glTF Blender I/O v5.2.41".into();
+            scene.instances.push(Default::default());
+            mark_bodies(&mut scene, mode);
+            scene.meshes[0].is_body
+        };
+        assert!(is_body(false, GlassMode::Auto) && !is_body(true, GlassMode::Auto));
+        assert!(is_body(true, GlassMode::Solid));
     }
 
     #[test]

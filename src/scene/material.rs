@@ -163,6 +163,8 @@ pub struct Material {
     pub dispersion: f32,
     /// The body that the surface bounds; `None` for a thin wall.
     pub volume: Option<Volume>,
+    /// True for a wall that is thin by its material, also where its mesh could bound a body (Blender's *Thin Wall*).
+    pub thin_wall: bool,
     /// False makes back faces invisible to eye rays.
     pub double_sided: bool,
 }
@@ -196,6 +198,7 @@ impl Default for Material {
             diffuse_transmission: DiffuseTransmission::default(),
             dispersion: 0.0,
             volume: None,
+            thin_wall: false,
             double_sided: false,
         }
     }

@@ -17,8 +17,8 @@ use super::objects::ObjectBuilder;
 use super::primitive;
 use super::primitive::PrimitiveId;
 use super::{
-    animation, blender, extensions, forest, graph, image_based_light, instancing, levels_of_detail,
-    light_temperature, lost_lights, round_primitive, sun_strengths, topology, variants,
+    animation, blender, coincident_meshes, extensions, forest, graph, image_based_light, instancing,
+    levels_of_detail, light_temperature, lost_lights, round_primitive, sun_strengths, topology, variants,
 };
 use crate::error::{LoadError, Warnings};
 use crate::options::LoadOptions;
@@ -94,6 +94,7 @@ pub(super) fn scene(
         let offset = (scene.nodes.len() - nodes.len()) as u32;
         scene.lost_lights = lost_lights::find(doc, &nodes, offset);
         sun_strengths::warn_of_lost(&scene, warnings);
+        coincident_meshes::warn(&scene, warnings);
     }
     add_tangents(&mut scene, &options.cancel)?;
     Ok(scene)

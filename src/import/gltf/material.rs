@@ -64,6 +64,7 @@ pub(super) fn read(json: &gltf::Material, resolve: &mut dyn FnMut(usize) -> Opti
         diffuse_transmission: diffuse_transmission::read(others, &mut slots),
         dispersion: dispersion::read(others),
         volume: extensions.and_then(|e| e.volume.as_ref()).and_then(volume),
+        thin_wall: false,
         double_sided: json.double_sided,
     };
     if let Some(glossy) = extensions.and_then(|e| e.pbr_specular_glossiness.as_ref()) {

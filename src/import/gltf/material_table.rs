@@ -5,7 +5,7 @@ use std::collections::HashMap;
 use super::document::Document;
 use super::primitive::PrimitiveId;
 use super::texture::Textures;
-use super::{blender, material, missing_material, variants};
+use super::{blender, blinn_extras, material, missing_material, variants};
 use crate::error::{LoadError, Warnings};
 use crate::normal_maps::holds_normals;
 use blinn_scene::{Material, Source};
@@ -52,6 +52,9 @@ impl MaterialTable {
             Some(json) => {
                 let mut material = material::read(json, &mut |texture| textures.get(texture));
                 if is_blender {
+                    let extras = json.extras.as_ref().map(|raw| raw.get());
+                    material.thin_wall =
+                        blinn_extras::is_thin_wall(extras, index.unwrap_or_default(), &mut warnings);
                     blender::restore_shading(&mut material, json, &mut warnings);
                     if let Some(image) = textures.normal_image(&material).filter(|&image| !has_normals(image))
                     {

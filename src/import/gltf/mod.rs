@@ -14,6 +14,7 @@ mod blinn_extras;
 mod buffers;
 mod build;
 mod clearcoat;
+mod coincident_meshes;
 mod color;
 mod container;
 mod diffuse_transmission;

@@ -2,6 +2,7 @@
 
 mod camera;
 mod light;
+mod material;
 mod scene_settings;
 mod world;
 
@@ -14,6 +15,7 @@ use crate::files::escape::printable;
 
 pub(super) use camera::{Lens, is_active_camera, lens};
 pub(super) use light::{ellipse_aspect, extended_light};
+pub(super) use material::is_thin_wall;
 pub(super) use scene_settings::SceneExtras;
 
 /// Name of the object in `extras`.

@@ -186,6 +186,29 @@ fn suns_that_lost_their_strength_are_named_in_one_warning() {
     );
 }
 
+/// Blender 5.2 and 5.3 write collections in instanced collections more than once.
+#[test]
+fn meshes_that_lie_on_equal_ones_are_counted_in_one_warning() {
+    let warned = |generator: &str, copies: Value| {
+        let mut fixture = Fixture::triangle();
+        fixture.json["asset"]["generator"] = json!(generator);
+        for node in copies.as_array().unwrap() {
+            fixture.node(node.clone());
+        }
+        fixture.load().1
+    };
+    let blender = "Khronos glTF Blender I/O v5.2.41";
+    let copy = json!({"name": "copy", "mesh": 0});
+    let beside = json!({"mesh": 0, "translation": [1, 0, 0]});
+    assert!(warned(blender, json!([beside])).is_empty());
+    assert!(warned("", json!([copy])).is_empty());
+    let one = warned(blender, json!([copy, beside]));
+    assert_eq!(one.len(), 1, "{one:?}");
+    assert!(one[0].starts_with("mesh 'copy' lies on an equal one: Blender writes"), "{one:?}");
+    let more = warned(blender, json!([copy, copy, beside, beside]));
+    assert!(more[0].starts_with("3 meshes lie on equal ones, such as 'copy': Blender writes"), "{more:?}");
+}
+
 /// The colour of a light is multiplied by that of its temperature, 1.04 at 6500 K and 5.41 at 800 K.
 #[test]
 fn colours_of_lights_may_exceed_1() {

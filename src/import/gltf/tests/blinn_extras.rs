@@ -218,3 +218,14 @@ fn discs_may_be_ellipses_of_the_same_area() {
     let scene = load(&fixture);
     assert_eq!((scene.area_lights[0].shape, scene.area_lights[0].size), (AreaLightShape::Disk, [4.0, 1.0]));
 }
+
+#[test]
+fn thin_walls_of_blender_are_read() {
+    let mut fixture = super::materials::textured(json!({"extras": {"blinn": {"thinWall": true}}}));
+    fixture.json["asset"]["generator"] = json!("Khronos glTF Blender I/O v5.2.41");
+    assert!(load(&fixture).materials[0].thin_wall);
+    fixture.json["materials"][0]["extras"]["blinn"]["thinWall"] = json!(1);
+    let (scene, warnings) = fixture.load();
+    assert!(!scene.materials[0].thin_wall);
+    assert_eq!(warnings, ["materials[0].extras.blinn.thinWall: ignored invalid value 1"]);
+}
