@@ -24,7 +24,8 @@ def write(node: Any, light_object: bpy.types.Object, color: tuple[float, ...], s
         settings["log"].warning(f"blinn: area light '{light_object.name}' has no area; it is not written")
         return
     if getattr(light_object.data, "spread", math.pi) < FULL_SPREAD:
-        settings["log"].warning(f"blinn: area light '{light_object.name}' shines to all sides: its spread is not written")
+        text = f"blinn: area light '{light_object.name}' shines to all sides: its spread is not written"
+        settings["log"].warning(text)
     light = ChildOfRootExtension(path=["lights"], name=EXTENSION, extension=json, required=False)
     node.extensions = {**(node.extensions or {}), EXTENSION: Extension(EXTENSION, {"light": light}, False)}
 

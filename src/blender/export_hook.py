@@ -6,7 +6,7 @@ from typing import Any
 
 import bpy
 
-from . import area_light, camera, material_loss, punctual_light, scene_settings
+from . import area_light, camera, light_emission, material_loss, punctual_light, scene_settings
 from .gltf_types import add_extras
 
 ENABLED = "blinn_export"
@@ -21,7 +21,7 @@ class glTF2ExportUserExtension:
         self.is_enabled = getattr(bpy.context.scene, ENABLED, True)
         # While the exporter works, it changes the current frame and, in some versions, the colours of lights.
         self.colors = {light.name_full: tuple(light.color) for light in bpy.data.lights}
-        # Materials whose losses are named. The exporter gathers some more than once.
+        # Materials and lights whose losses are named. The exporter gathers some more than once.
         self.reported: set[str] = set()
         self.current_frames = {scene.name: scene.frame_current for scene in bpy.data.scenes}
 
@@ -30,6 +30,7 @@ class glTF2ExportUserExtension:
         if not self.is_enabled or blender_object is None:
             return
         if blender_object.type == "LIGHT" and settings["gltf_lights"]:
+            self.warn_of_lost_keys(blender_object, settings)
             color = self.colors.get(blender_object.data.name_full, tuple(blender_object.data.color))
             if blender_object.data.type == "AREA":
                 area_light.write(node, blender_object, color, settings)
@@ -39,6 +40,14 @@ class glTF2ExportUserExtension:
             add_extras(node.camera, camera.extras(blender_object))
             if any(scene.camera == blender_object for scene in bpy.data.scenes):
                 add_extras(node, {"activeCamera": True})
+
+    def warn_of_lost_keys(self, light_object: bpy.types.Object, settings: dict[str, Any]) -> None:
+        """Warns once of each light that does not change over time in the file."""
+        light = light_object.data
+        if settings["gltf_animations"] and light.name_full not in self.reported and light_emission.loses_keys(light):
+            self.reported.add(light.name_full)
+            text = f"blinn: the keys of light '{light.name}' are not written: it is the same in all frames"
+            settings["log"].warning(text)
 
     def gather_material_hook(self, gltf_material: Any, material: bpy.types.Material | None, settings: dict) -> None:
         """Marks thin walls, and warns once of what a material loses."""

@@ -5,6 +5,7 @@ from __future__ import annotations
 import bpy
 
 from .engine_settings import ENGINE
+from .export_options import is_driven
 from .node_links import linked_node
 
 WHITE = (1.0, 1.0, 1.0)
@@ -33,6 +34,13 @@ def node_emission(light: bpy.types.Light) -> tuple[float, float, float]:
     color, factor = emission.inputs["Color"], emission.inputs["Strength"]
     power = 1.0 if factor.is_linked else factor.default_value
     return tuple(power * (1.0 if color.is_linked else channel) for channel in color.default_value[:3])
+
+
+def loses_keys(light: bpy.types.Light) -> bool:
+    """Returns True for a light with animation that is not exported."""
+    # From 5.1 on, lights have nodes, and Blender's exporter writes no keys of suns.
+    is_lost = light.type == "AREA" or light.type == "SUN" and bpy.app.version >= (5, 1, 0)
+    return is_lost and (is_driven(light) or is_driven(light.node_tree))
 
 
 def product(*colors: tuple[float, ...]) -> list[float]:

@@ -311,3 +311,18 @@ def test_the_spread_of_area_lights_is_a_warning(scene, add_light, convert):
     assert convert().report == []
     add_light("AREA").data.spread = 1.0
     assert convert().report == [("warning", "area light 'Area.001' shines to all sides: its spread is not written")]
+
+
+def test_lost_keys_of_lights_are_a_warning(scene, add_light, convert):
+    scene.frame_start, scene.frame_end = 1, 11
+    for kind in ["AREA", "SUN"]:
+        light = add_light(kind).data
+        for frame, energy in [(1, 1.0), (11, 9.0)]:
+            light.energy = energy
+            light.keyframe_insert("energy", frame=frame)
+    result = convert()
+    text = "the keys of light '{}' are not written: it is the same in all frames"
+    lost = ["Area", "Sun"] if bpy.app.version >= (5, 1, 0) else ["Area"]
+    assert sorted(result.report) == [("warning", text.format(name)) for name in lost]
+    assert len(result.json.get("animations", [])) == 2 - len(lost)
+    assert convert("--frame", "5").report == []
