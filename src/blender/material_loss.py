@@ -13,19 +13,21 @@ PRINCIPLED = "ShaderNodeBsdfPrincipled"
 # Blender's exporter evaluates none of these: their sockets get the value that they have without a link.
 PROCEDURES = {
     f"ShaderNode{name}"
-    for name in """TexNoise TexVoronoi TexWave TexMagic TexChecker TexBrick TexGradient TexWhiteNoise TexGabor
-    TexSky TexEnvironment ValToRGB HueSaturation Invert RGBCurve BrightContrast Gamma Fresnel LayerWeight NewGeometry ObjectInfo
-    CameraData LightPath
-    AmbientOcclusion Bevel Wireframe Blackbody Wavelength MapRange FloatCurve VectorCurve Script
-    ParticleInfo HairInfo PointInfo""".split()
+    for name in """
+    TexNoise TexVoronoi TexWave TexMagic TexChecker TexBrick TexGradient TexWhiteNoise TexGabor TexSky
+    TexEnvironment ValToRGB HueSaturation Invert RGBCurve BrightContrast Gamma Fresnel LayerWeight NewGeometry
+    ObjectInfo CameraData LightPath AmbientOcclusion Bevel Wireframe Blackbody Wavelength MapRange FloatCurve
+    VectorCurve Script ParticleInfo HairInfo PointInfo
+    """.split()
 }
 
 # Shaders that become a material without values.
 SHADERS = {
     f"ShaderNode{name}"
-    for name in """BsdfDiffuse BsdfGlass BsdfGlossy BsdfAnisotropic BsdfRefraction BsdfTranslucent BsdfToon BsdfSheen
-    BsdfVelvet BsdfMetallic BsdfHair BsdfHairPrincipled BsdfRayPortal
-    SubsurfaceScattering AddShader EeveeSpecular""".split()
+    for name in """
+    BsdfDiffuse BsdfGlass BsdfGlossy BsdfAnisotropic BsdfRefraction BsdfTranslucent BsdfToon BsdfSheen BsdfVelvet
+    BsdfMetallic BsdfHair BsdfHairPrincipled BsdfRayPortal SubsurfaceScattering AddShader EeveeSpecular
+    """.split()
 }
 
 # Inputs of a Principled BSDF without a counterpart, and the weight that shows them.
