@@ -6,7 +6,7 @@ from typing import Any
 
 import bpy
 
-from . import area_light, camera, light_emission, material_loss, punctual_light, scene_settings
+from . import area_light, camera, light_emission, material_extensions, material_loss, punctual_light, scene_settings
 from .gltf_types import add_extras
 
 ENABLED = "blinn_export"
@@ -53,6 +53,10 @@ class glTF2ExportUserExtension:
         """Marks thin walls, and warns once of what a material loses."""
         if not self.is_enabled or not isinstance(material, bpy.types.Material):
             return
+        shader = material_loss.surface_of(material)
+        is_unlit = "KHR_materials_unlit" in (gltf_material.extensions or {})
+        if shader is not None and shader.bl_idname == material_loss.PRINCIPLED and not is_unlit:
+            material_extensions.write(gltf_material, shader)
         if material_loss.is_thin_wall(material):
             add_extras(gltf_material, {"thinWall": True})
         losses = [] if material.name_full in self.reported else material_loss.losses(material)

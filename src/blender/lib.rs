@@ -25,6 +25,7 @@ pub const MODULES: &[(&str, &str)] = &modules![
     "export_options.py",
     "gltf_types.py",
     "light_emission.py",
+    "material_extensions.py",
     "material_loss.py",
     "node_links.py",
     "panorama.py",

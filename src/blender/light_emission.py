@@ -40,7 +40,8 @@ def loses_keys(light: bpy.types.Light) -> bool:
     """Returns True for a light with animation that is not exported."""
     # From 5.1 on, lights have nodes. For engines that evaluate them, the exporter writes keys of the nodes alone.
     has_nodes = bpy.app.version >= (5, 1, 0) and bpy.context.scene.render.engine != "BLENDER_EEVEE"
-    return (light.type == "AREA" or light.type == "SUN" and has_nodes) and (is_driven(light) or is_driven(light.node_tree))
+    is_lost = light.type == "AREA" or light.type == "SUN" and has_nodes
+    return is_lost and (is_driven(light) or is_driven(light.node_tree))
 
 
 def product(*colors: tuple[float, ...]) -> list[float]:

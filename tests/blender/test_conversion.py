@@ -329,3 +329,17 @@ def test_lost_keys_of_lights_are_a_warning(scene, add_light, convert, engine):
     assert sorted(result.report) == [("warning", text.format(name)) for name in lost]
     assert len(result.json.get("animations", [])) == 2 - len(lost)
     assert convert("--frame", "5").report == []
+
+
+def test_opaque_materials_keep_their_index_of_refraction_and_thin_film(scene, convert, add_material):
+    add_material("Plain", IOR=1.5)
+    add_material("Diamond", IOR=2.4)
+    add_material("Glass", IOR=1.45, Transmission_Weight=1.0)
+    add_material("Bubble", IOR=1.5, Thin_Film_Thickness=450.0, Thin_Film_IOR=1.75)
+    materials = {m["name"]: m.get("extensions", {}) for m in convert().json["materials"]}
+    assert materials["Plain"] == {}
+    assert materials["Diamond"]["KHR_materials_ior"] == {"ior": pytest.approx(2.4)}
+    assert materials["Diamond"]["KHR_materials_specular"] == {"specularFactor": 1}
+    assert materials["Glass"]["KHR_materials_ior"] == {"ior": pytest.approx(1.45)}
+    film = {"iridescenceFactor": 1, "iridescenceIor": 1.75, "iridescenceThicknessMaximum": 450}
+    assert materials["Bubble"] == {"KHR_materials_iridescence": film}
