@@ -239,6 +239,7 @@ fn failures_of_blender_are_one_line_and_leave_nothing() {
     for (script, message) in [
         ("echo 'error it is truncated' > \"$report\"; exit 1", "it is truncated"),
         ("echo partial > \"$output\"; echo Traceback; echo 'KeyError: x' >&2; exit 1", "KeyError: x"),
+        ("echo 'no module numpy'; echo; echo 'Blender quit'; exit 1", "exit status: 1: no module numpy"),
         ("exit 0", "ended with exit status: 0"),
         ("kill -SEGV $$", "signal: 11"),
     ] {

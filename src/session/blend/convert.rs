@@ -16,6 +16,9 @@ use super::probe::{Blender, version_name};
 use blinn_blender::{CONVERT, MODULES};
 use blinn_import::{LoadError, LoadOptions, SceneChoice, open_scene_file};
 
+/// The last line of Blender, whatever went before.
+const GOODBYE: &str = "Blender quit";
+
 /// Settings of a conversion.
 struct Settings<'a> {
     blender: Blender,
@@ -115,7 +118,8 @@ impl Settings<'_> {
     fn failure(&self, ended: &Ended, report: Report) -> LoadError {
         let reason = report.error.unwrap_or_else(|| {
             let version = version_name(self.blender.version);
-            let last = ended.output.lines().rfind(|line| !line.trim().is_empty()).unwrap_or("no message");
+            let is_message = |line: &&str| !matches!(line.trim(), "" | GOODBYE);
+            let last = ended.output.lines().rfind(is_message).unwrap_or("no message");
             format!("Blender {version} ended with {}: {}", ended.status, last.trim())
         });
         LoadError::Unsupported(reason)
