@@ -343,3 +343,14 @@ def test_opaque_materials_keep_their_index_of_refraction_and_thin_film(scene, co
     assert materials["Glass"]["KHR_materials_ior"] == {"ior": pytest.approx(1.45)}
     film = {"iridescenceFactor": 1, "iridescenceIor": 1.75, "iridescenceThicknessMaximum": 450}
     assert materials["Bubble"] == {"KHR_materials_iridescence": film}
+
+
+def test_a_missing_module_is_one_error(convert, tmp_path, monkeypatch):
+    # As where a distribution builds Blender with a Python of its own.
+    (tmp_path / "numpy.py").write_text("raise ModuleNotFoundError(\"No module named 'numpy'\", name='numpy')")
+    monkeypatch.setenv("PYTHONPATH", str(tmp_path))
+    result = convert(file=tmp_path / "any.blend")
+    assert result.status == 1
+    assert result.report == [
+        ("error", "Blender's Python has no module numpy; install it, as python3-numpy on Debian")
+    ]
