@@ -80,16 +80,37 @@ impl Film {
         Film::with_memory(window, Vec::new())
     }
 
-    /// A black film in the memory of an earlier picture's [`Pixels::colors`].
+    /// A film in the memory of an earlier picture's [`Pixels::colors`], whose colours its pixels may have until they are
+    /// stored or cleared.
     pub(super) fn with_memory(window: PixelRect, mut memory: Vec<Rgba>) -> Film {
         let pixels = window.width as usize * window.height as usize;
         if memory.capacity() < pixels {
             memory = vec![Rgba::ZERO; pixels];
         } else {
-            memory.clear();
             memory.resize(pixels, Rgba::ZERO);
         }
         Film { window, colors: Mutex::new(memory) }
+    }
+
+    /// Makes a tile black.
+    pub(super) fn clear(&self, tile: PixelRect) {
+        let mut colors = self.colors.lock().unwrap_or_else(|e| e.into_inner());
+        for row in self.rows(&mut colors, tile) {
+            row.fill(Rgba::ZERO);
+        }
+    }
+
+    /// The pixels of a tile, row by row.
+    fn rows<'a>(
+        &self,
+        colors: &'a mut [Rgba],
+        tile: PixelRect,
+    ) -> impl Iterator<Item = &'a mut [Rgba]> + use<'a> {
+        let length = self.window.width as usize;
+        let first = (tile.y - self.window.y) as usize * length + (tile.x - self.window.x) as usize;
+        let (width, height) = (tile.width as usize, tile.height as usize);
+        let rows = colors.get_mut(first..).unwrap_or_default().chunks_mut(length).take(height);
+        rows.map(move |row| &mut row[..width])
     }
 
     /// Cuts the film into tiles of `side` by `side` pixels, at most 4096, and smaller ones at its right and lower edge. They
@@ -117,8 +138,23 @@ impl Film {
 
     /// Stores a rendered tile.
     pub fn store(&self, buffer: &TileBuffer) {
+        /// The bits of x in a Morton code.
+        const X_BITS: u32 = 0x5555_5555;
         let mut colors = self.colors.lock().unwrap_or_else(|e| e.into_inner());
-        for (p, color) in buffer.tile.pixels().zip(&buffer.colors) {
+        let TileBuffer { tile, colors: tile_colors } = buffer;
+        let side = tile.width;
+        if side == tile.height && side.is_power_of_two() && tile_colors.len() == (side * side) as usize {
+            // A square holds all Morton codes, which are counted along its rows.
+            for (y, row) in self.rows(&mut colors, *tile).enumerate() {
+                let mut code = morton2(UVec2::new(0, y as u32)) as u32;
+                for color in row {
+                    *color = tile_colors[code as usize];
+                    code = ((code | !X_BITS).wrapping_add(1) & X_BITS) | (code & !X_BITS);
+                }
+            }
+            return;
+        }
+        for (p, color) in tile.pixels().zip(tile_colors) {
             let x = (p.x - self.window.x) as usize;
             let y = (p.y - self.window.y) as usize;
             colors[y * self.window.width as usize + x] = *color;
@@ -161,12 +197,12 @@ mod tests {
     }
 
     #[test]
-    fn films_in_used_memory_are_black() {
+    fn cleared_films_in_used_memory_are_black() {
+        let window = PixelRect { x: 1, y: 2, width: 3, height: 2 };
         for used in [0, 5, 6, 100] {
-            let memory = vec![Rgba::ONE; used];
-            let pixels =
-                Film::with_memory(PixelRect { x: 1, y: 2, width: 3, height: 2 }, memory).into_pixels();
-            assert_eq!(pixels, Pixels { width: 3, height: 2, colors: vec![Rgba::ZERO; 6] });
+            let film = Film::with_memory(window, vec![Rgba::ONE; used]);
+            film.tiles(2).into_iter().for_each(|tile| film.clear(tile));
+            assert_eq!(film.into_pixels(), Pixels { width: 3, height: 2, colors: vec![Rgba::ZERO; 6] });
         }
     }
 }

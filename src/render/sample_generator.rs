@@ -36,8 +36,12 @@ impl SampleGenerator<'_> {
 
     /// Bounds on the film of all samples of `pixels`: the lowest and the highest x and y.
     pub fn film_bounds(&self, pixels: &[UVec2]) -> [[f64; 2]; 2] {
-        let min = pixels.iter().fold(UVec2::MAX, |a, p| a.min(*p));
-        let max = pixels.iter().fold(UVec2::MIN, |a, p| a.max(*p));
+        // Numbers, not vectors, of which baseline x86-64 has no minimum.
+        let (mut min, mut max) = (UVec2::MAX, UVec2::MIN);
+        for &UVec2 { x, y } in pixels {
+            (min.x, min.y) = (min.x.min(x), min.y.min(y));
+            (max.x, max.y) = (max.x.max(x), max.y.max(y));
+        }
         let radius = self.settings.filter.radius();
         let [left, top] = self.film_position(min, [0.5 - radius; 2]);
         let [right, bottom] = self.film_position(max, [0.5 + radius; 2]);

@@ -47,7 +47,12 @@ pub(super) fn render_tiles(
 ) -> Result<Pixels, Cancelled> {
     let film = Film::with_memory(settings.window(), memory.take_film());
     for_each_tile(memory, settings, monitor, |tile, scratch| {
-        film.store(&TileBuffer { tile, colors: colors(tile, scratch) });
+        let colors = colors(tile, scratch);
+        if colors.is_empty() {
+            film.clear(tile);
+        } else {
+            film.store(&TileBuffer { tile, colors });
+        }
     })?;
     Ok(film.into_pixels())
 }

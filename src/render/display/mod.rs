@@ -123,21 +123,33 @@ impl Display {
         alpha: impl Fn(f32) -> T + Sync,
     ) -> Vec<[T; N]> {
         let gain = libm::exp2(self.ev) as f32;
-        let encode_batch = |batch: &[Rgba; BATCH]| -> [[T; N]; BATCH] {
+        let encode_batch = |batch: &[Rgba; BATCH], out: &mut [[T; N]]| {
             let ([r, g, b], a) = self.show(batch, gain);
-            std::array::from_fn(|i| {
+            for (i, out) in out.iter_mut().enumerate() {
                 let rgba = [color(r[i]), color(g[i]), color(b[i]), alpha(a[i])];
-                std::array::from_fn(|channel| rgba[channel])
-            })
+                for (out, value) in out.iter_mut().zip(rgba) {
+                    *out = value;
+                }
+            }
         };
-        // Empty batches are common.
-        let empty = encode_batch(&[Rgba::ZERO; BATCH]);
+        let mut empty = [[T::default(); N]];
+        encode_batch(&[Rgba::ZERO; BATCH], &mut empty);
+        let [empty] = empty;
         let encode_task = |(out, pixels): (&mut [[T; N]], &[Rgba])| {
             for (out, pixels) in out.chunks_mut(BATCH).zip(pixels.chunks(BATCH)) {
-                let mut batch = [Rgba::ZERO; BATCH];
-                batch[..pixels.len()].copy_from_slice(pixels);
-                let encoded = if batch == [Rgba::ZERO; BATCH] { empty } else { encode_batch(&batch) };
-                out.copy_from_slice(&encoded[..pixels.len()]);
+                // Empty batches are common.
+                if pixels.iter().all(|pixel| *pixel == Rgba::ZERO) {
+                    out.fill(empty);
+                    continue;
+                }
+                match pixels.try_into() {
+                    Ok(batch) => encode_batch(batch, out),
+                    Err(_) => {
+                        let mut batch = [Rgba::ZERO; BATCH];
+                        batch[..pixels.len()].copy_from_slice(pixels);
+                        encode_batch(&batch, out);
+                    }
+                }
             }
         };
         let mut out = vec![[T::default(); N]; pixels.colors.len()];

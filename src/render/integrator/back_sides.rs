@@ -6,7 +6,7 @@
 use glam::DVec3;
 
 use crate::integrator::frame::Frame;
-use crate::integrator::material::coefficients::Coefficients;
+use crate::integrator::material::coefficients::{BaseTerms, Coefficients};
 use crate::integrator::media::beer_lambert;
 use crate::integrator::shading_batch::{BatchBuffers, ShadingBatch};
 use crate::integrator::surface::shading_triangle::{MaterialTraits, ShadingTriangle};
@@ -26,7 +26,7 @@ impl<'s> BackSides<'s> {
     pub fn of(
         frame: &Frame,
         front: &ShadingBatch,
-        base_radiance: impl Fn(&Coefficients, DVec3) -> Rgb,
+        base_radiance: impl Fn(BaseTerms, DVec3) -> Rgb,
     ) -> Option<BackSides<'s>> {
         let fronts: Vec<usize> =
             front.soa.layered_points().filter(|&i| front.transmitted(i) != Rgb::ZERO).collect();
@@ -56,7 +56,7 @@ impl<'s> BackSides<'s> {
             set3(&mut to.terminator_offset, at, triangle.terminator_offset(b, n_g).to_array());
             set3(&mut to.n_g, at, n_g.to_array());
             set3(&mut to.n_v, at, (-dvec3(&from.n_v, lane)).to_array());
-            to.set_material(at, n, &k, base_radiance(&k, n));
+            to.set_material(at, n, &k, base_radiance(k.base_terms(), n));
             batch.points.push(point);
         }
         Some(BackSides { batch, fronts })

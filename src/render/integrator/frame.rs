@@ -211,6 +211,7 @@ impl<'a> Frame<'a> {
     }
 
     /// I_a at a surface with shading normal `n`; 0 where indirect light is traced.
+    #[inline]
     pub(crate) fn ambient_at(&self, n: DVec3) -> Rgb {
         if self.indirect > 0 {
             return Rgb::ZERO;

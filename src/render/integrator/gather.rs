@@ -13,7 +13,7 @@ use crate::integrator::emitters::Emitters;
 use crate::integrator::frame::Frame;
 use crate::integrator::layers::layer_inputs::LayerInputs;
 use crate::integrator::material::coefficient_lanes::CoefficientLanes;
-use crate::integrator::material::coefficients::Coefficients;
+use crate::integrator::material::coefficients::BaseTerms;
 use crate::integrator::material::evaluator::{EvalMaterial, EvalSettings};
 use crate::integrator::material::material_inputs::MaterialInputs;
 use crate::integrator::material::specular_antialiasing::SpecularAntialiasing;
@@ -40,7 +40,7 @@ pub(crate) fn gather_points<'s>(
     samples: &[Sample],
     buffers: &mut BatchBuffers,
     reflections_enabled: bool,
-    base_radiance: impl Fn(&Coefficients, DVec3) -> Rgb,
+    base_radiance: impl Fn(BaseTerms, DVec3) -> Rgb,
 ) -> ShadingBatch<'s> {
     let mut batch = ShadingBatch::new(buffers);
     batch.spawns_at_triangles = frame.traces_full_paths();
@@ -166,7 +166,7 @@ fn evaluate_materials(
     batch: &mut ShadingBatch,
     states: PathStates,
     reflections_enabled: bool,
-    base_radiance: impl Fn(&Coefficients, DVec3) -> Rgb,
+    base_radiance: impl Fn(BaseTerms, DVec3) -> Rgb,
 ) {
     let ShadingBatch { points, soa, triangles, has_transmission, .. } = batch;
     let settings = EvalSettings {
@@ -241,7 +241,7 @@ struct MaterialPass<'a, F> {
     base_radiance: F,
 }
 
-impl<F: Fn(&Coefficients, DVec3) -> Rgb> MaterialPass<'_, F> {
+impl<F: Fn(BaseTerms, DVec3) -> Rgb> MaterialPass<'_, F> {
     /// Evaluates the material of a run of points.
     fn eval(&mut self, run: &MaterialRun, soa: &mut PointsSoa) {
         let frame = self.frame;
@@ -260,7 +260,8 @@ impl<F: Fn(&Coefficients, DVec3) -> Rgb> MaterialPass<'_, F> {
             self.inputs.texels.sample(simd, posed, block, &lanes);
         }
         if !is_uniform || self.uniform != Some(index) {
-            let out = &mut self.coefficients;
+            // Coefficients of a whole block need no copy.
+            let out = if is_uniform || start > 0 { &mut self.coefficients } else { &mut block.k };
             let (inputs, settings) = (&self.inputs, self.settings);
             simd.run(EvalMaterial { material, inputs, has_color, settings, out });
             self.uniform = is_uniform.then_some(index);
@@ -282,7 +283,7 @@ impl<F: Fn(&Coefficients, DVec3) -> Rgb> MaterialPass<'_, F> {
         simd.run(SetCoefficients {
             block: &mut *block,
             lanes: lanes.clone(),
-            k: &self.coefficients,
+            k: (is_uniform || start > 0).then_some(&self.coefficients),
             alpha2_increase: &alpha2_increase,
             has_normal_map: material.normal.is_some(),
             antialiasing: SpecularAntialiasing::new(material, &frame.overrides),
@@ -305,7 +306,7 @@ impl<F: Fn(&Coefficients, DVec3) -> Rgb> MaterialPass<'_, F> {
             if block.reflects(lane) {
                 continue;
             }
-            let base_radiance = (self.base_radiance)(&block.k.get(lane), block.n(lane));
+            let base_radiance = (self.base_radiance)(block.k.base_terms(lane), block.n(lane));
             block.set_base_radiance(lane, base_radiance);
         }
     }
@@ -338,7 +339,8 @@ impl<F> MaterialPass<'_, F> {
 struct SetCoefficients<'a> {
     block: &'a mut PointBlock,
     lanes: Range<usize>,
-    k: &'a CoefficientLanes,
+    /// `None` if they are in `block` already.
+    k: Option<&'a CoefficientLanes>,
     alpha2_increase: &'a [f32; LANES],
     has_normal_map: bool,
     antialiasing: SpecularAntialiasing,
@@ -348,7 +350,10 @@ impl AutovecKernel for SetCoefficients<'_> {
     #[inline(always)]
     fn run(self) {
         let SetCoefficients { block, lanes, k, alpha2_increase, has_normal_map, antialiasing } = self;
-        block.set_coefficients(&lanes, k, alpha2_increase, has_normal_map);
+        if let Some(k) = k {
+            block.k.copy_from(lanes.start, k);
+        }
+        block.finish_coefficients(&lanes, alpha2_increase, has_normal_map);
         if block.has_specular {
             block.apply_specular_antialiasing(lanes.start, &antialiasing);
         }

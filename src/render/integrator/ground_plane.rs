@@ -4,7 +4,7 @@
 use glam::{DVec3, Vec3};
 
 use crate::integrator::frame::Frame;
-use crate::integrator::material::coefficients::Coefficients;
+use crate::integrator::material::coefficients::{BaseTerms, Coefficients};
 use crate::integrator::path_rays::PathRays;
 use crate::integrator::shading_batch::{ShadingBatch, ShadingPoint};
 use crate::integrator::surface::ray_differentials::{BarycentricDifferentials, TriangleCoords};
@@ -52,7 +52,7 @@ impl Frame<'_> {
         batch: &mut ShadingBatch,
         rays: &PathRays,
         ground_t: &mut [Option<f64>],
-        base_radiance: impl Fn(&Coefficients, DVec3) -> Rgb,
+        base_radiance: impl Fn(BaseTerms, DVec3) -> Rgb,
     ) {
         if ground_t.is_empty() {
             return;
@@ -73,7 +73,7 @@ impl Frame<'_> {
         path: usize,
         ray: Ray,
         t: f64,
-        base_radiance: impl Fn(&Coefficients, DVec3) -> Rgb,
+        base_radiance: impl Fn(BaseTerms, DVec3) -> Rgb,
     ) {
         let Some(ground) = self.ground.as_ref() else { return };
         let at = (ray.o.as_dvec3() + ray.d.as_dvec3() * t).as_vec3();
@@ -98,7 +98,7 @@ impl Frame<'_> {
         };
         let (block, lane) = batch.soa.append(1);
         block.store_hit(lane, ray.d, &hit);
-        block.set_material(lane, n, &k, base_radiance(&k, n));
+        block.set_material(lane, n, &k, base_radiance(k.base_terms(), n));
         batch.points.push(ShadingPoint { path, id: HitId::NONE, is_shadow_catcher });
     }
 

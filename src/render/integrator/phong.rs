@@ -43,7 +43,7 @@ use crate::integrator::layers::block_layers::add_layers;
 use crate::integrator::light_choice::LightChoice;
 use crate::integrator::light_layers::{LightLayer, SampleLayers};
 use crate::integrator::light_parts::{LightSplit, SampleParts};
-use crate::integrator::material::coefficients::Coefficients;
+use crate::integrator::material::coefficients::BaseTerms;
 use crate::integrator::path_rays::{MAX_SURFACES_PER_RAY, PathRays};
 use crate::integrator::paths::{PathLight, PathStates};
 use crate::integrator::sample::{Sample, SampleStream};
@@ -205,7 +205,7 @@ impl Phong {
         for _ in 0..MAX_SURFACES_PER_RAY {
             compositor.rays.intersect(frame);
             compositor.add_area_light_hits();
-            let base_radiance = |k: &Coefficients, n: DVec3| self.base_radiance(frame, k, n);
+            let base_radiance = |k: BaseTerms, n: DVec3| self.base_radiance(frame, k, n);
             let reflections_enabled = self.reflections_enabled(frame);
             let mut batch =
                 gather_points(frame, compositor, stream.samples, buffers, reflections_enabled, base_radiance);
@@ -253,7 +253,7 @@ impl Phong {
 
     /// k_e + k_a I_a at a surface with shading normal `n`.
     #[inline(always)]
-    fn base_radiance(&self, frame: &Frame, k: &Coefficients, n: DVec3) -> Rgb {
+    fn base_radiance(&self, frame: &Frame, k: BaseTerms, n: DVec3) -> Rgb {
         match self.stage {
             Stage::Color => k.color,
             Stage::Diffuse | Stage::Shadow => Rgb::ZERO,

@@ -1,6 +1,6 @@
 //! The coefficients of a block of points, in structure of arrays.
 
-use crate::integrator::material::coefficients::Coefficients;
+use crate::integrator::material::coefficients::{BaseTerms, Coefficients};
 use crate::integrator::material::layer_lanes::LayerLanes;
 use crate::integrator::surface::soa::{LANES, set3, vec3};
 
@@ -68,6 +68,12 @@ impl CoefficientLanes {
             transmission_weight: self.transmission_weight[i],
             layers: self.layers.get(i),
         }
+    }
+
+    /// The base terms of point `i`.
+    #[inline(always)]
+    pub fn base_terms(&self, i: usize) -> BaseTerms {
+        BaseTerms { k_a: vec3(&self.k_a, i), k_e: vec3(&self.k_e, i), color: vec3(&self.color, i) }
     }
 
     /// Replaces the coefficients of the points from `first` on by those of the same lanes of `other`.

@@ -29,6 +29,14 @@ pub struct Coefficients {
     pub layers: SpecularLayers,
 }
 
+/// The coefficients of the radiance k_e + k_a I_a, and of the stage of colours.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct BaseTerms {
+    pub k_a: Rgb,
+    pub k_e: Rgb,
+    pub color: Rgb,
+}
+
 impl Coefficients {
     /// A matte surface of that colour: k_a = k_d = colour.
     #[inline(always)]
@@ -45,6 +53,11 @@ impl Coefficients {
             transmission_weight: 0.0,
             layers: SpecularLayers::NONE,
         }
+    }
+
+    #[inline(always)]
+    pub(crate) fn base_terms(&self) -> BaseTerms {
+        BaseTerms { k_a: self.k_a, k_e: self.k_e, color: self.color }
     }
 
     /// The tint of one surface of a body of glass: the square root, because light passes two of them. For a

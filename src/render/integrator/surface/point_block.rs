@@ -216,23 +216,21 @@ impl PointBlock {
         self.set_base_radiance(i, base_radiance);
     }
 
-    /// Sets the coefficients of the points in the given lanes, with the increase of α² by the normals that each covers. Sets
-    /// their shading normals to the vertex normals, unless a normal map has set them. The lanes behind may hold any value
-    /// then.
+    /// Sets what follows from the coefficients of the points in the given lanes, and the increase of α² by the normals that
+    /// each covers. Sets their shading normals to the vertex normals, unless a normal map has set them. The lanes behind may
+    /// hold any value then.
     #[inline(always)]
-    pub fn set_coefficients(
+    pub fn finish_coefficients(
         &mut self,
         lanes: &Range<usize>,
-        k: &CoefficientLanes,
         alpha2_increase: &[f32; LANES],
         has_normal_map: bool,
     ) {
-        self.k.copy_from(lanes.start, k);
         let (mut specular, mut reflecting) = ([false; LANES], [false; LANES]);
         for i in 0..LANES {
-            let [r, g, b] = k.k_s.each_ref().map(|c| c[i] != 0.0);
+            let [r, g, b] = self.k.k_s.each_ref().map(|c| c[i] != 0.0);
             specular[i] = r | g | b;
-            reflecting[i] = k.layers.reflects[i];
+            reflecting[i] = self.k.layers.reflects[i];
         }
         let in_range = (u32::MAX >> (LANES - lanes.len())) << lanes.start;
         self.has_specular |= mask(&specular) & in_range != 0;
@@ -247,7 +245,7 @@ impl PointBlock {
                 let before = self.n[axis][i];
                 let n = if has_normal_map { before } else { self.n_v[axis][i] };
                 // `NO_NORMAL` where the surface is not visible.
-                let n = if k.opacity[i] != 0.0 { n } else { 0.0 };
+                let n = if self.k.opacity[i] != 0.0 { n } else { 0.0 };
                 self.n[axis][i] = if i < first { before } else { n };
             }
         }

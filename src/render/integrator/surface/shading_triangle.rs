@@ -44,14 +44,22 @@ pub(crate) struct TriangleSurface<'s> {
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct ShadingTriangle<'s> {
     pub surface: TriangleSurface<'s>,
+    geometry: HitGeometry,
+    /// False if the footprint of a sample makes no difference.
+    needs_differentials: bool,
+}
+
+/// The part of a [`ShadingTriangle`] that hits are computed from.
+#[derive(Clone, Copy, Debug)]
+struct HitGeometry {
     plane: TrianglePlane,
     /// Vertex normals, as they are interpolated; 0 in a mesh without normals.
     vertex_normals: [DVec3; 3],
     /// See [`Mesh::keeps_normal_side`](blinn_scene::Mesh::keeps_normal_side); false in a degenerate triangle.
     keeps_normal_side: bool,
     terminator: TerminatorOffset,
-    /// False if the footprint of a sample makes no difference.
-    needs_differentials: bool,
+    /// [`TriangleSurface::p_error`].
+    p_error: Vec3,
 }
 
 /// Traits that the points of all triangles with a material share.
@@ -94,20 +102,24 @@ impl<'s> ShadingTriangle<'s> {
         let MaterialTraits { needs_differentials } = *traits;
         let tint = posed.scene.instances[id.instance as usize].color;
         let are_normalized = !mesh.interpolate_normals_locally;
+        let p_error = point_error(world, local, &transform.affine);
         ShadingTriangle {
             surface: TriangleSurface {
                 id,
                 triangle,
                 front_normal: plane.front_normal,
-                p_error: point_error(world, local, &transform.affine),
+                p_error,
                 tint,
                 material: mesh.material,
                 has_color: tint.is_some() || !triangle.colors.is_empty(),
             },
-            plane,
-            vertex_normals,
-            keeps_normal_side: mesh.keeps_normal_side && plane.front_normal.is_some(),
-            terminator: TerminatorOffset::new(&plane.vertices, &vertex_normals, are_normalized),
+            geometry: HitGeometry {
+                plane,
+                vertex_normals,
+                keeps_normal_side: mesh.keeps_normal_side && plane.front_normal.is_some(),
+                terminator: TerminatorOffset::new(&plane.vertices, &vertex_normals, are_normalized),
+                p_error,
+            },
             needs_differentials,
         }
     }
@@ -115,7 +127,8 @@ impl<'s> ShadingTriangle<'s> {
     /// The surface point of `ray`, which is known to hit the triangle.
     pub fn surface_point(&self, ray: Ray, differential: Option<&RayDifferential>) -> SurfacePoint<'s> {
         let differential = differential.filter(|_| self.needs_differentials);
-        self.surface.surface_from_hit(&self.hit(self.plane.front_normal_for(ray), ray, differential))
+        let geometry = &self.geometry;
+        self.surface.surface_from_hit(&geometry.hit(geometry.plane.front_normal_for(ray), ray, differential))
     }
 
     /// Appends the surface points of the first `count` of `rays`, which are known to hit the triangle.
@@ -129,16 +142,17 @@ impl<'s> ShadingTriangle<'s> {
     ) {
         let differential = differential.filter(|_| self.needs_differentials);
         let (block, lane) = points.append(count);
-        match self.plane.front_normal {
+        // Not a reference: the loops over it would not be vectorised.
+        let geometry = self.geometry;
+        match geometry.plane.front_normal {
             Some(front_normal) if count > 1 => {
-                // Not a reference: the loops over it would not be vectorised.
-                let triangle = *self;
-                simd.run(ComputeHits { triangle, front_normal, rays, differential, block, lane });
+                simd.run(ComputeHits { geometry, front_normal, rays, differential, block, lane });
             }
             _ => {
                 for i in 0..count {
                     let ray = rays.get(i);
-                    let hit = self.hit(self.plane.front_normal_for(ray), ray, differential.as_ref());
+                    let front_normal = geometry.plane.front_normal_for(ray);
+                    let hit = geometry.hit(front_normal, ray, differential.as_ref());
                     block.store_hit(lane + i, ray.d, &hit);
                 }
             }
@@ -147,7 +161,7 @@ impl<'s> ShadingTriangle<'s> {
 
     /// Offsets the shadow rays of points in `lanes` to the envelope of the smooth surface: see [`envelope_height`].
     pub fn set_envelope_offsets(&self, block: &mut PointBlock, lanes: Range<usize>) {
-        let n = self.vertex_normals.map(DVec3::normalize_or_zero);
+        let n = self.geometry.vertex_normals.map(DVec3::normalize_or_zero);
         if n.contains(&DVec3::ZERO) {
             return;
         }
@@ -157,21 +171,31 @@ impl<'s> ShadingTriangle<'s> {
             let n_v = if n_v.dot(dvec3(&block.n_g, i)) < 0.0 { -n_v } else { n_v };
             let b = block.coords(i).b.map(f64::from);
             let side = if (n[0] * b[0] + n[1] * b[1] + n[2] * b[2]).dot(n_v) < 0.0 { -1.0 } else { 1.0 };
-            let height = envelope_height(&self.plane.vertices, &n.map(|n| n * side), b);
+            let height = envelope_height(&self.geometry.plane.vertices, &n.map(|n| n * side), b);
             set3(&mut block.terminator_offset, i, (n_v * height).as_vec3().to_array());
         }
     }
 
     /// The corners.
     pub fn vertices(&self) -> [DVec3; 3] {
-        self.plane.vertices
+        self.geometry.plane.vertices
     }
 
     /// Vertex normals, as they are interpolated; 0 in a mesh without normals.
     pub fn vertex_normals(&self) -> [DVec3; 3] {
-        self.vertex_normals
+        self.geometry.vertex_normals
     }
 
+    /// The offset to the smooth surface at barycentrics `b`, on the side of `n_g`.
+    pub fn terminator_offset(&self, b: Vec3, n_g: DVec3) -> Vec3 {
+        let HitGeometry { vertex_normals, terminator, .. } = &self.geometry;
+        let b = b.to_array().map(f64::from);
+        let flip = InterpolatedNormal::new(vertex_normals, b).n.dot(n_g) < 0.0;
+        terminator.at(b, flip)
+    }
+}
+
+impl HitGeometry {
     #[inline(always)]
     fn hit(&self, front_normal: DVec3, ray: Ray, differential: Option<&RayDifferential>) -> SurfaceHit {
         let plane_hit = self.plane.intersect(front_normal, ray);
@@ -203,18 +227,11 @@ impl<'s> ShadingTriangle<'s> {
         }
     }
 
-    /// The offset to the smooth surface at barycentrics `b`, on the side of `n_g`.
-    pub fn terminator_offset(&self, b: Vec3, n_g: DVec3) -> Vec3 {
-        let b = b.to_array().map(f64::from);
-        let flip = InterpolatedNormal::new(&self.vertex_normals, b).n.dot(n_g) < 0.0;
-        self.terminator.at(b, flip)
-    }
-
     /// `p` moved by its error bound to the side of `n_g`.
     #[inline(always)]
     fn ray_origin(&self, p: Vec3, n_g: DVec3) -> Vec3 {
         let n_g = n_g.as_vec3();
-        offset_ray_origin(p, self.surface.p_error, n_g, n_g)
+        offset_ray_origin(p, self.p_error, n_g, n_g)
     }
 }
 
@@ -258,19 +275,19 @@ impl<'s> SurfacePoint<'s> {
     /// Origin of a shadow ray in direction `l`: outside the error bounds of the point, and offset to the smooth surface
     /// where the light grazes the triangle (the shadow terminator offset).
     pub fn shadow_origin(&self, posed: &PosedScene, l: DVec3) -> Vec3 {
-        let triangle = ShadingTriangle::new(posed, self.id);
+        let geometry = ShadingTriangle::new(posed, self.id).geometry;
         let b = self.ctx.coords.b.map(f64::from);
-        let [n0, n1, n2] = triangle.vertex_normals;
+        let [n0, n1, n2] = geometry.vertex_normals;
         let n = n0 * b[0] + n1 * b[1] + n2 * b[2];
         let flip = n.dot(self.n_g) < 0.0;
-        let origin = triangle.ray_origin(self.p, self.n_g);
-        offset_to_smooth_surface(origin, triangle.terminator.at(b, flip), self.n_g.dot(l))
+        let origin = geometry.ray_origin(self.p, self.n_g);
+        offset_to_smooth_surface(origin, geometry.terminator.at(b, flip), self.n_g.dot(l))
     }
 }
 
 /// Intersects a triangle with eight rays.
-struct ComputeHits<'a, 's> {
-    triangle: ShadingTriangle<'s>,
+struct ComputeHits<'a> {
+    geometry: HitGeometry,
     front_normal: DVec3,
     rays: &'a Ray8,
     differential: Option<RayDifferential>,
@@ -278,10 +295,10 @@ struct ComputeHits<'a, 's> {
     lane: usize,
 }
 
-impl AutovecKernel for ComputeHits<'_, '_> {
+impl AutovecKernel for ComputeHits<'_> {
     #[inline(always)]
     fn run(self) {
-        let ComputeHits { triangle, front_normal, rays, differential, block, lane } = self;
+        let ComputeHits { geometry, front_normal, rays, differential, block, lane } = self;
         // A copy cannot alias what the loops write.
         let rays = *rays;
         let mut hits = SurfaceHit8::ZERO;
@@ -289,12 +306,12 @@ impl AutovecKernel for ComputeHits<'_, '_> {
         match differential {
             None => {
                 for i in 0..HIT_LANES {
-                    hits.set(i, &triangle.hit(front_normal, rays.get(i), None));
+                    hits.set(i, &geometry.hit(front_normal, rays.get(i), None));
                 }
             }
             Some(differential) => {
                 for i in 0..HIT_LANES {
-                    hits.set(i, &triangle.hit(front_normal, rays.get(i), Some(&differential)));
+                    hits.set(i, &geometry.hit(front_normal, rays.get(i), Some(&differential)));
                 }
             }
         }
