@@ -126,7 +126,14 @@ pub(crate) fn add_area_lights(
         }
         match exact_environment {
             Some(environment) => {
-                apply_source_visibility(environment, batch, stream, shadow, &all_bumps, frame.has_shadow_catcher());
+                apply_source_visibility(
+                    environment,
+                    batch,
+                    stream,
+                    shadow,
+                    &all_bumps,
+                    frame.has_shadow_catcher(),
+                );
             }
             None => apply_visibility(batch, shadow),
         }
@@ -211,7 +218,7 @@ fn points_of_block(
 }
 
 /// Hides lights behind an opaque ground.
-fn block_by_ground(frame: &Frame, shadow: &mut ShadowBuffers) {
+pub(crate) fn block_by_ground(frame: &Frame, shadow: &mut ShadowBuffers) {
     if frame.opaque_ground_height().is_none() {
         return;
     }

@@ -24,7 +24,7 @@ impl Frame<'_> {
 pub(crate) fn remove_specular_lobes(frame: &Frame, batch: &mut ShadingBatch, states: PathStates) {
     for i in 0..batch.points.len() {
         let point = batch.points[i];
-        if !states.secondary(point.path).is_some_and(|ray| ray.state.is_indirect) {
+        if !states.is_indirect(point.path) {
             continue;
         }
         let (block, lane) = batch.soa.lane_mut(i);

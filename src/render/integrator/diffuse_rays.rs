@@ -8,6 +8,7 @@ use crate::integrator::compositor::Compositor;
 use crate::integrator::environment_occlusion::LOOKUP_SHARE;
 use crate::integrator::frame::Frame;
 use crate::integrator::layers::block_layers::point_lobes;
+use crate::integrator::light_beyond::LightBeyond;
 use crate::integrator::lobe_samples::mirrored_to_side;
 use crate::integrator::paths::{AreaLightHits, Escape, PathState, SecondaryRay, Wave};
 use crate::integrator::sample::{SampleDimension, SampleStream};
@@ -15,7 +16,7 @@ use crate::integrator::shading_batch::ShadingBatch;
 use crate::integrator::surface::bump_shadowing::bump_shadowing;
 use crate::integrator::surface::soa::{dvec3, vec3};
 use blinn_core::geometry::{Rgb, cosine_hemisphere};
-use glam::Vec3;
+use glam::DVec3;
 
 /// Russian roulette: paths of less importance go on with a probability in proportion to it.
 const ROULETTE_IMPORTANCE: f32 = 0.5;
@@ -34,10 +35,19 @@ impl DiffuseBounce {
     /// The diffuse ray of point `i` of a batch; `None` where the path ends.
     pub fn new(compositor: &Compositor, batch: &ShadingBatch, i: usize, wave: u32) -> Option<DiffuseBounce> {
         let point = &batch.points[i];
+        let may_bounce = compositor.rays.states.may_bounce(point.path) && !point.is_shadow_catcher;
+        may_bounce.then(|| DiffuseBounce::of_last(compositor, batch, i, wave)).flatten()
+    }
+
+    /// The same for a point whose path may bounce no more.
+    pub fn of_last(
+        compositor: &Compositor,
+        batch: &ShadingBatch,
+        i: usize,
+        wave: u32,
+    ) -> Option<DiffuseBounce> {
+        let point = &batch.points[i];
         let states = compositor.rays.states;
-        if !states.may_bounce(point.path) || point.is_shadow_catcher {
-            return None;
-        }
         let (block, lane) = batch.soa.lane(i);
         let k_d: Rgb = vec3(&block.k.k_d, lane);
         // The mean weight of rays, whose layers reflect some directions more than others.
@@ -48,10 +58,52 @@ impl DiffuseBounce {
         (importance >= MIN_IMPORTANCE).then_some(DiffuseBounce { arrives, importance, survival })
     }
 
+    /// Returns true if Russian roulette ends the path.
+    pub fn ends(&self, stream: SampleStream, path: usize) -> bool {
+        self.survival < 1.0 && stream.get_2d(path, SampleDimension::DiffuseRoulette)[0] >= self.survival
+    }
+
     /// Density per steradian with which the ray goes in a direction at cosine `cos` to the shading normal.
     #[inline(always)]
     pub fn density(survival: f32, cos: f32) -> f32 {
         survival * cos.max(0.0) * std::f32::consts::FRAC_1_PI
+    }
+}
+
+/// A random direction from which a matte surface receives light.
+pub(crate) struct DiffuseDirection {
+    /// The direction above the smooth surface whose density is the cosine to the shading normal. It may be below the triangle.
+    l: DVec3,
+    /// Unit direction of the ray: `l`, mirrored to the side of the triangle.
+    pub d: DVec3,
+    /// n·l, at least a little.
+    cos: f32,
+    pub bump_shadowing: f32,
+    /// The solid angle over which the ray looks up the environment, in steradians.
+    pub solid_angle: f32,
+}
+
+impl DiffuseDirection {
+    /// The direction of point `i` of a batch.
+    pub fn new(batch: &ShadingBatch, i: usize, stream: SampleStream) -> DiffuseDirection {
+        let (block, lane) = batch.soa.lane(i);
+        let n = block.n(lane);
+        let l = cosine_hemisphere(n, stream.get_2d(batch.points[i].path, SampleDimension::Diffuse));
+        DiffuseDirection {
+            l,
+            d: mirrored_to_side(l, dvec3(&block.n_g, lane)),
+            cos: n.dot(l).max(1e-6) as f32,
+            bump_shadowing: bump_shadowing(n, dvec3(&block.n_v, lane), l),
+            solid_angle: lookup_solid_angle(n.dot(l), stream.sampler.count),
+        }
+    }
+
+    /// k_d of light from this direction; layers reflect some directions more than others.
+    pub fn k_d(&self, batch: &ShadingBatch, i: usize) -> Rgb {
+        let (block, lane) = batch.soa.lane(i);
+        let k_d = vec3(&block.k.k_d, lane);
+        let lobes = point_lobes(block, lane);
+        lobes.map_or(k_d, |lobes| k_d + lobes.reflect_diffuse(self.l.as_vec3()) / self.cos)
     }
 }
 
@@ -64,45 +116,31 @@ pub(crate) fn spawn_diffuse_rays(
     wave: &mut Wave,
 ) {
     let states = compositor.rays.states;
-    let environment = frame.ambient_environment();
-    let beyond = |d: Vec3, solid_angle: f32| match &environment {
-        Some(environment) => environment.radiance(d, solid_angle),
-        None => frame.ambient_radiance(),
-    };
+    let beyond = LightBeyond::new(frame);
     for (i, point) in batch.points.iter().enumerate() {
         let Some(bounce) = DiffuseBounce::new(compositor, batch, i, stream.wave) else { continue };
         let Some(state) = states.get(point.path) else { continue };
-        let DiffuseBounce { arrives, importance, survival } = bounce;
-        let (block, lane) = batch.soa.lane(i);
-        if survival < 1.0 && stream.get_2d(point.path, SampleDimension::DiffuseRoulette)[0] >= survival {
+        if bounce.ends(stream, point.path) {
             continue;
         }
-        let n = block.n(lane);
-        let l = cosine_hemisphere(n, stream.get_2d(point.path, SampleDimension::Diffuse));
-        let n_g = dvec3(&block.n_g, lane);
-        let bump_shadowing = bump_shadowing(n, dvec3(&block.n_v, lane), l);
+        let DiffuseBounce { arrives: mean_arrives, importance, survival } = bounce;
+        let (block, lane) = batch.soa.lane(i);
+        let (n, n_g) = (block.n(lane), dvec3(&block.n_g, lane));
+        let direction = DiffuseDirection::new(batch, i, stream);
+        let DiffuseDirection { l, d, bump_shadowing, solid_angle, .. } = direction;
         let area_lights = if l.dot(n_g) < 0.0 {
             // Shadow rays find all light behind the triangle, and mirrored rays are none of theirs.
             AreaLightHits::Ignored
         } else {
             AreaLightHits::Weighted(DiffuseBounce::density(survival, n.dot(l) as f32))
         };
-        let direction = mirrored_to_side(l, n_g);
-        let solid_angle = lookup_solid_angle(n.dot(l), stream.sampler.count);
-        let mean_arrives = arrives / survival;
-        let cos = n.dot(l).max(1e-6) as f32;
-        let arrives = match point_lobes(block, lane) {
-            Some(lobes) => {
-                let k_d = vec3(&block.k.k_d, lane) + lobes.reflect_diffuse(l.as_vec3()) / cos;
-                compositor.throughput(batch, i) * k_d / survival
-            }
-            None => mean_arrives,
-        };
-        let unoccluded = environment
+        let arrives = compositor.throughput(batch, i) * direction.k_d(batch, i) / survival;
+        let unoccluded = beyond
+            .environment
             .as_ref()
             .filter(|_| stream.wave == 0)
-            .map(|environment| mean_arrives * environment.diffuse(n.as_vec3()));
-        let (origin, source) = batch.offset_origin(i, direction);
+            .map(|environment| mean_arrives / survival * environment.diffuse(n.as_vec3()));
+        let (origin, source) = batch.offset_origin(i, d);
         let mut media = state.media;
         if batch.is_back && frame.is_body(point.id) {
             media = frame.cross(&media, point.id, frame.is_front(point.id, -n_g), state.wavelength).behind;
@@ -123,9 +161,9 @@ pub(crate) fn spawn_diffuse_rays(
             escape_weight: arrives,
             bump_shadowing,
             max_light: f32::INFINITY,
-            escape: Escape::Radiance(beyond(direction.as_vec3(), solid_angle)),
+            escape: Escape::Radiance(beyond.radiance(d.as_vec3(), solid_angle)),
             unoccluded,
-            direction: direction.as_vec3(),
+            direction: d.as_vec3(),
             source,
             is_diffuse: true,
             is_rough: false,

@@ -268,11 +268,17 @@ impl<F: Fn(BaseTerms, DVec3) -> Rgb> MaterialPass<'_, F> {
         }
         let mut alpha2_increase = block.curvature_alpha2_increase();
         if let Some(map) = &material.normal {
+            let first = run.points.start / LANES * LANES;
             for (triangle, lanes) in run.triangles() {
                 for lane in lanes {
-                    let sampled_normal = Some(self.inputs.texels.normal(&map.texture, lane));
                     let ctx = triangle.texture_context(block.coords(lane));
-                    let ctx = TextureEvalContext { sampled_normal, ..ctx };
+                    let ctx = if self.states.is_indirect(self.points[first + lane].path) {
+                        // The mean normal of the wide footprint is nearly flat, and bumps darken.
+                        ctx.without_footprint()
+                    } else {
+                        let sampled_normal = Some(self.inputs.texels.normal(&map.texture, lane));
+                        TextureEvalContext { sampled_normal, ..ctx }
+                    };
                     let surface = SurfacePoint { ctx, ..triangle.surface_from_hit(&block.hit(lane)) };
                     let (n, increase) = surface.filtered_normal(posed);
                     set3(&mut block.n, lane, n.to_array());

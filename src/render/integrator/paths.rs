@@ -272,6 +272,12 @@ impl PathStates<'_> {
         }
     }
 
+    /// [`PathState::is_indirect`].
+    #[inline(always)]
+    pub fn is_indirect(&self, path: usize) -> bool {
+        self.secondary(path).is_some_and(|ray| ray.state.is_indirect)
+    }
+
     /// The ray of a path, if a surface has spawned it.
     #[inline(always)]
     pub fn secondary(&self, path: usize) -> Option<&SecondaryRay> {

@@ -38,6 +38,7 @@ use crate::integrator::direct_light::IncidentLight;
 use crate::integrator::frame::Frame;
 use crate::integrator::gather::gather_points;
 use crate::integrator::highlight_limits::limit_highlights;
+use crate::integrator::last_bounce::add_light_beyond_last_bounce;
 use crate::integrator::layer_split::apply_specular_layers;
 use crate::integrator::layers::block_layers::add_layers;
 use crate::integrator::light_choice::LightChoice;
@@ -331,6 +332,9 @@ impl Phong {
             has_layers,
         };
         add_area_lights(frame, compositor, batch, stream, terms, &choice, shadow);
+        if stream.wave > 0 && self.traces_indirect(frame) {
+            add_light_beyond_last_bounce(frame, compositor, batch, stream, shadow);
+        }
     }
 }
 
