@@ -159,11 +159,16 @@ impl AnisotropicFacets {
     /// The mean over the lobe of the share of light that leaves the surface, times a function of the cosine between viewer and
     /// facet.
     pub fn mean<const N: usize>(&self, of: impl Fn(f32) -> [f32; N]) -> [f32; N] {
+        self.mean_of_directions(ALBEDO_DIRECTIONS, of)
+    }
+
+    /// The mean over `count` directions.
+    fn mean_of_directions<const N: usize>(&self, count: u32, of: impl Fn(f32) -> [f32; N]) -> [f32; N] {
         let mut sum = [0.0; N];
-        for i in 0..ALBEDO_DIRECTIONS {
-            let FacetDirection { v_h, shadowing, .. } = self.direction(i, ALBEDO_DIRECTIONS);
+        for i in 0..count {
+            let FacetDirection { v_h, shadowing, .. } = self.direction(i, count);
             for (sum, x) in sum.iter_mut().zip(of(v_h as f32)) {
-                *sum += x * shadowing as f32 / ALBEDO_DIRECTIONS as f32;
+                *sum += x * shadowing as f32 / count as f32;
             }
         }
         sum
@@ -197,16 +202,16 @@ impl AnisotropicFacets {
         }
         let LobeDirections { first, count, total } = directions;
         let mut sum = Rgb::ZERO;
-        let mut weights = 0.0;
         for i in first..first.saturating_add(count) {
             let direction = self.direction(i, total);
             let weight = direction.shadowing as f32 * schlick(f0, direction.v_h);
             if weight > 0.0 {
                 sum += environment.radiance(direction.l.as_vec3(), direction.solid_angle(total)) * weight;
-                weights += weight;
             }
         }
-        if weights > 0.0 { sum / weights } else { Rgb::ZERO }
+        // The albedo is that of all directions: those of one sample may all point below the surface.
+        let [albedo] = self.mean_of_directions(total.min(ALBEDO_DIRECTIONS), |cos| [schlick(f0, cos.into())]);
+        if albedo > 0.0 { sum / (count as f32 * albedo) } else { Rgb::ZERO }
     }
 
     /// The share of light that the lobe reflects once, for facets of reflectance `f0` at normal incidence.

@@ -2,7 +2,9 @@ use std::f64::consts::{PI, TAU};
 
 use super::*;
 use crate::integrator::layers::dielectric_boundary::{BoundaryFilm, DielectricBoundary};
+use crate::integrator::layers::facets::LobeDirections;
 use crate::integrator::material::highlight_lobe::highlight_lobe;
+use blinn_scene::Environment;
 
 /// A direction at an angle to z, in the plane at an angle about it.
 fn at(angle: f64, turn: f64) -> DVec3 {
@@ -128,6 +130,29 @@ fn stretched_metals_vanish_in_a_white_world() {
             let sum = integral(DVec3::Z, |l| lobes.reflect(l, l.z, true).facets).x;
             assert!((sum - 1.0).abs() < 0.01, "{alpha} {strength} {angle} {turn}: {sum}");
             assert!((lobes.shares().facets.x - 1.0).abs() < 1e-6);
+        }
+    }
+}
+
+/// The samples of a pixel share the directions of a stretched lobe: their mean is the light of the whole lobe.
+#[test]
+fn samples_of_stretched_metals_reflect_the_whole_environment() {
+    let white = Environment::from_function(32, 1, |_| Vec3::ONE);
+    let brighter_above = Environment::from_function(32, 1, |d| Vec3::splat(1.0 + d.z));
+    for (alpha, strength) in [(0.25, 0.5), (0.1, 1.0), (1.0, 0.5)] {
+        for angle in [0.1, 0.8, 1.3] {
+            let view = view(at(angle, 0.4), alpha);
+            let facets = stretched(DVec3::X, strength).anisotropic_facets(&view).unwrap();
+            let radiance = |environment: &Environment, samples: u32| {
+                let of_sample = |i| facets.radiance(environment, 0.9, LobeDirections::of_sample(i, samples)).x;
+                (0..samples).map(of_sample).sum::<f32>() / samples as f32
+            };
+            for samples in [1, 4, 16, 64, 256] {
+                let sum = radiance(&white, samples);
+                assert!((sum - 1.0).abs() < 0.01, "{alpha} {strength} {angle} {samples}: {sum}");
+            }
+            let [few, many] = [1, 128].map(|samples| radiance(&brighter_above, samples));
+            assert!((few / many - 1.0).abs() < 0.03, "{alpha} {strength} {angle}: {few} {many}");
         }
     }
 }
