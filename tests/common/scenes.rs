@@ -310,3 +310,8 @@ pub fn ball(around: u32, down: u32) -> Mesh {
     mesh.normals = mesh.positions.clone();
     mesh
 }
+
+/// Asserts that two positive numbers differ by less than `tolerance`, relative to the second.
+pub fn assert_near(value: f64, expected: f64, tolerance: f64, what: &str) {
+    assert!((value / expected - 1.0).abs() < tolerance, "{what}: {value}, expected {expected}");
+}

@@ -11,7 +11,7 @@ use blinn::scene::{
 };
 use glam::{DAffine3, DVec3, Vec3};
 
-use crate::common::scenes::{self, add, grid};
+use crate::common::scenes::{self, add, assert_near, grid};
 
 fn matte(albedo: f32, emission: f32) -> Material {
     Material {
@@ -90,10 +90,6 @@ fn mean_radiance(scene: &Scene, view: &View, lights: &Lights, samples: u32) -> f
 fn facing_down(shape: AreaLightShape, size: [f32; 2], height: f64, radiance: f32) -> PosedAreaLight {
     let centre = DVec3::new(0.0, height, 0.0);
     PosedAreaLight::facing(shape, size, centre, DVec3::NEG_Y, Rgb::splat(radiance)).unwrap()
-}
-
-fn assert_near(value: f64, expected: f64, tolerance: f64, what: &str) {
-    assert!((value / expected - 1.0).abs() < tolerance, "{what}: {value}, expected {expected}");
 }
 
 /// The form factor of a rectangle above a parallel element below its corner, at a height of 1.

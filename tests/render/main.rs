@@ -31,6 +31,7 @@ mod common;
 
 mod antialiasing;
 mod area_lights;
+mod bounced_light;
 mod bump_maps;
 mod bvh;
 mod denoise;

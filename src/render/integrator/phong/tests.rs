@@ -1,4 +1,5 @@
 use super::*;
+use crate::integrator::material::coefficients::Coefficients;
 use crate::integrator::surface::soa::vec3;
 
 /// All points of the block see the light in one direction; every second one faces away.

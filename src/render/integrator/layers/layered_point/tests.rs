@@ -144,7 +144,8 @@ fn samples_of_stretched_metals_reflect_the_whole_environment() {
             let view = view(at(angle, 0.4), alpha);
             let facets = stretched(DVec3::X, strength).anisotropic_facets(&view).unwrap();
             let radiance = |environment: &Environment, samples: u32| {
-                let of_sample = |i| facets.radiance(environment, 0.9, LobeDirections::of_sample(i, samples)).x;
+                let of_sample =
+                    |i| facets.radiance(environment, 0.9, LobeDirections::of_sample(i, samples)).x;
                 (0..samples).map(of_sample).sum::<f32>() / samples as f32
             };
             for samples in [1, 4, 16, 64, 256] {
