@@ -44,6 +44,8 @@ pub(crate) struct LobeSamples {
     direction: [[f64; LOBE_LANES]; 3],
     /// The mean of weight × radiance over all samples is the radiance averaged over the lobe. 0 below the horizon.
     pub weight: [f32; LOBE_LANES],
+    /// True for directions that the triangle hides, and not the microfacets.
+    is_cut: [bool; LOBE_LANES],
     /// Solid angles in steradians that the samples stand for.
     pub solid_angle: [f32; LOBE_LANES],
     /// The light of the environment, looked up over a share of the solid angle ([`LOOKUP_SHARE`]). 0 without an environment.
@@ -56,6 +58,7 @@ impl LobeSamples {
     pub const ZERO: LobeSamples = LobeSamples {
         direction: [[0.0; LOBE_LANES]; 3],
         weight: [0.0; LOBE_LANES],
+        is_cut: [false; LOBE_LANES],
         solid_angle: [0.0; LOBE_LANES],
         sharp_light: [Rgb::ZERO; LOBE_LANES],
         filtered_light: [Rgb::ZERO; LOBE_LANES],
@@ -73,6 +76,7 @@ impl LobeSamples {
         LobeSample {
             direction: self.direction(i),
             weight: self.weight[i],
+            is_cut: self.is_cut[i],
             solid_angle: self.solid_angle[i],
             sharp_light: self.sharp_light[i],
             filtered_light: self.filtered_light[i],
@@ -85,6 +89,8 @@ impl LobeSamples {
 pub(crate) struct LobeSample {
     pub direction: DVec3,
     pub weight: f32,
+    /// True if the triangle hides the direction, and not the microfacets.
+    pub is_cut: bool,
     pub solid_angle: f32,
     pub sharp_light: Rgb,
     pub filtered_light: Rgb,
@@ -119,6 +125,7 @@ impl LobeSample {
         LobeSample {
             direction,
             weight: if is_cut || !(expected > 0.0) { 0.0 } else { weight / expected },
+            is_cut: is_cut && weight > 0.0,
             solid_angle,
             sharp_light: light(solid_angle * LOOKUP_SHARE as f32),
             filtered_light: light(solid_angle),
@@ -165,6 +172,7 @@ impl AutovecKernel for SampleLobes<'_> {
         }
         let expected = single_scattering_albedos(&cos, &alpha, &f0);
         let mut directions = [[0.0; LOBE_LANES]; 3];
+        let mut is_cut = [false; LOBE_LANES];
         for i in 0..LOBE_LANES {
             let lobe = lobes.get(i);
             let basis = LobeBasis::new(lobe.n, lobe.v);
@@ -175,7 +183,9 @@ impl AutovecKernel for SampleLobes<'_> {
             let n_g = dvec3(&lobes.n_g, i);
             set3(&mut directions, i, mirrored_to_side(l, n_g).to_array());
             let sampled = if is_mirror { 1.0 } else { weight[i] / expected[i] };
-            weight[i] = if ends_at_triangle & (l.dot(n_g) <= 0.0) { 0.0 } else { sampled };
+            let ends = ends_at_triangle & (l.dot(n_g) <= 0.0);
+            is_cut[i] = ends & (sampled > 0.0);
+            weight[i] = if ends { 0.0 } else { sampled };
             solid_angle[i] = if is_mirror { lobe.mirror_solid_angle() as f32 } else { solid_angle[i] };
         }
         let mut l = [[0.0; LOBE_LANES]; 3];
@@ -185,6 +195,7 @@ impl AutovecKernel for SampleLobes<'_> {
             lookup_angle[i] = solid_angle[i] * LOOKUP_SHARE as f32;
         }
         (samples.direction, samples.weight, samples.solid_angle) = (directions, weight, solid_angle);
+        samples.is_cut = is_cut;
         if let Some(environment) = environment {
             samples.sharp_light = environment.radiance_of_lanes(&l, &lookup_angle);
             if has_filtered_light {
@@ -246,6 +257,32 @@ mod tests {
         for simd in SimdLevel::ALL.into_iter().filter(|simd| simd.is_supported()) {
             assert_eq!(bits(simd), bits(SimdLevel::Portable), "{simd:?}");
         }
+    }
+
+    /// Rough facets reflect some light below the horizon, where they hide it. The triangle hides what they do not.
+    #[test]
+    fn triangles_cut_what_facets_let_pass() {
+        let mut lobes = SampledLobes::ZERO;
+        (0..LOBE_LANES).for_each(|i| {
+            // The triangles of the second half are edge-on.
+            let n_g = if i < LOBE_LANES / 2 { DVec3::Y } else { DVec3::NEG_X };
+            let v = DVec3::new(-0.6, 0.8, 0.0);
+            lobes.set(i, &Lobe { n: DVec3::Y, v, alpha: 1.0, f0: 0.9 }, n_g);
+        });
+        let mut samples = LobeSamples::ZERO;
+        let spread: [f32; LOBE_LANES] = std::array::from_fn(|i| (i % 8) as f32 / 8.0 + 0.06);
+        SimdLevel::Portable.run(SampleLobes {
+            lobes: &lobes,
+            u: &[[0.25; LOBE_LANES], spread],
+            count: 4,
+            environment: None,
+            ends_at_triangle: true,
+            has_filtered_light: false,
+            samples: &mut samples,
+        });
+        let (level, edge_on) = samples.is_cut.split_at(LOBE_LANES / 2);
+        assert!(level.iter().all(|is_cut| !is_cut), "{level:?}");
+        assert!(edge_on.iter().any(|&is_cut| is_cut), "{edge_on:?}");
     }
 
     #[test]

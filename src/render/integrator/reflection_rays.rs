@@ -310,8 +310,11 @@ impl RayMaker<'_, '_> {
         sample: &LobeSample,
         spawned: &mut SpawnedRays,
     ) {
-        let &LobeSample { direction, weight, .. } = sample;
-        if self.frame.traces_full_paths() && weight == 0.0 {
+        let &LobeSample { direction, weight, is_cut, .. } = sample;
+        let environment = self.frame.environment.as_ref();
+        // A ray that the microfacets hide still brings its sample's share of the environment's light over the lobe.
+        let is_empty = is_cut || (weight == 0.0 && environment.is_none());
+        if self.frame.traces_full_paths() && is_empty {
             return;
         }
         let &PendingRay { point, importance, survival, seen_share, .. } = ray;
@@ -320,7 +323,6 @@ impl RayMaker<'_, '_> {
         let path = self.path(ray);
         let Some(state) = self.states.get(path) else { return };
         let (block, block_lane) = self.batch.soa.lane(point);
-        let environment = self.frame.environment.as_ref();
         let is_uniform = environment.is_some_and(|e| e.as_uniform().is_some());
         // Surfaces seen in a weak lobe count at most as much as the environment that they hide: a light would be a white dot.
         let max_light = match environment {

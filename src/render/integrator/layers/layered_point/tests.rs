@@ -150,10 +150,10 @@ fn samples_of_stretched_metals_reflect_the_whole_environment() {
             };
             for samples in [1, 4, 16, 64, 256] {
                 let sum = radiance(&white, samples);
-                assert!((sum - 1.0).abs() < 0.01, "{alpha} {strength} {angle} {samples}: {sum}");
+                assert!((sum - 1.0).abs() < 0.02, "{alpha} {strength} {angle} {samples}: {sum}");
             }
             let [few, many] = [1, 128].map(|samples| radiance(&brighter_above, samples));
-            assert!((few / many - 1.0).abs() < 0.03, "{alpha} {strength} {angle}: {few} {many}");
+            assert!((few / many - 1.0).abs() < 0.05, "{alpha} {strength} {angle}: {few} {many}");
         }
     }
 }
