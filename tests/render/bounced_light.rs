@@ -4,8 +4,9 @@ use blinn::geometry::{Rgb, Rgba};
 use blinn::integrator::{Frame, Phong};
 use blinn::render::{RenderSettings, render};
 use blinn::scene::{
-    Channels, ColorInput, Image, Lighting, Material, Mesh, MipMaps, MtlReflectance, NormalMap, Projection,
-    Reflectance, Scene, Texels, Texture, TextureFilter, TextureRef, UvTransform, View, Wrap,
+    Channels, ColorInput, Dielectric, Environment, Image, Lighting, Material, Mesh, MipMaps, MtlReflectance,
+    NormalMap, Panorama, Projection, Reflectance, Reflection, ScalarInput, Scene, Texels, Texture,
+    TextureFilter, TextureRef, UvTransform, View, Wrap,
 };
 use glam::{DAffine3, DVec3, Vec2, Vec3, Vec4};
 
@@ -64,15 +65,35 @@ fn looking(view_point: DVec3, view_dir: DVec3, width: f64) -> View {
     }
 }
 
-/// The mean radiance of a picture of 16 × 16 pixels with light of radiance 1 from beyond the scene.
-fn mean_radiance(scene: &Scene, view: &View, indirect: u8, samples: u32) -> f64 {
+/// Light of radiance 1 from beyond the scene, in all directions or nearly so.
+enum Beyond {
+    Ambient,
+    /// A hundredth brighter above, and darker below: not known to be uniform.
+    Panorama,
+}
+
+fn panorama() -> Environment {
+    let (width, height) = (64, 32);
+    let row = |y: u32| [if y < height / 2 { 1.01 } else { 0.99 }; 3];
+    let texels = (0..width * height).map(|i| row(i / width)).collect();
+    Environment::from_panorama(Panorama::new(width, height, texels).unwrap())
+}
+
+/// The mean radiance of a picture of 16 × 16 pixels.
+fn mean_radiance(scene: &Scene, view: &View, beyond: Beyond, indirect: u8, samples: u32) -> f64 {
     let posed = scenes::posed(scene);
     let accel = scenes::build(&posed);
     let (camera, _) = view.resolve(&posed, 16, 16).unwrap();
-    let lit = Lighting { sets: Some(Vec::new()), ..Lighting::default() }.resolve(&posed, &camera);
+    let environment = match beyond {
+        Beyond::Ambient => None,
+        Beyond::Panorama => Some(panorama()),
+    };
+    let lit =
+        Lighting { sets: Some(Vec::new()), environment, ..Lighting::default() }.resolve(&posed, &camera);
     let frame = Frame {
         ambient: Rgb::ONE,
         indirect,
+        bounces: 4,
         cull_back_faces: false,
         ..Frame::new(&posed, &accel, camera, &lit)
     };
@@ -96,7 +117,7 @@ fn an_open_sphere_has_the_radiance_of_its_bounces() {
     let q = f64::from(albedo) * (1.0 - f);
     for bounces in 1..4 {
         let expected: f64 = (0..=bounces).map(|k| f64::from(albedo) * f * q.powi(k)).sum();
-        let value = mean_radiance(&scene, &view, bounces as u8, 256);
+        let value = mean_radiance(&scene, &view, Beyond::Ambient, bounces as u8, 256);
         assert_near(value, expected, 0.02, &format!("{bounces} bounces"));
     }
 }
@@ -127,7 +148,7 @@ fn bumps_darken_surfaces_under_light_from_all_sides() {
     for angle in [0.3, 0.8, 1.2] {
         let mut scene = scenes::of_material(square(10.0, 8.0), matte(0.7, true));
         add_leaning_normals(&mut scene, angle);
-        let value = mean_radiance(&scene, &looking(DVec3::Y, DVec3::NEG_Y, 0.5), 1, 256);
+        let value = mean_radiance(&scene, &looking(DVec3::Y, DVec3::NEG_Y, 0.5), Beyond::Ambient, 1, 256);
         assert_near(value, 0.7 * lit_share(angle), 0.01, &format!("{angle} radians"));
     }
     assert!(lit_share(1.2) < 0.7 && lit_share(0.3) > 0.95);
@@ -143,7 +164,31 @@ fn fine_bumps_reflect_as_much_light_as_coarse_ones() {
         let above = DAffine3::from_translation(DVec3::new(0.0, 1.0, 0.0));
         add(&mut scene, square(1.0, repeat), matte(0.9, true), &[above]);
         add_leaning_normals(&mut scene, 1.2);
-        mean_radiance(&scene, &view, 2, 1024)
+        mean_radiance(&scene, &view, Beyond::Ambient, 2, 1024)
     };
     assert_near(radiance(512.0), radiance(8.0), 0.01, "bumps");
+}
+
+/// Rays below the horizon take no light of a white metal away.
+#[test]
+fn rough_metals_vanish_in_a_white_world() {
+    for roughness in [0.25, 0.5, 1.0] {
+        let metal = Material {
+            base_color: ColorInput::new(Rgb::ONE),
+            reflectance: Reflectance::MetallicRoughness {
+                metallic: ScalarInput::new(1.0),
+                roughness: ScalarInput::new(roughness),
+                dielectric: Dielectric::default(),
+            },
+            reflection: Reflection::Fresnel,
+            ..Material::default()
+        };
+        let scene = scenes::of_material(scenes::ball(128, 64), metal);
+        let view = looking(DVec3::Y * 2.0, DVec3::NEG_Y, 1.2);
+        for indirect in [0, 4] {
+            let value = mean_radiance(&scene, &view, Beyond::Panorama, indirect, 64);
+            // Half of the world is brighter by a hundredth.
+            assert_near(value, 1.0, 0.02, &format!("roughness {roughness}, {indirect} bounces"));
+        }
+    }
 }
