@@ -94,10 +94,12 @@ class BlinnRenderEngine(bpy.types.RenderEngine):
             for target in result.layers[0].passes:
                 if target.name in pixels:
                     fill(target, pixels[target.name])
-            for key, value in engine_passes.manifests(view_layer, scene):
-                result.stamp_data_add_field(key, value)
         finally:
             self.end_result(result)
+        # Metadata of `result` would be lost with it.
+        whole = self.get_result()
+        for key, value in engine_passes.manifests(view_layer, scene):
+            whole.stamp_data_add_field(key, value)
 
     def fail(self, reason: str) -> None:
         """Reports an error and ends the render."""
