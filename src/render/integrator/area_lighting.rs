@@ -69,8 +69,6 @@ pub(crate) fn add_area_lights(
         };
         let mut incident = IncidentLight::ZERO;
         let mut points = LightPoints::ZERO;
-        let mut bumps = [1.0; LANES];
-        let mut all_bumps = Vec::new();
         for first in (0..batch.points.len()).step_by(LANES) {
             let factors = match source {
                 Source::Area(_) => choice.of_block(frame.lights.len() + index, first),
@@ -108,9 +106,7 @@ pub(crate) fn add_area_lights(
                 factors,
                 without_bumps: exact_environment.is_some(),
                 incident: &mut incident,
-                bumps: &mut bumps,
             });
-            all_bumps.extend(exact_environment.map(|_| bumps));
             let from = shadow.rays.len();
             incident.push_shadow_rays(first, incident.lit_mask(count), &mut shadow.rays);
             for ray in &shadow.rays[from..] {
@@ -126,14 +122,7 @@ pub(crate) fn add_area_lights(
         }
         match exact_environment {
             Some(environment) => {
-                apply_source_visibility(
-                    environment,
-                    batch,
-                    stream,
-                    shadow,
-                    &all_bumps,
-                    frame.has_shadow_catcher(),
-                );
+                apply_source_visibility(environment, batch, stream, shadow, frame.has_shadow_catcher());
             }
             None => apply_visibility(batch, shadow),
         }
@@ -288,14 +277,12 @@ struct AddLightPoints<'a> {
     /// Leaves out the shadows of bumps, also from below the surface, which are applied with visibility.
     without_bumps: bool,
     incident: &'a mut IncidentLight,
-    /// [`bump_shadowing`] of the directions.
-    bumps: &'a mut [f32; LANES],
 }
 
 impl AutovecKernel for AddLightPoints<'_> {
     #[inline(always)]
     fn run(self) {
-        let AddLightPoints { block, points, spawn, terms, factors, without_bumps, incident, bumps } = self;
+        let AddLightPoints { block, points, spawn, terms, factors, without_bumps, incident } = self;
         let mut density = [0.0; LANES];
         for i in 0..LANES {
             let p: Vec3 = vec3(&block.p, i);
@@ -311,7 +298,6 @@ impl AutovecKernel for AddLightPoints<'_> {
             density[i] = 1.0 / solid_angle;
             let irradiance: Rgb = vec3(&points.radiance, i) * (solid_angle * (1.0 / PI));
             let irradiance = if is_lit { irradiance } else { Rgb::ZERO };
-            bumps[i] = bump_shadowing(block.n(i), dvec3(&block.n_v, i), l);
             incident.set_if(without_bumps || dvec3(&block.n_v, i).dot(l) > 0.0, block, i, l, irradiance);
         }
         if let Some(factors) = factors {
@@ -325,7 +311,8 @@ impl AutovecKernel for AddLightPoints<'_> {
             let weight = balance_heuristic(density[i], of_ray);
             // NaN where the light faces away.
             let weight = if weight >= 0.0 { weight } else { 1.0 };
-            diffuse_weight[i] = if without_bumps { weight } else { weight * bumps[i] };
+            let bumps = bump_shadowing(block.n(i), dvec3(&block.n_v, i), incident.l(i));
+            diffuse_weight[i] = if without_bumps { weight } else { weight * bumps };
         }
         blinn_phong(block, incident, terms.has_specular && block.has_specular && lit, &diffuse_weight);
         let diffuse = if terms.separates_specular() { block.current_light } else { ZERO3_F32 };

@@ -36,11 +36,11 @@ impl DiffuseBounce {
     pub fn new(compositor: &Compositor, batch: &ShadingBatch, i: usize, wave: u32) -> Option<DiffuseBounce> {
         let point = &batch.points[i];
         let may_bounce = compositor.rays.states.may_bounce(point.path) && !point.is_shadow_catcher;
-        may_bounce.then(|| DiffuseBounce::of_last(compositor, batch, i, wave)).flatten()
+        may_bounce.then(|| DiffuseBounce::of_point(compositor, batch, i, wave)).flatten()
     }
 
-    /// The same for a point whose path may bounce no more.
-    pub fn of_last(
+    /// The same, however many bounces the path has left.
+    pub fn of_point(
         compositor: &Compositor,
         batch: &ShadingBatch,
         i: usize,

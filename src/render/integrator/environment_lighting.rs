@@ -4,20 +4,20 @@ use crate::integrator::environment_occlusion::{OcclusionEstimate, arriving_light
 use crate::integrator::sample::SampleStream;
 use crate::integrator::shading_batch::ShadingBatch;
 use crate::integrator::shadow_rays::ShadowBuffers;
-use crate::integrator::surface::soa::{LANES, set3, vec3};
+use crate::integrator::surface::bump_shadowing::bump_shadowing;
+use crate::integrator::surface::soa::{dvec3, set3, vec3};
 use blinn_core::geometry::Rgb;
 use blinn_scene::Environment;
 use glam::Vec3;
 
 /// Replaces the unshadowed light of the sampled directions, which is the current light of the points, by the light that
-/// arrives: the exact light of all sources minus what the shadow rays find hidden and the shadows of bumps, by block. Open
-/// surfaces have no noise.
+/// arrives: the exact light of all sources minus what the shadow rays find hidden and the shadows of bumps. Open surfaces have
+/// no noise.
 pub(crate) fn apply_source_visibility(
     environment: &Environment,
     batch: &mut ShadingBatch,
     stream: SampleStream,
     shadow: &ShadowBuffers,
-    bumps: &[[f32; LANES]],
     has_shadow_catcher: bool,
 ) {
     let estimate = |i: usize| {
@@ -37,7 +37,8 @@ pub(crate) fn apply_source_visibility(
     for (ray, &visibility) in shadow.rays.iter().zip(&shadow.visibility) {
         let estimate = &mut estimates[ray.point];
         let unshadowed = estimate.visible;
-        let visibility = visibility * bumps[ray.point / LANES][ray.point % LANES];
+        let (block, lane) = batch.soa.lane(ray.point);
+        let visibility = visibility * bump_shadowing(block.n(lane), dvec3(&block.n_v, lane), ray.l_centre);
         estimate.visibility = visibility;
         estimate.visible = unshadowed * visibility;
         estimate.hidden = unshadowed * (Rgb::ONE - visibility);

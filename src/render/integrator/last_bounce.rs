@@ -30,10 +30,10 @@ pub(crate) fn add_light_beyond_last_bounce(
     shadow.traced_rays.coherence = Coherence::None;
     let mut lit: Vec<(usize, Rgb)> = Vec::new();
     for (i, point) in batch.points.iter().enumerate() {
-        if states.may_bounce(point.path) || states.get(point.path).is_none() || point.is_shadow_catcher {
+        if states.may_bounce(point.path) || point.is_shadow_catcher {
             continue;
         }
-        let Some(bounce) = DiffuseBounce::of_last(compositor, batch, i, stream.wave) else { continue };
+        let Some(bounce) = DiffuseBounce::of_point(compositor, batch, i, stream.wave) else { continue };
         if bounce.ends(stream, point.path) {
             continue;
         }
