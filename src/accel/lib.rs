@@ -66,7 +66,7 @@ mod stream;
 mod traverse;
 
 pub use blinn_core::simd::{SimdLevel, SimdLevelError};
-pub use ray_batch::{Coherence, HitBatch, HitFilter, RayBatch, ShadowRayBatch};
+pub use ray_batch::{AcceptAll, Coherence, HitBatch, HitFilter, RayBatch, ShadowRayBatch};
 pub use report::{AccelStats, BuildReport};
 pub use rounds::{RoundSize, RoundSizes};
 pub use settings::{AccelSettings, FlattenBudget, Preset};

@@ -200,3 +200,16 @@ pub trait HitFilter: Sync {
         Vec3::ZERO
     }
 }
+
+/// Counts every hit: masked and translucent triangles are opaque.
+pub struct AcceptAll;
+
+impl HitFilter for AcceptAll {
+    fn accepts(&self, _: HitId, _: Vec3, _: Vec3) -> bool {
+        true
+    }
+
+    fn transmittance(&self, _: HitId, _: Vec3, _: Vec3) -> Vec3 {
+        Vec3::ZERO
+    }
+}

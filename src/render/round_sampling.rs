@@ -3,15 +3,14 @@
 //! The eye rays of pixel centres are traced against points and lines alone, each at least a pixel wide. A pixel gets more
 //! samples if some of the nine centres around it hit and some miss. Inside of thick ones and of dense clouds nothing is ragged.
 
-use glam::{UVec2, Vec3};
+use glam::UVec2;
 
 use crate::film::PixelRect;
 use crate::integrator::{Frame, Sample};
 use crate::memory::TileScratch;
 use crate::sample_generator::SampleGenerator;
 use crate::settings::RenderSettings;
-use blinn_accel::{HitFilter, RayBatch, RoundSize, RoundSizes};
-use blinn_core::geometry::HitId;
+use blinn_accel::{AcceptAll, RayBatch, RoundSize, RoundSizes};
 use blinn_scene::Projection;
 
 /// Samples at borders of points and lines, as edges have.
@@ -123,17 +122,4 @@ fn of_a_pixel_or_more(frame: &Frame, height: u32) -> RoundSizes {
         Projection::Orthographic => RoundSize { in_scene: size.in_scene.max(half_pixel), ..size },
     };
     RoundSizes { points: enlarge(frame.rounds.points), lines: enlarge(frame.rounds.lines) }
-}
-
-/// Counts masked parts as seen.
-struct AcceptAll;
-
-impl HitFilter for AcceptAll {
-    fn accepts(&self, _: HitId, _: Vec3, _: Vec3) -> bool {
-        true
-    }
-
-    fn transmittance(&self, _: HitId, _: Vec3, _: Vec3) -> Vec3 {
-        Vec3::ZERO
-    }
 }

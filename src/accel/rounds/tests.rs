@@ -4,21 +4,9 @@ use glam::{DVec3, Vec3};
 
 use super::items::{PointItem, Ray64, RoundItem, SegmentItem, spacing};
 use super::*;
-use crate::{Accel, AccelSettings, BuildReport};
+use crate::{Accel, AccelSettings, AcceptAll, BuildReport};
 use blinn_core::geometry::Hit;
 use blinn_scene::{Instance, Material, Mesh, Node, PoseSettings, Rounds as MeshRounds, Scene, pose};
-
-struct AcceptAll;
-
-impl HitFilter for AcceptAll {
-    fn accepts(&self, _: HitId, _: Vec3, _: Vec3) -> bool {
-        true
-    }
-
-    fn transmittance(&self, _: HitId, _: Vec3, _: Vec3) -> Vec3 {
-        Vec3::ZERO
-    }
-}
 
 /// A reproducible number from −1 to 1.
 fn number(i: u32) -> f32 {
