@@ -5,6 +5,8 @@ use std::f64::consts::{PI, TAU};
 
 use blinn::accel::{Accel, AccelSettings, HitFilter, Preset, SimdLevel};
 use blinn::geometry::HitId;
+use blinn::integrator::{Frame, Phong};
+use blinn::render::{RenderSettings, render};
 use blinn::scene::{
     AlphaMode, Instance, LocalTransform, Material, Mesh, Node, PoseSettings, PosedScene, Projection,
     ScalarInput, Scene, SurfaceClass, View, pose,
@@ -314,4 +316,12 @@ pub fn ball(around: u32, down: u32) -> Mesh {
 /// Asserts that two positive numbers differ by less than `tolerance`, relative to the second.
 pub fn assert_near(value: f64, expected: f64, tolerance: f64, what: &str) {
     assert!((value / expected - 1.0).abs() < tolerance, "{what}: {value}, expected {expected}");
+}
+
+/// Returns the mean radiance in red of a picture of 16 × 16 pixels.
+pub fn mean_radiance(frame: &Frame, samples: u32) -> f64 {
+    let settings = RenderSettings { width: 16, height: 16, samples, ..Default::default() };
+    let pixels = render(frame, &Phong::default(), &settings, &()).unwrap().colors;
+    let sum: f64 = pixels.iter().map(|color| f64::from(color.x)).sum();
+    sum / pixels.len() as f64
 }

@@ -2,9 +2,8 @@
 
 use std::sync::Arc;
 
-use blinn::geometry::{Rgb, Rgba};
-use blinn::integrator::{Emitters, Frame, Phong};
-use blinn::render::{RenderSettings, render};
+use blinn::geometry::Rgb;
+use blinn::integrator::{Emitters, Frame};
 use blinn::scene::{
     AreaLightShape, ColorInput, Dielectric, Lighting, Material, Mesh, MtlReflectance, PosedAreaLight,
     Projection, Reflectance, Reflection, ScalarInput, Scene, View,
@@ -81,10 +80,7 @@ fn mean_radiance(scene: &Scene, view: &View, lights: &Lights, samples: u32) -> f
         cull_back_faces: false,
         ..Frame::new(&posed, &accel, camera, &lit)
     };
-    let settings = RenderSettings { width: 16, height: 16, samples, ..Default::default() };
-    let pixels = render(&frame, &Phong::default(), &settings, &()).unwrap().colors;
-    let sum: f64 = pixels.iter().map(|c: &Rgba| f64::from(c.x)).sum();
-    sum / pixels.len() as f64
+    scenes::mean_radiance(&frame, samples)
 }
 
 fn facing_down(shape: AreaLightShape, size: [f32; 2], height: f64, radiance: f32) -> PosedAreaLight {

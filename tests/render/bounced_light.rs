@@ -1,8 +1,7 @@
 //! Light from all sides that bounces, and the shadows of bumps, against closed forms.
 
-use blinn::geometry::{Rgb, Rgba};
-use blinn::integrator::{Frame, Phong};
-use blinn::render::{RenderSettings, render};
+use blinn::geometry::Rgb;
+use blinn::integrator::Frame;
 use blinn::scene::{
     Channels, ColorInput, Dielectric, Environment, Image, Lighting, Material, Mesh, MipMaps, MtlReflectance,
     NormalMap, Panorama, Projection, Reflectance, Reflection, ScalarInput, Scene, Texels, Texture,
@@ -97,10 +96,7 @@ fn mean_radiance(scene: &Scene, view: &View, beyond: Beyond, indirect: u8, sampl
         cull_back_faces: false,
         ..Frame::new(&posed, &accel, camera, &lit)
     };
-    let settings = RenderSettings { width: 16, height: 16, samples, ..Default::default() };
-    let pixels = render(&frame, &Phong::default(), &settings, &()).unwrap().colors;
-    let sum: f64 = pixels.iter().map(|c: &Rgba| f64::from(c.x)).sum();
-    sum / pixels.len() as f64
+    scenes::mean_radiance(&frame, samples)
 }
 
 /// In a sphere, all points receive the same share f of the light through an opening. After N bounces, the radiance is
