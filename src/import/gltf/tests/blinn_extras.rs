@@ -221,7 +221,9 @@ fn discs_may_be_ellipses_of_the_same_area() {
 
 #[test]
 fn thin_walls_of_blender_are_read() {
-    let mut fixture = super::materials::textured(json!({"extras": {"blinn": {"thinWall": true}}}));
+    let mut fixture = super::materials::textured(json!({
+        "pbrMetallicRoughness": {"metallicFactor": 0}, "extras": {"blinn": {"thinWall": true}},
+    }));
     fixture.json["asset"]["generator"] = json!("Khronos glTF Blender I/O v5.2.41");
     assert!(load(&fixture).materials[0].thin_wall);
     fixture.json["materials"][0]["extras"]["blinn"]["thinWall"] = json!(1);
