@@ -69,6 +69,17 @@ impl Default for Iridescence {
     }
 }
 
+/// How the fibres of a sheen reflect light.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum SheenModel {
+    /// The “Charlie” distribution of KHR_materials_sheen (Estevez and Kulla, “Production Friendly Microfacet Sheen BRDF”, 2017).
+    #[default]
+    Charlie,
+    /// The microfibres of Cycles (Zeltner, Burley and Chiang, “Practical Multiple-Scattering Sheen Using Linearly Transformed
+    /// Cosines”, 2022), which Blender shows.
+    Microfibres,
+}
+
 /// A sheen of fibres over a surface, as on velvet (KHR_materials_sheen).
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Sheen {
@@ -76,4 +87,6 @@ pub struct Sheen {
     pub color: ColorInput,
     /// Perceptual roughness (texture: alpha).
     pub roughness: ScalarInput,
+    /// How the fibres reflect light.
+    pub model: SheenModel,
 }

@@ -361,7 +361,8 @@ fn progress_is_reported_tile_by_tile() {
 fn a_sheen_leaves_no_halo() {
     let mut scene = Scene::default();
     add(&mut scene, scenes::grid(1, 1), plastic(Rgb::splat(0.8), 0.9), &at(0.0, 0.0, 0.0, 4.0));
-    let sheen = Sheen { color: ColorInput::new(Rgb::ONE), roughness: ScalarInput::new(0.5) };
+    let (color, roughness) = (ColorInput::new(Rgb::ONE), ScalarInput::new(0.5));
+    let sheen = Sheen { color, roughness, ..Sheen::default() };
     let cloth = Material { sheen, ..plastic(Rgb::new(0.5, 0.05, 0.05), 0.8) };
     add(&mut scene, scenes::ball(24, 12), cloth, &at(0.0, 0.5, 0.0, 0.5));
     let picture = Shot { samples: 16, ..Shot::default() }.take(&scene);

@@ -1,14 +1,17 @@
 //! Layers of materials: white furnaces, and light that only they reflect.
 
 use blinn::geometry::Rgb;
-use blinn::scene::{Anisotropy, Clearcoat, ColorInput, Iridescence, Material, ScalarInput, Sheen};
+use blinn::scene::{
+    Anisotropy, Clearcoat, ColorInput, Iridescence, Material, ScalarInput, Sheen, SheenModel,
+};
 
 use crate::reflections::{physical, range};
 
 const ROUGHNESSES: [f32; 4] = [0.1, 0.35, 0.6, 1.0];
 
 fn sheen(color: f32, roughness: f32) -> Sheen {
-    Sheen { color: ColorInput::new(Rgb::splat(color)), roughness: ScalarInput::new(roughness) }
+    let (color, roughness) = (ColorInput::new(Rgb::splat(color)), ScalarInput::new(roughness));
+    Sheen { color, roughness, ..Sheen::default() }
 }
 
 /// White furnace: what absorbs nothing is as bright as its surroundings.
@@ -20,6 +23,16 @@ fn white_fabrics_vanish_in_a_white_world() {
                 range(Material { sheen: sheen(1.0, roughness), ..physical(1.0, metallic, 0.5) });
             assert!(low > 0.99 && high <= 1.0 + 1e-5, "sheen of roughness {roughness}: {low} to {high}");
         }
+    }
+}
+
+/// The same for the fibres that Blender shows.
+#[test]
+fn white_microfibres_vanish_in_a_white_world() {
+    for roughness in ROUGHNESSES {
+        let sheen = Sheen { model: SheenModel::Microfibres, ..sheen(1.0, roughness) };
+        let (low, high) = range(Material { sheen, ..physical(1.0, 0.0, 0.5) });
+        assert!(low > 0.99 && high <= 1.0 + 1e-5, "sheen of roughness {roughness}: {low} to {high}");
     }
 }
 
@@ -37,6 +50,10 @@ fn coated_white_fabrics_vanish_in_a_white_world() {
 fn a_sheen_is_brightest_at_the_rim() {
     let (low, high) = range(Material { sheen: sheen(1.0, 0.4), ..physical(0.0, 0.0, 1.0) });
     assert!(low < 0.15 && high > 0.5, "{low} to {high}");
+    // Blender's fibres are a narrower rim.
+    let sheen = Sheen { model: SheenModel::Microfibres, ..sheen(1.0, 0.4) };
+    let (low, high) = range(Material { sheen, ..physical(0.0, 0.0, 1.0) });
+    assert!(low < 0.1 && high > 0.25, "{low} to {high}");
 }
 
 /// A ball without tangents has round highlights; its furnace is the same.

@@ -5,11 +5,11 @@ use std::collections::{BTreeMap, BTreeSet, HashMap};
 use ::gltf::json as gltf;
 use glam::{DMat3, Vec3};
 
-use super::material;
+use super::{material, sheen};
 use crate::error::Warnings;
 use blinn_scene::{
     Channel, ChannelTarget, Image, Interpolation, Keyframes, LightKind, LightProperty, Material, Mesh,
-    Reflectance, Reflection, Scene,
+    Reflectance, Reflection, Scene, SheenModel,
 };
 
 /// Restores the normals, lights and normal maps of a scene from Blender's exporter.
@@ -51,6 +51,14 @@ pub(super) fn restore_shading(material: &mut Material, json: &gltf::Material, wa
         let message = "has no shading parameters, as Blender's exporter supports only Principled BSDF; \
                        used matte white";
         warnings.add("", format_args!("material '{}' {message}", material.name));
+    }
+}
+
+/// Gives a sheen the fibres that Blender shows. Materials without one stay as other programs write them.
+pub(super) fn restore_sheen(material: &mut Material, json: &gltf::Material) {
+    let others = json.extensions.as_ref().map(|extensions| &extensions.others);
+    if others.is_some_and(|others| others.contains_key(sheen::NAME)) {
+        material.sheen.model = SheenModel::Microfibres;
     }
 }
 

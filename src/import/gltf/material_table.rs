@@ -56,6 +56,7 @@ impl MaterialTable {
                     material.thin_wall =
                         blinn_extras::is_thin_wall(extras, index.unwrap_or_default(), &mut warnings);
                     blender::restore_shading(&mut material, json, &mut warnings);
+                    blender::restore_sheen(&mut material, json);
                     if let Some(image) = textures.normal_image(&material).filter(|&image| !has_normals(image))
                     {
                         blender::remove_heights(

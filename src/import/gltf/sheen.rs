@@ -7,7 +7,7 @@ use super::json_tree::Object;
 use super::texture_slots::TextureSlots;
 use super::untyped_extension;
 use crate::error::Warnings;
-use blinn_scene::{Sheen, TextureChannel};
+use blinn_scene::{Sheen, SheenModel, TextureChannel};
 
 pub(super) const NAME: &str = "KHR_materials_sheen";
 
@@ -30,6 +30,7 @@ pub(super) fn read(others: Option<&Object>, slots: &mut TextureSlots) -> Sheen {
             json.sheen_roughness_texture.as_ref(),
             TextureChannel::A,
         ),
+        model: SheenModel::Charlie,
     }
 }
 

@@ -12,7 +12,7 @@ use crate::files::escape::printable;
 use blinn_core::geometry::Rgb;
 use blinn_scene::{
     AlphaMode, Anisotropy, Clearcoat, ColorInput, Dielectric, Material, MtlReflectance, NormalMap,
-    Reflectance, Reflection, ScalarInput, Sheen, TextureChannel, TextureRef,
+    Reflectance, Reflection, ScalarInput, Sheen, SheenModel, TextureChannel, TextureRef,
 };
 
 /// Returns a material that no library defines: matte, and white unless its name is that of a colour.
@@ -128,7 +128,11 @@ impl MtlMaterial {
             return Sheen::default();
         }
         let texture = library.scalar_as_color(self, self.map_sheen.as_ref());
-        Sheen { color: ColorInput { factor: Rgb::splat(weight), texture }, roughness: ScalarInput::new(0.5) }
+        Sheen {
+            color: ColorInput { factor: Rgb::splat(weight), texture },
+            roughness: ScalarInput::new(0.5),
+            model: if self.writer.is_blender() { SheenModel::Microfibres } else { SheenModel::Charlie },
+        }
     }
 
     /// The anisotropy; `None` without strength.

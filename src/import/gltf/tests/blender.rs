@@ -5,9 +5,9 @@ use serde_json::{Value, json};
 
 use super::super::fixture::Fixture;
 use super::animation::skinned;
-use super::materials::textured_with;
+use super::materials::{textured, textured_with};
 use blinn_scene::pose;
-use blinn_scene::{LightUnits, Mesh, PoseSettings, PosedLightKind, Scene};
+use blinn_scene::{LightUnits, Mesh, PoseSettings, PosedLightKind, Scene, SheenModel};
 
 /// The same file loaded as Blender's and as another program's.
 fn load_both(mut fixture: Fixture) -> [Scene; 2] {
@@ -292,4 +292,15 @@ fn keys_of_a_colour_get_the_lights_temperature() {
             "{warnings:?}"
         );
     }
+}
+
+/// Blender shows a sheen by the fibres of Cycles, which are another model than that of the specification.
+#[test]
+fn sheens_have_microfibres() {
+    let models = |material: Value| load_both(textured(material)).map(|scene| scene.materials[0].sheen.model);
+    let sheen = json!({"sheenColorFactor": [0.5, 0.25, 0.5], "sheenRoughnessFactor": 0.5});
+    let cloth = json!({"name": "cloth", "extensions": {"KHR_materials_sheen": sheen}});
+    assert_eq!(models(cloth), [SheenModel::Microfibres, SheenModel::Charlie]);
+    // Others are equal to those that another program writes.
+    assert_eq!(models(json!({"name": "clay"})), [SheenModel::Charlie; 2]);
 }

@@ -2,7 +2,7 @@
 
 use super::{SQUARE, png, read, with_mtl};
 use blinn_core::geometry::Rgb;
-use blinn_scene::{AlphaMode, Material, Reflectance, Reflection, Sheen, TextureChannel};
+use blinn_scene::{AlphaMode, Material, Reflectance, Reflection, Sheen, SheenModel, TextureChannel};
 
 #[test]
 fn mtl_statements_become_the_lectures_coefficients() {
@@ -295,6 +295,7 @@ fn ps_aniso_and_anisor_are_sheen_and_anisotropy() {
     };
     let m = of("Pr .4\nPm 1\nPs .25\nPc 0\nPcr .03\naniso .75\nanisor .25\nillum 2\n");
     assert_eq!((m.sheen.color.factor, m.sheen.roughness.factor), (Rgb::splat(0.25), 0.5));
+    assert_eq!(m.sheen.model, SheenModel::Microfibres);
     let anisotropy = m.anisotropy.unwrap();
     assert_eq!(anisotropy.strength, 0.75);
     assert!((anisotropy.rotation - std::f32::consts::FRAC_PI_2).abs() < 1e-6);
@@ -327,6 +328,7 @@ fn map_ps_map_pc_and_map_pcr_are_read() {
     );
     assert_eq!(m.clearcoat.factor.texture.unwrap().1, TextureChannel::Mean);
     assert_eq!(m.clearcoat.roughness.texture.unwrap().1, TextureChannel::G);
+    assert_eq!(m.sheen.model, SheenModel::Charlie);
     // Weights are numbers, while colours are decoded.
     assert_ne!(m.sheen.color.texture.unwrap().texture, m.clearcoat.factor.texture.unwrap().0.texture);
     let (m, _) = with_mtl("newmtl m\nPr .5\nmap_Pc tex/t 1.png\n");

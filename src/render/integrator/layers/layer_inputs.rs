@@ -58,9 +58,10 @@ impl<'a> LayerInputs<'a> {
 
     /// The sheen; `None` where it is black.
     fn sheen(&self, lane: usize) -> Option<Sheen> {
-        let blinn_scene::Sheen { color, roughness } = &self.material.sheen;
+        let blinn_scene::Sheen { color, roughness, model } = &self.material.sheen;
         let color = vec3(&self.inputs.color(color, TexelSemantics::Color), lane).clamp(Rgb::ZERO, Rgb::ONE);
-        (color != Rgb::ZERO).then(|| Sheen { color, roughness: self.inputs.share(roughness)[lane] })
+        let roughness = || self.inputs.share(roughness)[lane];
+        (color != Rgb::ZERO).then(|| Sheen { color, roughness: roughness(), model: *model })
     }
 
     /// Moves the share of the ambient light of the point in a lane that comes from behind away from k_a.

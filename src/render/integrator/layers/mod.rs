@@ -13,5 +13,6 @@ pub(crate) mod facets;
 pub(crate) mod layer_inputs;
 pub(crate) mod layered_point;
 pub(crate) mod layered_points;
+pub(crate) mod microfibres;
 pub(crate) mod sheen;
 pub(crate) mod thin_film;

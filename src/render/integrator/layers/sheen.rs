@@ -1,12 +1,14 @@
 //! A sheen of fibres (KHR_materials_sheen): the “Charlie” distribution of Estevez and Kulla, “Production Friendly Microfacet
-//! Sheen BRDF”, 2017.
+//! Sheen BRDF”, 2017, or the microfibres of Cycles.
 
 use std::f32::consts::{PI, TAU};
 use std::sync::OnceLock;
 
 use glam::Vec3;
 
+use crate::integrator::layers::microfibres::MicrofibreLobe;
 use blinn_core::geometry::Rgb;
+use blinn_scene::SheenModel;
 
 /// Nodes of the table of albedos, by roughness and by the square root of the cosine to the viewer.
 const NODES: usize = 24;
@@ -23,15 +25,14 @@ pub(crate) struct Sheen {
     pub color: Rgb,
     /// Perceptual roughness.
     pub roughness: f32,
+    pub model: SheenModel,
 }
 
 /// A sheen seen from a direction.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct SheenLobe {
-    n: Vec3,
-    v: Vec3,
     color: Rgb,
-    fibres: Fibres,
+    fibres: FibreLobe,
     /// Share of the light that is reflected, by colour.
     pub albedo: Rgb,
     /// Share of the light that reaches the layers below.
@@ -41,29 +42,56 @@ pub(crate) struct SheenLobe {
 impl Sheen {
     /// The lobe around the normal `n`, seen from the unit direction `v`.
     pub fn lobe(&self, n: Vec3, v: Vec3) -> SheenLobe {
-        let cos = n.dot(v);
-        let albedo = self.color * albedo(cos, self.roughness);
+        let (of_white, fibres) = match self.model {
+            SheenModel::Charlie => {
+                let fibres = Fibres::new(self.roughness);
+                (albedo(n.dot(v), self.roughness), FibreLobe::Charlie { n, v, fibres })
+            }
+            SheenModel::Microfibres => {
+                let lobe = MicrofibreLobe::new(n, v, self.roughness);
+                (lobe.albedo, FibreLobe::Microfibres(lobe))
+            }
+        };
+        let albedo = self.color * of_white;
         // The same share of all colours: what is left would have the inverse colour.
         let below = (1.0 - albedo.max_element()).max(0.0);
-        SheenLobe { n, v, color: self.color, fibres: Fibres::new(self.roughness), albedo, below }
+        SheenLobe { color: self.color, fibres, albedo, below }
     }
 }
 
 impl SheenLobe {
     /// π f cos: the share of the lecture's irradiance from direction `l` that the fibres reflect.
     pub fn reflect(&self, l: Vec3) -> Rgb {
-        let SheenLobe { n, v, .. } = *self;
-        let h = l + v;
-        let (n_l, h2) = (n.dot(l), h.length_squared());
-        if !(n_l > 0.0 && h2 > 0.0) {
-            return Rgb::ZERO;
-        }
-        let sin2 = (n.cross(h).length_squared() / h2).min(1.0);
-        self.color * self.fibres.reflect(sin2, n_l, n.dot(v))
+        self.color * self.fibres.reflect(l)
     }
 }
 
-/// The distribution of fibres.
+/// White fibres seen from a direction.
+#[derive(Clone, Copy, Debug)]
+enum FibreLobe {
+    Charlie { n: Vec3, v: Vec3, fibres: Fibres },
+    Microfibres(MicrofibreLobe),
+}
+
+impl FibreLobe {
+    /// π f cos for the direction `l` of light.
+    fn reflect(&self, l: Vec3) -> f32 {
+        match self {
+            FibreLobe::Charlie { n, v, fibres } => {
+                let h = l + *v;
+                let (n_l, h2) = (n.dot(l), h.length_squared());
+                if !(n_l > 0.0 && h2 > 0.0) {
+                    return 0.0;
+                }
+                let sin2 = (n.cross(h).length_squared() / h2).min(1.0);
+                fibres.reflect(sin2, n_l, n.dot(*v))
+            }
+            FibreLobe::Microfibres(lobe) => lobe.reflect(l),
+        }
+    }
+}
+
+/// The Charlie distribution of fibres.
 #[derive(Clone, Copy, Debug)]
 struct Fibres {
     inverse_alpha: f32,
@@ -129,7 +157,7 @@ impl Fibres {
     }
 }
 
-/// The albedo E of white fibres of a perceptual roughness, seen at cosine `cos`: linear between the nodes of a table.
+/// The albedo E of white Charlie fibres of a perceptual roughness, seen at cosine `cos`: linear between the nodes of a table.
 fn albedo(cos: f32, roughness: f32) -> f32 {
     static TABLE: OnceLock<Vec<f32>> = OnceLock::new();
     let node = |i: usize| i as f32 / (NODES - 1) as f32;

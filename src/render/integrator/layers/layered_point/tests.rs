@@ -4,7 +4,7 @@ use super::*;
 use crate::integrator::layers::dielectric_boundary::{BoundaryFilm, DielectricBoundary};
 use crate::integrator::layers::facets::LobeDirections;
 use crate::integrator::material::highlight_lobe::highlight_lobe;
-use blinn_scene::Environment;
+use blinn_scene::{Environment, SheenModel};
 
 /// A direction at an angle to z, in the plane at an angle about it.
 fn at(angle: f64, turn: f64) -> DVec3 {
@@ -193,15 +193,16 @@ fn sheen_of_the_specification(v: DVec3, l: DVec3, roughness: f64) -> f64 {
     d / ((1.0 + lambda(v.z) + lambda(l.z)) * 4.0 * v.z * l.z)
 }
 
-fn with_sheen(color: Rgb, roughness: f32) -> LayeredPoint {
-    LayeredPoint { sheen: Some(Sheen { color, roughness }), ..point(DVec3::Z) }
+fn with_sheen(model: SheenModel, color: Rgb, roughness: f32) -> LayeredPoint {
+    LayeredPoint { sheen: Some(Sheen { color, roughness, model }), ..point(DVec3::Z) }
 }
 
 #[test]
 fn sheen_is_that_of_the_specification() {
     for roughness in [0.2, 0.5, 1.0] {
         let v = at(0.8, 0.0);
-        let lobes = with_sheen(Rgb::new(1.0, 0.5, 0.0), roughness as f32).lobes(&view(v, 0.5));
+        let sheen = with_sheen(SheenModel::Charlie, Rgb::new(1.0, 0.5, 0.0), roughness as f32);
+        let lobes = sheen.lobes(&view(v, 0.5));
         for l in [at(0.3, 1.0), at(1.2, 3.0), at(0.8, 0.1)] {
             let reflected = lobes.reflect(l.as_vec3(), l.z as f32, false).diffuse;
             let expected = PI * sheen_of_the_specification(v, l, roughness) * l.z;
@@ -214,13 +215,19 @@ fn sheen_is_that_of_the_specification() {
 /// The sheen reflects its albedo, and leaves the rest to what is below.
 #[test]
 fn a_white_sheen_over_a_white_surface_conserves_light() {
-    for roughness in [0.3, 0.55, 0.8, 1.0] {
-        for angle in [0.1, 0.6, 1.1, 1.4] {
-            let lobes = with_sheen(Rgb::ONE, roughness).lobes(&view(at(angle, 0.0), 0.5));
-            let sheen = integral(DVec3::Z, |l| lobes.reflect(l, l.z, true).diffuse).x;
-            let shares = lobes.shares();
-            assert!((sheen - shares.k_a.x).abs() < 0.01, "{roughness} {angle}: {sheen} {shares:?}");
-            assert!(sheen < 1.0 && (shares.k_a.x + shares.facets.x - 1.0).abs() < 1e-5, "{shares:?}");
+    for model in [SheenModel::Charlie, SheenModel::Microfibres] {
+        for roughness in [0.3, 0.55, 0.8, 1.0] {
+            for angle in [0.1, 0.6, 1.1, 1.4] {
+                let lobes = with_sheen(model, Rgb::ONE, roughness).lobes(&view(at(angle, 0.0), 0.5));
+                let sheen = integral(DVec3::Z, |l| lobes.reflect(l, l.z, true).diffuse).x;
+                let shares = lobes.shares();
+                let at = format!("{model:?} {roughness} {angle}");
+                assert!((sheen - shares.k_a.x).abs() < 0.01, "{at}: {sheen} {shares:?}");
+                assert!(
+                    sheen < 1.0 && (shares.k_a.x + shares.facets.x - 1.0).abs() < 1e-5,
+                    "{at}: {shares:?}"
+                );
+            }
         }
     }
 }
