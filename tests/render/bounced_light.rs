@@ -5,7 +5,7 @@ use blinn::integrator::Frame;
 use blinn::scene::{
     Channels, ColorInput, Dielectric, Environment, Image, Lighting, Material, Mesh, MipMaps, MtlReflectance,
     NormalMap, Panorama, Projection, Reflectance, Reflection, ScalarInput, Scene, Texels, Texture,
-    TextureFilter, TextureRef, UvTransform, View, Wrap,
+    TextureFilter, TextureRef, UvTransform, View, Volume, Wrap,
 };
 use glam::{DAffine3, DVec3, Vec2, Vec3, Vec4};
 
@@ -92,7 +92,7 @@ fn mean_radiance(scene: &Scene, view: &View, beyond: Beyond, indirect: u8, sampl
     let frame = Frame {
         ambient: Rgb::ONE,
         indirect,
-        bounces: 4,
+        bounces: 12,
         cull_back_faces: false,
         ..Frame::new(&posed, &accel, camera, &lit)
     };
@@ -186,5 +186,33 @@ fn rough_metals_vanish_in_a_white_world() {
             // Half of the world is brighter by a hundredth.
             assert_near(value, 1.0, 0.02, &format!("roughness {roughness}, {indirect} bounces"));
         }
+    }
+}
+
+/// Light that a facet of rough glass sends to other facets leaves the glass later.
+#[test]
+fn rough_glass_vanishes_in_a_white_world() {
+    for roughness in [0.25, 0.5, 0.8] {
+        let glass = Material {
+            base_color: ColorInput::new(Rgb::ONE),
+            reflectance: Reflectance::MetallicRoughness {
+                metallic: ScalarInput::new(0.0),
+                roughness: ScalarInput::new(roughness),
+                dielectric: Dielectric::default(),
+            },
+            reflection: Reflection::Fresnel,
+            transmission: ScalarInput::new(1.0),
+            volume: Some(Volume {
+                thickness: 1.0,
+                attenuation_color: Rgb::ONE,
+                attenuation_distance: f32::INFINITY,
+            }),
+            ..Material::default()
+        };
+        let ball = Mesh { is_body: true, ..scenes::ball(128, 64) };
+        let scene = scenes::of_material(ball, glass);
+        let view = looking(DVec3::Y * 2.0, DVec3::NEG_Y, 1.2);
+        let value = mean_radiance(&scene, &view, Beyond::Panorama, 4, 256);
+        assert_near(value, 1.0, 0.02, &format!("roughness {roughness}"));
     }
 }

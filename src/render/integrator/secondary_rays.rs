@@ -17,11 +17,13 @@ use crate::integrator::environment_occlusion::LOOKUP_SHARE;
 use crate::integrator::frame::Frame;
 use crate::integrator::layers::block_layers::layer_view;
 use crate::integrator::layers::dielectric_boundary::{BoundaryFilm, DielectricBoundary};
+use crate::integrator::layers::facets::AnisotropicFacets;
 use crate::integrator::lobe_light::{LightReceiver, LobeLight};
 use crate::integrator::lobe_samples::mirrored_to_side;
 use crate::integrator::material::coefficients::Coefficients;
-use crate::integrator::material::ggx::SMOOTH_GLASS_ALPHA;
-use crate::integrator::material::ggx_lobe::Lobe;
+use crate::integrator::material::ggx::{SMOOTH_GLASS_ALPHA, shadowing_ratio};
+use crate::integrator::material::ggx_lobe::{Lobe, MIN_COS};
+use crate::integrator::material::glass_albedo::glass_albedo;
 use crate::integrator::media::{Crossing, MediumStack, Wavelength};
 use crate::integrator::paths::{AreaLightHits, Escape, PathState, PathStates, SecondaryRay, Wave};
 use crate::integrator::reflection_rays::{ReflectionRays, SEEN_ALPHA, SpawnedRays};
@@ -176,6 +178,7 @@ impl<'a, 's> PathVertex<'a, 's> {
         let film = block.layered.get(lane).and_then(|point| point.film);
         DielectricBoundary {
             eta,
+            transmission: self.k.transmission_weight,
             f90: layers.dielectric_f90,
             film: film.map(|film| BoundaryFilm { film: film.over(layers), share: film.share, entering }),
         }
@@ -202,9 +205,10 @@ impl<'a, 's> PathVertex<'a, 's> {
         let sample_share = LOOKUP_SHARE as f32 / self.stream.sampler.count.max(1) as f32;
         let normal_change = self.normal_change + self.k.layers.alpha * (PI * sample_share).sqrt();
         let [u_reflected, u_refracted] = self.stream.get_2d(self.path(), SampleDimension::Roulette);
+        let mirrored = m * (2.0 * self.v.dot(m)) - self.v;
         let reflected = DielectricRay {
-            direction: m * (2.0 * self.v.dot(m)) - self.v,
-            weight: reflectance,
+            direction: mirrored,
+            weight: reflectance * self.visible_share(self.n.dot(mirrored), white.eta),
             share,
             is_refracted: false,
             media: self.state.media,
@@ -213,13 +217,16 @@ impl<'a, 's> PathVertex<'a, 's> {
         };
         let mut environment_light = self.spawn_dielectric_ray(&reflected, u_reflected, wave);
         for &(wavelength, Crossing { behind, eta, .. }) in crossings {
-            let transmittance = (Rgb::ONE - reflectance) * if splits { wavelength.mask() } else { Rgb::ONE };
+            let transmittance =
+                self.boundary(eta).transmittance(cos) * if splits { wavelength.mask() } else { Rgb::ONE };
             if !(transmittance.max_element() > 0.0) {
                 continue;
             }
+            let direction = refract(self.v, m, cos, eta);
+            let visible = self.visible_share(-self.n.dot(direction), eta);
             let refracted = DielectricRay {
-                direction: refract(self.v, m, cos, eta),
-                weight: self.k.surface_tint() * (transmittance * self.k.transmission_weight),
+                direction,
+                weight: self.k.surface_tint() * (transmittance * visible),
                 share: (1.0 - share) / crossings.len() as f32,
                 is_refracted: true,
                 media: behind,
@@ -231,6 +238,21 @@ impl<'a, 's> PathVertex<'a, 's> {
         environment_light
     }
 
+    /// The stretched facets of glass.
+    fn anisotropic_facets(&self) -> Option<AnisotropicFacets> {
+        let (block, lane) = self.batch.soa.lane(self.i);
+        layer_view(block, lane).and_then(|(point, view)| point.anisotropic_facets(&view))
+    }
+
+    /// The GGX α of the facets of rough glass; 0 for smooth glass.
+    fn glass_alpha(&self) -> f32 {
+        let alpha = self.k.layers.alpha;
+        if alpha < SMOOTH_GLASS_ALPHA {
+            return 0.0;
+        }
+        self.anisotropic_facets().map_or(alpha, |facets| facets.mean_alpha())
+    }
+
     /// The normal of a microfacet of glass that is visible from the path; the shading normal of smooth glass.
     fn sample_microfacet_normal(&self) -> DVec3 {
         let alpha = self.k.layers.alpha;
@@ -238,13 +260,22 @@ impl<'a, 's> PathVertex<'a, 's> {
             return self.n;
         }
         let u = self.stream.get_2d(self.path(), SampleDimension::Reflection).map(f64::from);
-        let (block, lane) = self.batch.soa.lane(self.i);
-        if let Some(facets) =
-            layer_view(block, lane).and_then(|(point, view)| point.anisotropic_facets(&view))
-        {
-            return facets.sample_normal(u);
+        match self.anisotropic_facets() {
+            Some(facets) => facets.sample_normal(u),
+            None => Lobe { n: self.n, v: self.v, alpha: f64::from(alpha), f0: 1.0 }.sample_normal(u),
         }
-        Lobe { n: self.n, v: self.v, alpha: f64::from(alpha), f0: 1.0 }.sample_normal(u)
+    }
+
+    /// The share of a ray that leaves rough glass between other facets, scaled up by the light that they block of all rays.
+    /// `cos_out` is its cosine to the normal on its own side, and `eta` the index of refraction behind the surface over that in
+    /// front of it.
+    fn visible_share(&self, cos_out: f64, eta: f64) -> f32 {
+        let alpha = f64::from(self.glass_alpha());
+        if alpha == 0.0 || !self.frame.traces_full_paths() {
+            return 1.0;
+        }
+        let cos = self.n.dot(self.v).clamp(MIN_COS, 1.0);
+        (shadowing_ratio(cos, cos_out, alpha) / glass_albedo(cos, alpha, eta)) as f32
     }
 
     /// Spawns a ray, or returns the environment's light in its direction instead.

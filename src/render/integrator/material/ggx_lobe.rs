@@ -136,4 +136,4 @@ impl LobeBasis {
 }
 
 /// Smallest cosine between normal and viewer.
-const MIN_COS: f64 = 1e-3;
+pub(crate) const MIN_COS: f64 = 1e-3;

@@ -8,6 +8,7 @@ pub(crate) mod facet_view;
 pub(crate) mod fresnel;
 pub(crate) mod ggx;
 pub(crate) mod ggx_lobe;
+pub(crate) mod glass_albedo;
 pub(crate) mod highlight_lobe;
 pub(crate) mod hit_filter;
 pub(crate) mod layer_lanes;
