@@ -4,25 +4,16 @@
 //! end.
 
 use std::collections::VecDeque;
-use std::path::Path;
 
-use anyhow::{Context, Error, Result};
-use serde_json::Value;
-
-use super::batch::{Batch, Scenes, fail, is_disk_full, is_full};
+use super::archived_scenes::archived_scenes;
+use super::batch::{Batch, Scenes, fail};
+use super::fill_shard::{EarlierImages, Overflow, ShardFailure, fill_shard};
 use super::ledger::PastOutcome;
-use super::shard_batch::is_description;
-use crate::files::create_parent_folder;
-use crate::plan::{NumberedScene, ShardPlan, sample_key};
+use crate::plan::{NumberedScene, ShardPlan};
 use crate::usage::UsageError;
-use blinn_output::{ShardWriter, check_overwrite, read_shard};
-use blinn_session::{FileDigests, load_limits};
 
 /// Scenes one after the other.
 type SceneIter<'s> = Box<dyn Iterator<Item = Result<NumberedScene, UsageError>> + 's>;
-
-/// A scene that did not fit into an archive, and its images.
-type Overflow = Option<(NumberedScene, ShardWriter)>;
 
 /// Renders scenes into archives of at most `max_bytes`. With --resume, archives that are up to date are kept.
 pub fn render_limited_shards<'a: 'scope, 'scope>(
@@ -32,7 +23,7 @@ pub fn render_limited_shards<'a: 'scope, 'scope>(
     max_bytes: u64,
     list: SceneIter,
 ) -> Result<(), UsageError> {
-    let mut queue = SceneQueue { next: VecDeque::new(), rest: list };
+    let mut queue = SceneQueue { ahead: VecDeque::new(), rest: list };
     // The first scene of the next archive, if it was rendered because it did not fit.
     let mut carried: Overflow = None;
     for number in 0usize.. {
@@ -40,23 +31,24 @@ pub fn render_limited_shards<'a: 'scope, 'scope>(
         if batch.plan.outputs.resume && file.is_file() {
             // Scenes that are in the archive need not be rendered.
             for task in scenes.cancel().iter().rev() {
-                queue.next.push_front(task.scene.clone());
+                queue.ahead.push_front(task.scene.clone());
             }
             if let Some((scene, _)) = &carried {
-                queue.next.push_front(scene.clone());
+                queue.ahead.push_front(scene.clone());
             }
             if keep_shard(batch, shards, number, max_bytes, &mut queue)? {
                 carried = None;
                 continue;
             }
             if carried.is_some() {
-                queue.next.pop_front();
+                queue.ahead.pop_front();
             }
         }
-        if carried.is_none() && scenes.is_empty() && queue.peek()?.is_none() {
+        if carried.is_none() && scenes.is_empty() && queue.is_empty()? {
             break;
         }
-        match fill_shard(batch, scenes, &file, max_bytes, carried.take(), &mut queue) {
+        let earlier = EarlierImages::from_iter(carried.take().map(|(scene, images)| (scene.number, images)));
+        match fill_shard(batch, scenes, &file, Some(max_bytes), earlier, &mut queue) {
             Ok(overflow) => carried = overflow,
             Err(failure) => {
                 let started = scenes.cancel().len();
@@ -69,7 +61,7 @@ pub fn render_limited_shards<'a: 'scope, 'scope>(
                     ShardFailure::DiskFull => {}
                 }
                 // Where the next archive begins is unknown.
-                batch.summary.not_started = started + queue.count()?;
+                batch.summary.not_started = started + queue.remaining()?;
                 break;
             }
         }
@@ -77,58 +69,33 @@ pub fn render_limited_shards<'a: 'scope, 'scope>(
     Ok(())
 }
 
-/// The reason why an archive was not written.
-enum ShardFailure {
-    Usage(UsageError),
-    Archive(Error),
-    /// It was reported with its scene.
-    DiskFull,
-}
-
-impl From<UsageError> for ShardFailure {
-    fn from(error: UsageError) -> ShardFailure {
-        ShardFailure::Usage(error)
-    }
-}
-
-impl From<Error> for ShardFailure {
-    fn from(error: Error) -> ShardFailure {
-        ShardFailure::Archive(error)
-    }
-}
-
 /// The scenes that are not in an archive yet.
 struct SceneQueue<'s> {
     /// Those that were looked at.
-    next: VecDeque<NumberedScene>,
+    ahead: VecDeque<NumberedScene>,
     rest: SceneIter<'s>,
 }
 
 impl SceneQueue<'_> {
-    fn peek(&mut self) -> Result<Option<&NumberedScene>, UsageError> {
-        if self.next.is_empty() {
-            self.next.extend(self.rest.next().transpose()?);
+    fn is_empty(&mut self) -> Result<bool, UsageError> {
+        if self.ahead.is_empty() {
+            self.ahead.extend(self.rest.next().transpose()?);
         }
-        Ok(self.next.front())
-    }
-
-    fn pop(&mut self) -> Result<Option<NumberedScene>, UsageError> {
-        self.peek()?;
-        Ok(self.next.pop_front())
+        Ok(self.ahead.is_empty())
     }
 
     /// Looks at scenes up to the one with a number, and at the one behind it.
     fn look_behind(&mut self, number: usize) -> Result<(), UsageError> {
-        while self.next.back().is_none_or(|last| last.number <= number) {
+        while self.ahead.back().is_none_or(|last| last.number <= number) {
             let Some(scene) = self.rest.next().transpose()? else { break };
-            self.next.push_back(scene);
+            self.ahead.push_back(scene);
         }
         Ok(())
     }
 
     /// The number of scenes.
-    fn count(self) -> Result<usize, UsageError> {
-        let mut count = self.next.len();
+    fn remaining(self) -> Result<usize, UsageError> {
+        let mut count = self.ahead.len();
         for scene in self.rest {
             scene?;
             count += 1;
@@ -137,99 +104,11 @@ impl SceneQueue<'_> {
     }
 }
 
-/// Renders scenes into an archive until one does not fit, and returns that one.
-fn fill_shard<'a: 'scope, 'scope>(
-    batch: &mut Batch<'a>,
-    scenes: &mut Scenes<'_, 'scope, 'a>,
-    file: &Path,
-    max_bytes: u64,
-    carried: Overflow,
-    queue: &mut SceneQueue,
-) -> Result<Overflow, ShardFailure> {
-    let cannot_be_written = || format!("{} cannot be written", file.display());
-    check_overwrite(file, batch.plan.outputs.replace).map_err(Error::new)?;
-    create_parent_folder(file)?;
-    let mut shard = ShardWriter::new(file).with_context(cannot_be_written)?;
-    if let Some((_, members)) = carried {
-        shard.append(members).with_context(cannot_be_written)?;
-    }
-    let mut overflow = None;
-    loop {
-        while !is_full(scenes)
-            && let Some(scene) = queue.pop()?
-        {
-            batch.start(scenes, scene, Some(file));
-        }
-        let Some(finished) = scenes.next_finished() else { break };
-        let scene = finished.job.scene.clone();
-        match batch.finish_scene(finished) {
-            Ok(Some(members)) if shard.length() > 0 && shard.length() + members.length() > max_bytes => {
-                overflow = Some((scene, members));
-                break;
-            }
-            Ok(Some(members)) => shard.append(members).with_context(cannot_be_written)?,
-            Err(error) if is_disk_full(&error) => return Err(ShardFailure::DiskFull),
-            // A scene that fails has no images.
-            Ok(None) | Err(_) => {}
-        }
-    }
-    if shard.length() > 0 {
-        shard.finish(batch.plan.outputs.replace).with_context(cannot_be_written)?;
-        batch.reporter.wrote(None, file);
-    }
-    if let Some(ledger) = &mut batch.ledger {
-        let appended = if overflow.is_some() { ledger.append_all_but_last() } else { ledger.append() };
-        appended.context("--ledger")?;
-    }
-    Ok(overflow)
-}
+impl Iterator for SceneQueue<'_> {
+    type Item = Result<NumberedScene, UsageError>;
 
-/// A scene in an archive.
-struct ArchivedScene {
-    number: usize,
-    /// Bytes of its files with their headers.
-    bytes: u64,
-    /// The key and the fingerprint of each sample.
-    samples: Vec<(String, String)>,
-}
-
-/// The scenes of an archive in order. `None` for anything but a complete archive.
-fn archived_scenes(file: &Path) -> Option<Vec<ArchivedScene>> {
-    let mut scenes: Vec<ArchivedScene> = Vec::new();
-    let other = || std::io::Error::other("not an archive of samples");
-    read_shard(file, is_description, |member| {
-        let (key, _) = member.name.split_once('.').ok_or_else(other)?;
-        let number: usize = key.split('-').next().and_then(|digits| digits.parse().ok()).ok_or_else(other)?;
-        if scenes.last().is_none_or(|last| last.number != number) {
-            scenes.push(ArchivedScene { number, bytes: 0, samples: Vec::new() });
-        }
-        let scene = scenes.last_mut().ok_or_else(other)?;
-        scene.bytes += member.length;
-        if is_description(member.name) {
-            let sample: Value = serde_json::from_slice(member.bytes)?;
-            let fingerprint = sample["fingerprint"].as_str().ok_or_else(other)?;
-            scene.samples.push((key.to_string(), fingerprint.to_string()));
-        }
-        Ok(())
-    })
-    .ok()?;
-    Some(scenes)
-}
-
-impl ArchivedScene {
-    /// Returns true if the samples are those of a scene, made from the same files with the same settings.
-    fn is_current(&self, batch: &Batch, scene: &NumberedScene) -> bool {
-        let plan = batch.plan;
-        let frames = plan.frames.known().unwrap_or_default();
-        let mut digests = FileDigests::with_limit(load_limits(plan.session.max_memory).file_bytes);
-        let mut is_same = |(frame, (key, fingerprint)): (_, &(String, String))| {
-            let hash = plan.member_hash(frame);
-            *key == sample_key(&scene.path, scene.number, frame.number)
-                && hash.is_some_and(|hash| digests.is_current(fingerprint, hash, &scene.path))
-        };
-        self.number == scene.number
-            && self.samples.len() == frames.len()
-            && frames.iter().zip(&self.samples).all(&mut is_same)
+    fn next(&mut self) -> Option<Self::Item> {
+        self.ahead.pop_front().map(Ok).or_else(|| self.rest.next())
     }
 }
 
@@ -253,8 +132,8 @@ fn keep_shard(
     }
     let mut archived = archived.iter().peekable();
     let mut outcomes = Vec::new();
-    for scene in queue.next.iter().take_while(|scene| scene.number <= last) {
-        match archived.next_if(|archived| archived.is_current(batch, scene)) {
+    for scene in queue.ahead.iter().take_while(|scene| scene.number <= last) {
+        match archived.next_if(|archived| archived.is_current(batch.plan, scene)) {
             Some(_) => outcomes.push(PastOutcome::Done { images: 0 }),
             None if has_failed(batch, scene) => outcomes.push(PastOutcome::Failed),
             None => return Ok(false),
@@ -265,7 +144,7 @@ fn keep_shard(
     }
     batch.reporter.kept_archive(&shards.numbered(number));
     for outcome in outcomes {
-        if let Some(scene) = queue.next.pop_front() {
+        if let Some(scene) = queue.ahead.pop_front() {
             batch.skip(&scene, outcome);
         }
     }
@@ -285,7 +164,7 @@ fn proves_end(
     let mut behind = last.unwrap_or(0);
     loop {
         queue.look_behind(behind)?;
-        let Some(scene) = queue.next.iter().find(|scene| scene.number > behind) else { return Ok(true) };
+        let Some(scene) = queue.ahead.iter().find(|scene| scene.number > behind) else { return Ok(true) };
         if has_failed(batch, scene) {
             behind = scene.number;
             continue;
@@ -293,7 +172,7 @@ fn proves_end(
         let next = archived_scenes(&shards.numbered(number + 1));
         let first = next.as_ref().and_then(|scenes| scenes.first());
         return Ok(first.is_some_and(|first| {
-            bytes.saturating_add(first.bytes) > max_bytes && first.is_current(batch, scene)
+            bytes.saturating_add(first.bytes) > max_bytes && first.is_current(batch.plan, scene)
         }));
     }
 }

@@ -1,10 +1,12 @@
 //! Executes a plan: renders each scene, writes its files and reports progress.
 
 pub(super) mod animation_writer;
+mod archived_scenes;
 pub(super) mod assemble;
 pub(super) mod batch;
 mod dataset;
 mod dataset_files;
+mod fill_shard;
 mod frame_files;
 mod frame_filter;
 mod golden_check;

@@ -1,19 +1,15 @@
-//! The scenes of a run whose images go into archives: archive by archive.
+//! Archives of a number of images: which scenes share one is known before they are rendered.
 
-use std::collections::{BTreeMap, BTreeSet, HashMap};
+use std::collections::{BTreeMap, BTreeSet};
 use std::path::Path;
 
-use anyhow::{Context, Error, Result};
-use serde_json::Value;
-
+use super::archived_scenes::archived_scenes;
 use super::batch::{Batch, Scenes, fail, is_disk_full, is_full};
+use super::fill_shard::{EarlierImages, ShardFailure, fill_shard};
 use super::ledger::PastOutcome;
 use crate::console::print_stdout;
-use crate::files::create_parent_folder;
-use crate::plan::{NumberedScene, ShardPlan, sample_key};
+use crate::plan::{NumberedScene, ShardPlan};
 use crate::usage::UsageError;
-use blinn_output::{ShardMember, ShardWriter, check_overwrite, read_shard};
-use blinn_session::{FileDigests, PlannedFrame, load_limits};
 
 /// Renders scenes into archives. With --resume, archives that are up to date are kept, and all others are made anew. Of an
 /// archive that lacks only scenes that failed, these alone are rendered again, and the others if one of them succeeds.
@@ -29,8 +25,7 @@ pub fn render_shards<'a: 'scope, 'scope>(
         let is_next =
             group.first().is_some_and(|first| shards.file(first.number) != shards.file(scene.number));
         if is_next {
-            let file = shards.file(group[0].number);
-            let is_full = render_shard(batch, scenes, &file, &group).is_err_and(|e| is_disk_full(&e));
+            let is_full = render_shard(batch, scenes, &shards.file(group[0].number), &group)?;
             group.clear();
             if is_full {
                 batch.summary.not_started = batch.plan.scene_range().end + 1 - scene.number;
@@ -40,48 +35,34 @@ pub fn render_shards<'a: 'scope, 'scope>(
         group.push(scene);
     }
     if let Some(first) = group.first() {
-        // The error was reported.
-        let _ = render_shard(batch, scenes, &shards.file(first.number), &group);
+        render_shard(batch, scenes, &shards.file(first.number), &group)?;
     }
     Ok(())
 }
 
-/// Renders the scenes of one archive. The errors were reported.
+/// Renders the scenes of one archive, and reports its errors. Returns true if the disk is full.
 fn render_shard<'a: 'scope, 'scope>(
     batch: &mut Batch<'a>,
     scenes: &mut Scenes<'_, 'scope, 'a>,
     file: &Path,
     list: &[NumberedScene],
-) -> Result<()> {
+) -> Result<bool, UsageError> {
     if batch.plan.dry_run {
-        return print_stdout(format!("{}\n", file.display()).as_bytes());
+        let printed = print_stdout(format!("{}\n", file.display()).as_bytes());
+        return Ok(printed.is_err_and(|error| is_disk_full(&error)));
     }
-    let outcome = complete_shard(batch, scenes, file, list);
-    if outcome.is_err() {
-        drop(scenes.cancel());
-        if let Some(ledger) = &mut batch.ledger {
-            ledger.discard();
-        }
+    let Err(failure) = complete_shard(batch, scenes, file, list) else { return Ok(false) };
+    drop(scenes.cancel());
+    if let Some(ledger) = &mut batch.ledger {
+        ledger.discard();
     }
-    outcome.map_err(|failure| match failure {
-        ShardFailure::OfScene(error) => error,
-        ShardFailure::OfArchive(error) => {
+    match failure {
+        ShardFailure::Usage(error) => Err(error),
+        ShardFailure::DiskFull => Ok(true),
+        ShardFailure::Archive(error) => {
             fail(batch.summary, batch.reporter, &error);
-            error
+            Ok(is_disk_full(&error))
         }
-    })
-}
-
-/// The reason why an archive was not written.
-enum ShardFailure {
-    /// The disk is full. The error was reported with its scene.
-    OfScene(Error),
-    OfArchive(Error),
-}
-
-impl From<Error> for ShardFailure {
-    fn from(error: Error) -> ShardFailure {
-        ShardFailure::OfArchive(error)
     }
 }
 
@@ -107,11 +88,16 @@ fn complete_shard<'a: 'scope, 'scope>(
                 {
                     batch.skip(scene, outcome.unwrap_or(PastOutcome::Done { images: 0 }));
                 }
-                return append_to_ledger(batch);
+                if let Some(ledger) = &mut batch.ledger {
+                    ledger.append().map_err(|error| error.context("--ledger"))?;
+                }
+                return Ok(());
             }
         }
     }
-    fill_shard(batch, scenes, file, list, retried)
+    let Retried { numbers, images } = retried;
+    let mut rest = list.iter().filter(|scene| !numbers.contains(&scene.number)).cloned().map(Ok);
+    fill_shard(batch, scenes, file, None, images, &mut rest).map(drop)
 }
 
 /// Scenes that were rendered before the others of their archive.
@@ -119,7 +105,7 @@ fn complete_shard<'a: 'scope, 'scope>(
 struct Retried {
     numbers: BTreeSet<usize>,
     /// The images of those that did not fail.
-    images: BTreeMap<usize, ShardWriter>,
+    images: EarlierImages,
 }
 
 /// Renders scenes of an archive that may fail again.
@@ -141,59 +127,10 @@ fn retry<'a: 'scope, 'scope, 'l>(
         retried.numbers.insert(number);
         match batch.finish_scene(finished) {
             Ok(Some(images)) => drop(retried.images.insert(number, images)),
-            Err(error) if is_disk_full(&error) => return Err(ShardFailure::OfScene(error)),
+            Err(error) if is_disk_full(&error) => return Err(ShardFailure::DiskFull),
             Ok(None) | Err(_) => {}
         }
     }
-}
-
-fn append_to_ledger(batch: &mut Batch) -> Result<(), ShardFailure> {
-    if let Some(ledger) = &mut batch.ledger {
-        ledger.append().context("--ledger")?;
-    }
-    Ok(())
-}
-
-/// Renders scenes into an archive, and notes them in the ledger when it is complete. Takes the images of `retried` scenes as
-/// they are.
-fn fill_shard<'a: 'scope, 'scope>(
-    batch: &mut Batch<'a>,
-    scenes: &mut Scenes<'_, 'scope, 'a>,
-    file: &Path,
-    list: &[NumberedScene],
-    mut retried: Retried,
-) -> Result<(), ShardFailure> {
-    let cannot_be_written = || format!("{} cannot be written", file.display());
-    check_overwrite(file, batch.plan.outputs.replace).map_err(Error::new)?;
-    create_parent_folder(file)?;
-    let mut shard = ShardWriter::new(file).with_context(cannot_be_written)?;
-    let mut list = list.iter().filter(|scene| !retried.numbers.contains(&scene.number));
-    loop {
-        while !is_full(scenes)
-            && let Some(scene) = list.next()
-        {
-            batch.start(scenes, scene.clone(), Some(file));
-        }
-        let Some(finished) = scenes.next_finished() else { break };
-        let later = retried.images.split_off(&finished.job.scene.number);
-        for images in std::mem::replace(&mut retried.images, later).into_values() {
-            shard.append(images).with_context(cannot_be_written)?;
-        }
-        match batch.finish_scene(finished) {
-            Ok(Some(members)) => shard.append(members).with_context(cannot_be_written)?,
-            Err(error) if is_disk_full(&error) => return Err(ShardFailure::OfScene(error)),
-            // A scene that fails has no images.
-            Ok(None) | Err(_) => {}
-        }
-    }
-    for images in retried.images.into_values() {
-        shard.append(images).with_context(cannot_be_written)?;
-    }
-    if shard.length() > 0 {
-        shard.finish(batch.plan.outputs.replace).with_context(cannot_be_written)?;
-        batch.reporter.wrote(None, file);
-    }
-    append_to_ledger(batch)
 }
 
 /// The numbers of scenes without images in an archive whose other images are complete and made from the same files with the
@@ -205,38 +142,14 @@ fn absent_scenes(
     scenes: &[NumberedScene],
     past: &[Option<PastOutcome>],
 ) -> Option<BTreeSet<usize>> {
-    let plan = batch.plan;
-    let frames = plan.frames.known().unwrap_or_default();
-    let mut missing: HashMap<String, (usize, &PlannedFrame)> = HashMap::new();
-    for (i, NumberedScene { number, path }) in scenes.iter().enumerate() {
-        if past[i] != Some(PastOutcome::Failed) {
-            let key = |frame: &PlannedFrame| sample_key(path, *number, frame.number);
-            missing.extend(frames.iter().map(|frame| (key(frame), (i, frame))));
+    let expected = scenes.iter().zip(past).filter(|(_, past)| **past != Some(PastOutcome::Failed));
+    let mut missing: BTreeMap<usize, &NumberedScene> =
+        expected.map(|(scene, _)| (scene.number, scene)).collect();
+    for archived in archived_scenes(file)? {
+        let scene = missing.remove(&archived.number)?;
+        if !archived.is_current(batch.plan, scene) {
+            return None;
         }
     }
-    let max_bytes = load_limits(plan.session.max_memory).file_bytes;
-    let mut digests: Vec<FileDigests> = scenes.iter().map(|_| FileDigests::with_limit(max_bytes)).collect();
-    let stale = || std::io::Error::other("not up to date");
-    let check = |ShardMember { name, bytes, .. }: ShardMember| {
-        if !is_description(name) {
-            return Ok(());
-        }
-        let (key, _) = name.split_once('.').unwrap_or_default();
-        let (i, frame) = missing.remove(key).ok_or_else(stale)?;
-        let sample: Value = serde_json::from_slice(bytes)?;
-        let fingerprint = sample["fingerprint"].as_str().ok_or_else(stale)?;
-        let hash = plan.member_hash(frame).ok_or_else(stale)?;
-        let is_current = digests[i].is_current(fingerprint, hash, &scenes[i].path);
-        if is_current { Ok(()) } else { Err(stale()) }
-    };
-    read_shard(file, is_description, check).ok()?;
-    let mut absent: HashMap<usize, usize> = HashMap::new();
-    missing.values().for_each(|(i, _)| *absent.entry(*i).or_default() += 1);
-    let is_whole = absent.values().all(|count| *count == frames.len());
-    is_whole.then(|| absent.keys().map(|i| scenes[*i].number).collect())
-}
-
-/// Returns true for the description of a sample.
-pub fn is_description(name: &str) -> bool {
-    name.split_once('.').is_some_and(|(_, extension)| extension == "json")
+    Some(missing.into_keys().collect())
 }
