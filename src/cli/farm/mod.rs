@@ -20,7 +20,7 @@ use anyhow::Result;
 use super::args::{EngineArgs, ExplicitFlags, JobArgs, JobCommand};
 use super::console::{is_stdout, print_stdout, scene_error, single_line};
 use super::files::create_parent_folder;
-use super::plan::{PathConflicts, RenderPlan, Writer};
+use super::plan::{PathConflicts, PlanInputs, RenderPlan, Writer};
 use super::run::panics;
 use super::run::progress::{Reporter, SceneLog};
 use super::summary::Summary;
@@ -33,8 +33,8 @@ use resolve::JobPlan;
 pub fn run(args: &JobArgs, argv: &[OsString]) -> Result<Summary, UsageError> {
     let engine = &args.engine;
     let mut plan = match engine.command() {
-        JobCommand::Render(args) => RenderPlan::for_render(args)?,
-        JobCommand::Turntable(args) => RenderPlan::for_turntable(args)?,
+        JobCommand::Render(args) => RenderPlan::for_render(args, PlanInputs::of_render(args)?)?,
+        JobCommand::Turntable(args) => RenderPlan::for_turntable(args, PlanInputs::of_turntable(args)?)?,
     };
     if plan.check.is_some() {
         let text = "--check compares images where all of them are rendered; run blinn render --check --resume after the job";

@@ -3,7 +3,6 @@
 
 mod animation_output;
 mod camera_checks;
-mod camera_list;
 mod check;
 mod clip_conflicts;
 mod command_files;
@@ -12,6 +11,7 @@ mod dataset_folders;
 mod dataset_formats;
 mod frames;
 mod images;
+mod inputs;
 mod output_names;
 mod outputs;
 mod path_conflicts;
@@ -24,17 +24,14 @@ use std::ops::Range;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
-use super::args::{
-    CommonArgs, OptionArgs, PictureGroup, ProcessArgs, RenderArgs, SceneArgs, TimeArgs, TurntableArgs,
-    named_options,
-};
+use super::args::{ProcessArgs, RenderArgs, TurntableArgs};
 use super::console::is_stdout;
 use super::usage::UsageError;
 use blinn_accel::AccelSettings;
 use blinn_import::file_version;
 use blinn_session::{
-    Chunk, EnvironmentSource, FrameNeighbours, ImageCamera, Options, PlannedFrame, SessionPlan, SettingsHash,
-    load_limits, simd_level,
+    Chunk, EnvironmentSource, FrameNeighbours, ImageCamera, PlannedFrame, SessionPlan, SettingsHash,
+    simd_level,
 };
 
 pub use animation_output::{AnimationOutput, check_animation};
@@ -44,6 +41,7 @@ pub use dataset_folders::{DatasetFolders, MergedFolder};
 pub use dataset_formats::FormatsPlan;
 pub use frames::{FrameSet, frames_of_file};
 pub use images::ImagePolicy;
+pub use inputs::PlanInputs;
 pub use outputs::{OutputKind, Outputs, Target};
 pub use path_conflicts::{PathConflicts, Writer};
 pub use scene_list::{SceneList, scene_list};
@@ -76,11 +74,8 @@ pub struct RenderPlan {
 
 impl RenderPlan {
     /// The plan of `blinn render`.
-    pub fn for_render(args: &RenderArgs) -> Result<RenderPlan, UsageError> {
-        let mut options = picture_options(&args.scene, &args.options, &args.time, &args.common)?;
-        let limits = load_limits(args.process.max_memory);
-        let cameras = camera_list::open(&args.cameras, &options, &limits)?.map(Arc::new);
-        let scenes = Arc::new(scene_list(&args.scene.scenes)?);
+    pub fn for_render(args: &RenderArgs, inputs: PlanInputs) -> Result<RenderPlan, UsageError> {
+        let PlanInputs { mut options, scenes, cameras } = inputs;
         let chunk =
             ScopedChunk::new(args.frames.chunk, &scenes, args.frames.frames.is_some() || cameras.is_some())?;
         let frames = match &cameras {
@@ -135,15 +130,14 @@ impl RenderPlan {
     }
 
     /// The plan of `blinn turntable`.
-    pub fn for_turntable(args: &TurntableArgs) -> Result<RenderPlan, UsageError> {
-        let mut options = picture_options(&args.scene, &args.options, &args.time, &args.common)?;
+    pub fn for_turntable(args: &TurntableArgs, inputs: PlanInputs) -> Result<RenderPlan, UsageError> {
+        let PlanInputs { mut options, scenes, .. } = inputs;
         turntable::check_dataset_options(&args.turn)?;
         let dataset = args.turn.views.map(|count| dataset_plan(count, args, &mut options)).transpose()?;
         if dataset.is_none() {
             options.rotation = Some(turntable::rotation(&args.turn));
             turntable::place_camera(&args.turn, &mut options)?;
         }
-        let scenes = Arc::new(scene_list(&args.scene.scenes)?);
         let chunk = ScopedChunk::new(args.turn.chunk, &scenes, true)?;
         let time = args.time.time.unwrap_or(0.0);
         let frames = turntable::frames(&args.turn, time, dataset.as_ref(), chunk.frames)?;
@@ -331,17 +325,6 @@ impl RenderPlan {
         self.check_output_names(&OptionFiles { inputs, outputs })?;
         Ok(self)
     }
-}
-
-/// The options of pictures that a command line sets.
-fn picture_options(
-    scene: &SceneArgs,
-    picture: &OptionArgs<PictureGroup>,
-    time: &TimeArgs,
-    common: &CommonArgs,
-) -> Result<Options, UsageError> {
-    let groups = [&scene.options.given, &picture.given, &time.animation.given, &common.files.given];
-    Ok(named_options(groups)?.finish()?)
 }
 
 /// The share of `--chunk`: of the scenes of a batch, or of the frames of a single scene.

@@ -8,12 +8,12 @@ use super::runtime;
 use super::scenes::render_scenes;
 use super::watch;
 use crate::args::{ProcessArgs, RenderArgs, TurntableArgs};
-use crate::plan::RenderPlan;
+use crate::plan::{PlanInputs, RenderPlan};
 use crate::summary::Summary;
 use crate::usage::UsageError;
 
 pub fn render(args: &RenderArgs, restart_argv: Option<&[OsString]>) -> Result<Summary, UsageError> {
-    let plan = RenderPlan::for_render(args)?;
+    let plan = RenderPlan::for_render(args, PlanInputs::of_render(args)?)?;
     if args.watch {
         watch::check(&plan)?;
         tune_malloc(&plan, restart_argv);
@@ -23,7 +23,8 @@ pub fn render(args: &RenderArgs, restart_argv: Option<&[OsString]>) -> Result<Su
 }
 
 pub fn turntable(args: &TurntableArgs, restart_argv: Option<&[OsString]>) -> Result<Summary, UsageError> {
-    execute(RenderPlan::for_turntable(args)?, restart_argv, &args.process, args.common.quiet)
+    let plan = RenderPlan::for_turntable(args, PlanInputs::of_turntable(args)?)?;
+    execute(plan, restart_argv, &args.process, args.common.quiet)
 }
 
 /// Executes a plan. `restart_argv` are the arguments of this process, if it may execute itself again.

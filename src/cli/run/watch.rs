@@ -7,7 +7,7 @@ use super::runtime;
 use super::scenes::render_scenes;
 use crate::args::RenderArgs;
 use crate::console::print_error;
-use crate::plan::RenderPlan;
+use crate::plan::{PlanInputs, RenderPlan};
 use crate::scene_file::is_stdin;
 use crate::summary::Summary;
 use crate::usage::UsageError;
@@ -74,7 +74,7 @@ pub fn run(args: &RenderArgs, mut plan: RenderPlan) -> Result<Summary, UsageErro
 fn next_plan(args: &RenderArgs, files: &mut WatchedFiles) -> RenderPlan {
     loop {
         wait_for_change(files);
-        let plan = RenderPlan::for_render(args);
+        let plan = PlanInputs::of_render(args).and_then(|inputs| RenderPlan::for_render(args, inputs));
         match plan.and_then(|mut plan| plan.read_files().map(|()| plan)) {
             Ok(plan) => return plan,
             Err(error) => {
