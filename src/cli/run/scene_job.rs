@@ -263,6 +263,7 @@ impl<'a> SceneJob<'a> {
     fn filter(&self) -> FrameFilter<'a> {
         FrameFilter { plan: self.plan, path: self.path, index: self.index }
     }
+
     /// Removes the frames that --resume keeps.
     fn without_kept(
         &mut self,

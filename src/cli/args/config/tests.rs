@@ -83,7 +83,8 @@ fn a_printed_config_sets_the_same_options() {
         let (root, path) = (built(), command.split(' ').collect::<Vec<_>>());
         let args = find_command(&root, &path).unwrap().get_arguments();
         for arg in args.filter(|arg| arg.get_long().is_some() && key(arg).is_some()) {
-            let line = line_with(arg, command).unwrap_or_else(|| panic!("no valid value for {arg}"));
+            let line = line_with(arg, command)
+                .unwrap_or_else(|| panic!("add a value or a companion of {arg} to VALUES or line_with"));
             let printed = print(&argv(&line)).unwrap();
             std::fs::write(&file, &printed).unwrap();
             let from_file = argv(&format!("blinn {command} --config {}", file.display()));
