@@ -1,7 +1,5 @@
 //! Options of an import.
 
-use std::fmt;
-
 use super::NormalMode;
 use super::files::limits::Limits;
 use super::memory_watch::MemoryWatch;
@@ -10,7 +8,7 @@ use blinn_scene::{SourceFormat, UpAxis};
 use glam::DMat3;
 
 /// Selects one of the file's scenes.
-#[derive(Clone, Debug, Default, PartialEq, Eq)]
+#[derive(Clone, Debug, Default, PartialEq, Eq, serde::Serialize)]
 pub enum SceneChoice {
     /// The file's default scene, or the first.
     #[default]
@@ -20,7 +18,7 @@ pub enum SceneChoice {
 }
 
 /// The choice of transmissive meshes that bound bodies, which refract light.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, serde::Serialize)]
 pub enum GlassMode {
     /// Those with a volume, and closed meshes of files whose format or exporter implies refraction.
     #[default]
@@ -32,7 +30,7 @@ pub enum GlassMode {
 }
 
 /// The encoding of colours in MTL files.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, serde::Serialize)]
 pub enum MtlColors {
     /// By the program that wrote the file: sRGB for those that are known to write it, else linear.
     #[default]
@@ -43,10 +41,11 @@ pub enum MtlColors {
     Linear,
 }
 
-/// Options of [`load`](super::load).
-#[derive(Clone, Default, PartialEq)]
+/// Options of [`load`](super::load). Serialised without what does not decide which scene is loaded.
+#[derive(Clone, Debug, Default, PartialEq, serde::Serialize)]
 pub struct LoadOptions {
     /// Limits that are checked before memory is allocated.
+    #[serde(skip)]
     pub limits: Limits,
     /// The file's format; detected if `None`.
     pub format: Option<SourceFormat>,
@@ -67,42 +66,11 @@ pub struct LoadOptions {
     /// Allows references to files outside the scene's folder.
     pub allow_outside: bool,
     /// Ends the import early. It decides nothing else.
+    #[serde(skip)]
     pub cancel: CancelToken,
     /// Learns what memory the import needs, and may end it early. It decides nothing else.
+    #[serde(skip)]
     pub memory: MemoryWatch,
-}
-
-/// Formats all that decides what is loaded.
-impl fmt::Debug for LoadOptions {
-    fn fmt(&self, f: &mut fmt::Formatter) -> fmt::Result {
-        let LoadOptions {
-            limits,
-            format,
-            scene,
-            up,
-            scale,
-            variant,
-            mtl_colors,
-            normals,
-            glass,
-            allow_outside,
-            cancel,
-            memory: _,
-        } = self;
-        f.debug_struct("LoadOptions")
-            .field("limits", limits)
-            .field("format", format)
-            .field("scene", scene)
-            .field("up", up)
-            .field("scale", scale)
-            .field("variant", variant)
-            .field("mtl_colors", mtl_colors)
-            .field("normals", normals)
-            .field("glass", glass)
-            .field("allow_outside", allow_outside)
-            .field("cancel", cancel)
-            .finish()
-    }
 }
 
 impl LoadOptions {

@@ -13,7 +13,7 @@ use blinn_scene::{GeneratedFrames, Mesh, Scene};
 mod tests;
 
 /// Source of the vertex normals.
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, serde::Serialize)]
 pub enum NormalMode {
     /// The file's normals, or its format's default for meshes without normals. The smoothing groups of programs that write
     /// the same for everything are replaced by a crease angle of 30 degrees.

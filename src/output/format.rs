@@ -8,7 +8,7 @@ use super::picture::Picture;
 use super::{exr, jpeg, png, webp};
 
 /// Bits per channel.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, serde::Serialize)]
 pub enum BitDepth {
     /// The usual depth of the format: 8 in PNG, 32 in EXR.
     Default,
@@ -19,7 +19,7 @@ pub enum BitDepth {
 }
 
 /// Still image formats.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, serde::Serialize)]
 pub enum ImageFormat {
     /// Display-referred, straight alpha.
     Png,

@@ -8,7 +8,7 @@ use crate::integrator::Aov;
 use blinn_core::geometry::{Rgba, decode_morton2, morton2};
 
 /// A rectangle of pixels of the picture, row 0 on top: a crop window or a tile.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, serde::Serialize)]
 pub struct PixelRect {
     /// Leftmost column.
     pub x: u32,

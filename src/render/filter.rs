@@ -3,7 +3,7 @@
 //! overlap.
 
 /// A pixel filter, the same along x and y.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, serde::Serialize)]
 pub enum PixelFilter {
     /// One pixel wide, constant.
     Box,

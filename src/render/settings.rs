@@ -7,7 +7,7 @@ use crate::filter::PixelFilter;
 use crate::integrator::{Frame, Sample};
 
 /// The noisy light of a picture that is reconstructed from its samples (`--denoise`).
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, serde::Serialize)]
 pub enum Denoise {
     /// All that random estimators find: of area lights, indirect light, soft shadows and ambient occlusion; in pictures
     /// without them, what rough metals reflect, with a faster filter.

@@ -5,7 +5,7 @@ use glam::{DMat3, DVec2, DVec3};
 use blinn_core::geometry::{Basis, Ray, RayDifferential};
 
 /// How the view rectangle is projected.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, serde::Serialize)]
 pub enum Projection {
     /// Every eye ray starts at the view point.
     Perspective,
@@ -14,7 +14,7 @@ pub enum Projection {
 }
 
 /// Clipping planes perpendicular to the view direction, by their distances in metres.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq, serde::Serialize)]
 pub struct ClipPlanes {
     /// Nothing nearer is visible.
     pub near: f64,
@@ -28,7 +28,7 @@ impl ClipPlanes {
 }
 
 /// The lecture's camera. World coordinates, metres.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq, serde::Serialize)]
 pub struct Camera {
     /// View point e.
     pub view_point: DVec3,

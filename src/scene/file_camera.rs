@@ -3,7 +3,7 @@
 use glam::DVec2;
 
 /// The extent of a file's camera that is kept where the picture has another aspect ratio than the camera.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Default)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Default, serde::Serialize)]
 pub enum SensorFit {
     /// Blender's automatic sensor fit: keeps the extent along the longer side of the picture.
     Auto,

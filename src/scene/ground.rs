@@ -5,7 +5,7 @@ use glam::DVec3;
 use blinn_core::geometry::{Aabb, Rgb};
 
 /// The appearance of a ground plane.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, serde::Serialize)]
 pub enum GroundKind {
     /// A matte grey plane.
     Plane,

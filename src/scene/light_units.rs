@@ -6,7 +6,7 @@ use super::{LightKind, Source};
 ///
 /// The lecture's k_d has no factor 1/π, so photometric and radiometric values are divided by π. Then
 /// k_d·(I/r²)·n·l is the physical radiance ρ/π·E.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Default)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Default, serde::Serialize)]
 pub enum LightUnits {
     /// The unit that the file names, else `Standard` for files written by Blender, `Unitless` for others.
     #[default]

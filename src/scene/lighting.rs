@@ -9,7 +9,7 @@ use super::{
 use blinn_core::geometry::Rgb;
 
 /// A set of lights to render with.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, serde::Serialize)]
 pub enum LightSet {
     /// The file's lights, and its surfaces that glow brighter than white.
     File,
@@ -20,7 +20,7 @@ pub enum LightSet {
 }
 
 /// A light given by the user, in world coordinates and the lecture's units.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq, serde::Serialize)]
 pub enum UserLight {
     /// A point light.
     Point {
@@ -50,7 +50,7 @@ pub enum UserLight {
 }
 
 /// The requested lighting of a scene.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq, serde::Serialize)]
 pub struct Lighting {
     /// Light sets. `None` uses the file's lights, else the user's, else the three-point rig.
     pub sets: Option<Vec<LightSet>>,

@@ -5,7 +5,7 @@ use glam::{DMat4, DVec3};
 use super::PosedScene;
 
 /// The shape that a scene is fitted into, centred at the origin.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, serde::Serialize)]
 pub enum UnitShape {
     /// A cube with sides of 1, by the scene's bounding box.
     Cube,
@@ -14,7 +14,7 @@ pub enum UnitShape {
 }
 
 /// A translation followed by a scaling: p ↦ `scale` (p − `centre`).
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq, serde::Serialize)]
 pub struct Normalization {
     /// The point that becomes the origin.
     pub centre: DVec3,

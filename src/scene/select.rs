@@ -5,6 +5,7 @@ use std::collections::BTreeSet;
 use blinn_core::closest_name::did_you_mean;
 
 use glob::{MatchOptions, Pattern};
+use serde::{Serialize, Serializer};
 
 use super::{ChannelTarget, Scene};
 
@@ -13,7 +14,7 @@ use super::{ChannelTarget, Scene};
 /// Patterns have `*`, `?`, `[…]` and, in paths, `**`. They match the names of nodes and objects. A pattern
 /// with a `/` also matches paths of node names from the root, where `*` stays within one name. A match
 /// includes everything below the node.
-#[derive(Clone, Debug, Default, PartialEq, Eq)]
+#[derive(Clone, Debug, Default, PartialEq, Eq, Serialize)]
 pub struct Selection {
     /// Objects to show, without all others. Empty shows all.
     pub only: Vec<Glob>,
@@ -57,6 +58,13 @@ impl Glob {
             && (pattern.trim_start_matches('/') == path
                 || self.0.matches_with(path, options)
                 || (pattern.starts_with('/') && self.0.matches_with(&format!("/{path}"), options)))
+    }
+}
+
+/// Serialises the text of the pattern.
+impl Serialize for Glob {
+    fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
+        serializer.serialize_str(self.as_str())
     }
 }
 

@@ -5,7 +5,7 @@ use glam::{DMat3, DVec3};
 use super::{BlenderVersion, FileDigest, LightUnits};
 
 /// The file format of a scene. Some defaults depend on it.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Default)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Default, serde::Serialize)]
 pub enum SourceFormat {
     /// glTF 2.0, `.gltf` or `.glb`.
     #[default]
@@ -19,7 +19,7 @@ pub enum SourceFormat {
 }
 
 /// The up axis of a file.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, serde::Serialize)]
 pub enum UpAxis {
     /// +Y: coordinates are used as stored.
     #[default]

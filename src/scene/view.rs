@@ -47,7 +47,7 @@ pub enum ViewError {
 }
 
 /// A camera position on a sphere around the point that the camera looks at.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq, serde::Serialize)]
 pub struct Orbit {
     /// Radians from the front (+Z) to the right (+X).
     pub azimuth: f64,
@@ -71,7 +71,7 @@ impl Orbit {
 }
 
 /// Angles by which a camera moves around the point that it looks at, in radians.
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, serde::Serialize)]
 pub struct OrbitAngles {
     /// To the right.
     pub azimuth: f64,
@@ -81,7 +81,7 @@ pub struct OrbitAngles {
 
 /// A requested view, in the lecture's terms. Fields that are `None` come from the file's camera, or from
 /// framing the scene. Lengths are metres, angles radians; all coordinates are world coordinates.
-#[derive(Clone, Debug, Default, PartialEq)]
+#[derive(Clone, Debug, Default, PartialEq, serde::Serialize)]
 pub struct View {
     /// A camera of the file, by name or index.
     pub camera: Option<String>,

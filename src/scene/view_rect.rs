@@ -10,7 +10,7 @@ use blinn_core::geometry::Basis;
 
 /// A view rectangle in the lecture's terms, at the projection distance d. Metres along u and v from the point
 /// where the view axis meets it. Off-centre unless l = −r and b = −t.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq, serde::Serialize)]
 pub struct ViewRect {
     /// The left edge l, along u.
     pub left: f64,
@@ -75,7 +75,7 @@ impl fmt::Display for ViewRect {
 ///
 /// Rows count downward. Pixel (i, j) has its centre at (i + ½, j + ½), so the picture covers 0…width by
 /// 0…height. OpenCV's calibration puts pixel centres at integers: add ½ to its c_x and c_y.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq, serde::Serialize)]
 pub struct Intrinsics {
     /// Focal length along a row, in pixels.
     pub fx: f64,

@@ -62,7 +62,7 @@ pub struct ViewSampling {
 }
 
 /// The camera and the light of one view.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq, serde::Serialize)]
 pub struct SampledView {
     /// The position; its distance is `None`.
     pub orbit: Orbit,
@@ -79,7 +79,7 @@ pub struct SampledView {
 }
 
 /// Rotation of the light of a view about the vertical, in degrees from +Z towards +X, so that files hold it exactly.
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, serde::Serialize)]
 pub struct LightRotation {
     /// Rotation of the light sources.
     pub sources: f64,
@@ -88,7 +88,7 @@ pub struct LightRotation {
 }
 
 /// A distance from the point to look at.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq, serde::Serialize)]
 pub enum SampledDistance {
     /// In metres.
     Metres(f64),
@@ -97,7 +97,7 @@ pub enum SampledDistance {
 }
 
 /// One camera of a stereo pair.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq, serde::Serialize)]
 pub struct StereoEye {
     /// −1 for the left camera, 1 for the right one.
     pub side: f64,

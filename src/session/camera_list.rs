@@ -26,7 +26,7 @@ pub struct ReplacedCameraFields {
 }
 
 /// The camera of an image, with what else a list or a dataset sets for it.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq, serde::Serialize)]
 pub struct ImageCamera {
     /// The camera.
     pub camera: Camera,

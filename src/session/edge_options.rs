@@ -11,7 +11,7 @@ const MAX_PIXELS: f64 = 100.0;
 const KINDS: [&str; 4] = ["all", "feature", "silhouette", "boundary"];
 
 /// The edges of pictures.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq, serde::Serialize)]
 pub struct EdgeOptions {
     /// The edges that are drawn; none by default.
     pub kinds: EdgeKinds,

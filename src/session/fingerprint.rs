@@ -7,8 +7,8 @@ use std::io::{self, Read};
 use std::path::{Path, PathBuf};
 
 use percent_encoding::{AsciiSet, NON_ALPHANUMERIC, percent_decode_str, percent_encode, utf8_percent_encode};
-use twox_hash::XxHash3_128;
 
+use crate::settings_hash::SettingsHash;
 use blinn_import::open_input_file;
 use blinn_scene::{FileDigest, HashingReader, Source};
 
@@ -19,54 +19,6 @@ const ENCODED: &AsciiSet = &NON_ALPHANUMERIC.remove(b'-').remove(b'.').remove(b'
 const VERSION: &str = "1";
 /// The last word of the fingerprint of a dataset's image that shows nothing.
 const EMPTY_WORD: &str = "empty";
-/// Suffix of the settings hash of an image that was rendered with warnings as errors.
-const STRICT_SUFFIX: &str = "+strict";
-
-/// A hash of everything that an image depends on except the input files: the settings, the frame and the program's
-/// version.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct SettingsHash {
-    hash: u128,
-    strict: bool,
-}
-
-impl SettingsHash {
-    /// Hashes the debug form of `settings`, which must contain everything that affects the image.
-    pub fn of(settings: &dyn std::fmt::Debug) -> SettingsHash {
-        struct HashWriter(XxHash3_128);
-        impl std::fmt::Write for HashWriter {
-            fn write_str(&mut self, text: &str) -> std::fmt::Result {
-                self.0.write(text.as_bytes());
-                Ok(())
-            }
-        }
-        let mut writer = HashWriter(XxHash3_128::new());
-        // Writing to a hash cannot fail.
-        let _ = write!(writer, "{} {settings:?}", env!("CARGO_PKG_VERSION"));
-        SettingsHash { hash: writer.0.finish_128(), strict: false }
-    }
-
-    /// Sets whether warnings are errors. An image that was rendered without warnings is current for everyone; one
-    /// that may have had warnings is not current for a strict render.
-    pub fn strict(self, strict: bool) -> SettingsHash {
-        SettingsHash { strict, ..self }
-    }
-
-    /// The hash without the strictness.
-    pub fn hash(self) -> u128 {
-        self.hash
-    }
-
-    /// The word of a fingerprint.
-    fn word(self) -> String {
-        format!("{:032x}{}", self.hash, if self.strict { STRICT_SUFFIX } else { "" })
-    }
-
-    /// Returns true if an image whose fingerprint has this word is current.
-    fn accepts(self, word: &str) -> bool {
-        word == SettingsHash { strict: true, ..self }.word() || !self.strict && word == self.word()
-    }
-}
 
 /// A cache of the digests of input files, each of which is read once.
 #[derive(Debug)]

@@ -6,7 +6,7 @@ use crate::options::Options;
 use crate::planned_frame::{DEFAULT_FPS, PlannedFrame};
 
 /// The frames before and after each frame, whichever frames are rendered.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq, serde::Serialize)]
 pub enum FrameNeighbours {
     /// A single time, or views that follow no order.
     None,

@@ -7,7 +7,7 @@ use std::ops::Range;
 /// A list of distinct frame numbers in render order.
 ///
 /// The syntax is Open Job Description's, `1-240:2`, `1-3,7,9-11`, `10-1:-3`, and Blender's `1..10`.
-#[derive(Clone, Debug, PartialEq, Eq)]
+#[derive(Clone, Debug, PartialEq, Eq, serde::Serialize)]
 pub struct FrameList(Vec<i64>);
 
 /// The largest number of frames in a list: eleven hours at 24 frames a second.
@@ -140,7 +140,7 @@ impl FrameRange {
 }
 
 /// The I-th of N contiguous chunks, whose sizes differ by at most one.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, serde::Serialize)]
 pub struct Chunk {
     /// From 1.
     index: u32,

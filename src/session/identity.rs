@@ -1,19 +1,19 @@
 //! Identities of images: hashes of everything that decides them except their input files.
 
-use std::fmt::Debug;
+use serde::{Serialize, Serializer};
 
-use crate::camera_list::ImageCamera;
-use crate::fingerprint::SettingsHash;
+use crate::camera_list::{CameraList, ImageCamera};
 use crate::options::{AovSelection, Options};
 use crate::plan::SessionPlan;
 use crate::planned_frame::PlannedFrame;
+use crate::settings_hash::SettingsHash;
 use blinn_output::datasets::WorldUp;
 use blinn_scene::View;
 
 impl SessionPlan {
     /// Hash of everything that decides an image, neither of a dataset nor of a list of cameras, except the input files. `kind`
     /// is that of the file.
-    pub fn settings_hash(&self, kind: &dyn Debug, frame: &PlannedFrame) -> SettingsHash {
+    pub fn settings_hash(&self, kind: &impl Serialize, frame: &PlannedFrame) -> SettingsHash {
         let has_flow = self.options.aovs.aovs.iter().any(|aov| aov.is_flow());
         let neighbours = has_flow.then(|| [-1, 1].map(|step| self.neighbours.frame(frame, step)));
         let frame = (frame.time, frame.rate, frame.angle, frame.view);
@@ -22,7 +22,7 @@ impl SessionPlan {
 
     /// Hash of everything that decides an image of a dataset or of a list of cameras except the input files. It is the
     /// same for a dataset and for its `transforms.json` as a list, and does not change with other cameras of a list.
-    pub fn view_hash(&self, kind: &dyn Debug, frame: &PlannedFrame, view: &ImageCamera) -> SettingsHash {
+    pub fn view_hash(&self, kind: &impl Serialize, frame: &PlannedFrame, view: &ImageCamera) -> SettingsHash {
         let options = &self.options;
         // Lights that follow the camera follow the view at rest.
         let rest = (&options.view.camera, options.view.look_at);
@@ -55,5 +55,13 @@ impl SessionPlan {
             let PlannedFrame { time, camera, .. } = self.neighbours.frame(frame, step)?;
             Some((time, cameras.camera(camera?).ok()))
         })
+    }
+}
+
+/// Serialises the names, the times and the cameras of images.
+impl Serialize for CameraList {
+    fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
+        let camera = |index| (self.name(index), self.time(index), self.camera(index).ok());
+        serializer.collect_seq((0..self.len()).map(camera))
     }
 }

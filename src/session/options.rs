@@ -21,11 +21,12 @@ use blinn_scene::{
 };
 
 /// Everything that decides the pixels of an image except its scene and frame. The default is that of `blinn render`.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, serde::Serialize)]
 pub struct Options {
     /// How the file is read. With default limits: limits depend on the machine and decide no pixels.
     pub load: LoadOptions,
     /// Blender, or a Python with its module `bpy`, for .blend files; found if `None`.
+    #[serde(serialize_with = "crate::settings_hash::optional_path")]
     pub blender: Option<PathBuf>,
     /// The objects that are shown.
     pub selection: Selection,
@@ -61,6 +62,7 @@ pub struct Options {
     /// The camera.
     pub view: View,
     /// A file with the lecture's `<camera>` block. Fields of `view` take precedence over it.
+    #[serde(serialize_with = "crate::settings_hash::optional_path")]
     pub camera_file: Option<PathBuf>,
     /// Light sources, ambient light and environment.
     pub lighting: Lighting,
@@ -146,7 +148,7 @@ impl Default for Options {
 }
 
 /// A background of images.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq, serde::Serialize)]
 pub enum ImageBackground {
     /// The same for all pixels.
     Fixed(Background),
@@ -155,10 +157,10 @@ pub enum ImageBackground {
 }
 
 /// An environment before it is loaded.
-#[derive(Clone, Debug, PartialEq, Eq)]
+#[derive(Clone, Debug, PartialEq, Eq, serde::Serialize)]
 pub enum EnvironmentSource {
     /// An equirectangular picture.
-    File(PathBuf),
+    File(#[serde(serialize_with = "crate::settings_hash::path")] PathBuf),
     /// Soft boxes in a dark room.
     Studio,
     /// A clear sky.
@@ -185,7 +187,7 @@ impl EnvironmentSource {
 }
 
 /// An exposure.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq, serde::Serialize)]
 pub enum Exposure {
     /// Metered.
     Auto,
@@ -194,7 +196,7 @@ pub enum Exposure {
 }
 
 /// Ambient occlusion as options describe it.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq, serde::Serialize)]
 pub struct OcclusionSampling {
     /// Rays per pixel.
     pub samples: u32,
@@ -203,7 +205,7 @@ pub struct OcclusionSampling {
 }
 
 /// The AOVs to write beside the colour.
-#[derive(Clone, Debug, Default, PartialEq)]
+#[derive(Clone, Debug, Default, PartialEq, serde::Serialize)]
 pub struct AovSelection {
     /// AOVs sampled at pixel centres.
     pub aovs: Vec<Aov>,
@@ -234,7 +236,7 @@ impl AovSelection {
 }
 
 /// The back faces that eye rays pass through.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, serde::Serialize)]
 pub enum BackFaceCulling {
     /// None.
     Off,
@@ -245,7 +247,7 @@ pub enum BackFaceCulling {
 }
 
 /// The object that a turntable rotates, and its axis.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq, serde::Serialize)]
 pub struct TurntableRotation {
     /// Unit length.
     pub axis: DVec3,

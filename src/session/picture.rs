@@ -12,7 +12,7 @@ use blinn_output::{BitDepth, ImageFormat, Overwrite, save};
 use blinn_scene::Source;
 
 /// How an image is stored.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq, serde::Serialize)]
 pub struct ImageKind {
     /// The file format.
     pub format: ImageFormat,

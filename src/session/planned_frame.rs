@@ -6,7 +6,7 @@ use blinn_scene::{SampledView, Scene};
 pub const DEFAULT_FPS: f64 = 24.0;
 
 /// One image of a scene.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq, serde::Serialize)]
 pub struct PlannedFrame {
     /// Its number.
     pub number: i64,
@@ -23,7 +23,7 @@ pub struct PlannedFrame {
 }
 
 /// The frame rate that the time of a frame assumes.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, serde::Serialize)]
 pub enum FrameRate {
     /// A given one; the time is exact.
     Given,

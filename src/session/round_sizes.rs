@@ -9,7 +9,7 @@ const AUTO_PIXELS: [f64; 2] = [2.0, 12.0];
 const MAX_SIZE: f64 = 1e18;
 
 /// A diameter of points or width of lines.
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, serde::Serialize)]
 pub enum RoundWidth {
     /// A width that suits the picture: a pixel for lines, and for points what closes the gaps between neighbours.
     #[default]

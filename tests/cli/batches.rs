@@ -208,6 +208,28 @@ fn a_scene_that_takes_too_long_is_given_up() {
     assert_eq!(lines.len(), 3, "the others were tried");
 }
 
+/// The cameras of a list decide images, not its file.
+#[test]
+fn a_ledger_knows_the_cameras_of_a_list() {
+    let (_dir, at) = folder();
+    write_triangle(&at.join("objects/a.obj"), 0);
+    let write_list = |name: &str, z: f64| {
+        let list = format!(
+            "{{\"K\": [16,0,8,0,16,8,0,0,1], \"width\": 16, \"height\": 16, \"convention\": \"opengl\", \
+             \"camera_to_world\": [1,0,0,0, 0,1,0,0, 0,0,1,{z}, 0,0,0,1], \"file\": \"v.jpg\"}}\n"
+        );
+        fs::write(at.join(name), list).unwrap();
+    };
+    let lines = |list: &str| {
+        runs(&at, &format!("render objects -s 1 -q --cameras {list} -o out/ --resume --ledger l"));
+        ledger(&at, "l").len()
+    };
+    write_list("a.jsonl", 4.0);
+    write_list("b.jsonl", 4.0);
+    write_list("c.jsonl", 5.0);
+    assert_eq!(["a.jsonl", "b.jsonl", "c.jsonl"].map(lines), [1, 1, 2]);
+}
+
 /// A batch that is killed several times ends with the same files as an undisturbed one, with and without ledger. A view
 /// that shows nothing keeps its mark in transforms.json.
 #[cfg(unix)]

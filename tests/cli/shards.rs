@@ -129,6 +129,21 @@ fn archives_are_resumed_as_a_whole() {
     assert!(String::from_utf8_lossy(&resumed.stderr).contains("kept a/0.jpg.tar\n"));
 }
 
+/// What was rendered without a warning is current for all, and what may have had one is not for `--strict`.
+#[test]
+fn strict_archives_are_kept_without_strict() {
+    let (_dir, at) = folder();
+    fs::write(at.join("a.obj"), "v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n").unwrap();
+    let run = |file: &str, flags: &str| {
+        let line = format!("render a.obj --size 16x12 -s 1 --resume -o {file}{{shard}}.tar {flags}");
+        let messages = String::from_utf8(blinn(&at, &line).stderr).unwrap();
+        ["wrote", "kept"].map(|word| messages.contains(&format!("{word} {file}0.tar\n")))
+    };
+    assert_eq!(run("strict", "--strict"), [true, false]);
+    assert_eq!((run("strict", "--strict"), run("strict", "")), ([false, true], [false, true]));
+    assert_eq!((run("any", ""), run("any", "--strict")), ([true, false], [true, false]));
+}
+
 /// Archives of limited bytes hold the same samples as others, in order, as many whole scenes as fit.
 #[test]
 fn archives_of_limited_bytes_are_filled_in_order() {

@@ -5,7 +5,6 @@ use std::ffi::OsStr;
 use std::path::{Path, PathBuf};
 
 use anyhow::{Result, anyhow, bail};
-use twox_hash::XxHash3_128;
 
 use super::camera_flags;
 use super::farm_job::{Assembly, FarmJob, InputFile};
@@ -20,7 +19,7 @@ use crate::scene_file::is_stdin;
 use crate::usage::UsageError;
 use blinn_core::cancellation::CancelToken;
 use blinn_scene::{ClipBoundsCache, PosedScene, Scene};
-use blinn_session::{EnvironmentSource, FrameList, PathTemplate, Permit, SceneRenderer};
+use blinn_session::{EnvironmentSource, FrameList, PathTemplate, Permit, SceneRenderer, SettingsHash};
 
 /// Flags that a job sets itself or drops.
 const JOB_FLAGS: [&str; 14] = [
@@ -209,8 +208,8 @@ impl<'a> JobPlan<'a> {
                 );
             }
             // The hash separates frames with other options.
-            let identity = format!("{command} {} {args:?} {frames}", self.scene.path);
-            let frames_folder = format!("frames-{:08x}", XxHash3_128::oneshot(identity.as_bytes()) as u32);
+            let identity = SettingsHash::of(&(command, &self.scene.path, &args, &frames));
+            let frames_folder = format!("frames-{:08x}", identity.hash() as u32);
             output_pattern = format!("{frames_folder}/####.png");
             let output = animation.output.in_scene(&scene);
             let output = output.map_err(|text| anyhow!("-o {}: {text}", animation.file))?;

@@ -11,7 +11,7 @@ use blinn_scene::Scene;
 use blinn_session::{DEFAULT_FPS, Options, PathTemplate};
 
 /// Settings of an animation file.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq, serde::Serialize)]
 pub struct AnimationOutput {
     pub format: AnimationFormat,
     /// Frames per second.

@@ -11,7 +11,7 @@ use blinn_output::datasets::{CocoMasks, ColmapForm};
 use blinn_session::{DatasetPlan, ImageKind, PlannedFrame};
 
 /// The formats of a dataset.
-#[derive(Clone, Debug, Default)]
+#[derive(Clone, Debug, Default, serde::Serialize)]
 pub struct FormatsPlan {
     formats: DatasetFormats,
     /// The first rule that applies to an object decides its category. Never empty.

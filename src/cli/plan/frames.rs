@@ -18,7 +18,7 @@ pub fn neighbours(args: &FrameArgs) -> FrameNeighbours {
 }
 
 /// The frames of each scene.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, serde::Serialize)]
 pub enum FrameSet {
     /// A single image.
     Single(PlannedFrame),

@@ -28,7 +28,6 @@ use super::args::{ProcessArgs, RenderArgs, TurntableArgs};
 use super::console::is_stdout;
 use super::usage::UsageError;
 use blinn_accel::AccelSettings;
-use blinn_import::file_version;
 use blinn_session::{
     Chunk, EnvironmentSource, FrameNeighbours, ImageCamera, PlannedFrame, SessionPlan, SettingsHash,
     simd_level,
@@ -177,12 +176,12 @@ impl RenderPlan {
 
     /// Hash of everything that decides an image, neither of a dataset nor of a list of cameras, except the input files.
     pub fn settings_hash(&self, frame: &PlannedFrame) -> SettingsHash {
-        self.session.settings_hash(self.outputs.kind.settings(), frame).strict(self.strict)
+        self.session.settings_hash(&self.outputs.kind, frame).strict(self.strict)
     }
 
     /// Hash of everything that decides an image of a dataset or of a list of cameras except the input files.
     pub fn view_hash(&self, frame: &PlannedFrame, view: &ImageCamera) -> SettingsHash {
-        self.session.view_hash(self.outputs.kind.settings(), frame, view).strict(self.strict)
+        self.session.view_hash(&self.outputs.kind, frame, view).strict(self.strict)
     }
 
     /// Hash of everything that decides an image in an archive except the input files, whatever its scene. `None` if its
@@ -192,14 +191,14 @@ impl RenderPlan {
             return Some(self.view_hash(frame, &cameras.camera(index).ok()?));
         }
         let dataset = self.session.dataset.map(|dataset| (dataset.count, dataset.up));
-        Some(SettingsHash::of(&(self.settings_hash(frame), dataset)).strict(self.strict))
+        Some(SettingsHash::of(&(self.settings_hash(frame).hash(), dataset)).strict(self.strict))
     }
 
     /// Hash of everything that decides the images of a scene except its files.
     pub fn scene_settings_hash(&self) -> SettingsHash {
         let dataset = self.session.dataset.map(|dataset| (dataset.count, dataset.up));
-        let cameras = self.session.cameras.as_ref().map(|cameras| file_version(cameras.path()));
-        let formats = (&self.session.neighbours, &self.formats, cameras);
+        let world_up = self.session.cameras.as_ref().map(|cameras| cameras.world_up());
+        let formats = (&self.session.neighbours, &self.formats, world_up);
         SettingsHash::of(&(&self.session.options, self.outputs.kind, &self.frames, dataset, formats))
             .strict(self.strict)
     }

@@ -1,6 +1,5 @@
 //! Names and formats of output files.
 
-use std::fmt::Debug;
 use std::path::{Path, PathBuf, is_separator};
 use std::sync::Arc;
 
@@ -27,23 +26,14 @@ pub enum Target {
     File(PathBuf),
 }
 
-/// The kind of output files.
-#[derive(Clone, Copy, Debug, PartialEq)]
+/// The kind of output files: the settings that decide the bytes of a file.
+#[derive(Clone, Copy, Debug, PartialEq, serde::Serialize)]
+#[serde(untagged)]
 pub enum OutputKind {
     /// One image per frame.
     Images(ImageKind),
     /// One animation per scene.
     Animation(AnimationOutput),
-}
-
-impl OutputKind {
-    /// The settings that decide the bytes of a file.
-    pub fn settings(&self) -> &dyn Debug {
-        match self {
-            OutputKind::Images(kind) => kind,
-            OutputKind::Animation(animation) => animation,
-        }
-    }
 }
 
 /// All output files.

@@ -4,7 +4,7 @@
 use std::fs::{File, OpenOptions};
 use std::io::{self, BufRead, BufReader, Read, Seek, SeekFrom, Write};
 use std::path::{Path, PathBuf};
-use std::time::Duration;
+use std::time::{Duration, SystemTime, UNIX_EPOCH};
 
 use anyhow::{Context, Result, bail};
 use serde::Deserialize;
@@ -13,7 +13,7 @@ use serde_json::{Value, json};
 use super::image_sink::WrittenFiles;
 use crate::console::single_line;
 use crate::files::create_parent_folder;
-use crate::plan::RenderPlan;
+use crate::plan::{RenderPlan, Target};
 use blinn_import::file_version;
 use blinn_output::{Overwrite, check_overwrite};
 use blinn_session::{PlannedFrame, SettingsHash};
@@ -85,10 +85,24 @@ impl SceneKey {
     /// The key of the `index`-th scene. `settings` is the hash of the plan. A scene that was changed, by its size and
     /// time of modification, has another key; files that it refers to are not looked at.
     pub fn new(plan: &RenderPlan, settings: SettingsHash, path: &Path, index: usize) -> SceneKey {
-        let version = file_version(path);
+        let version = file_version(path)
+            .map(|(bytes, modified, offset)| (bytes, modified.map(seconds_of_epoch), offset));
         let output = plan.outputs.target(path, index, &PlannedFrame::at(1, 0.0));
+        let output = match &output {
+            Target::Stdout => None,
+            Target::File(file) => Some(file.as_os_str().as_encoded_bytes()),
+        };
+        let path = path.as_os_str().as_encoded_bytes();
         let shard = plan.outputs.shards.as_ref().map(|shards| shards.neighbours(index, plan.scenes.len()));
         SceneKey(SettingsHash::of(&(settings, path, version, output, shard)).hash())
+    }
+}
+
+/// Time since 1970, or before it if that is false.
+fn seconds_of_epoch(time: SystemTime) -> (bool, Duration) {
+    match time.duration_since(UNIX_EPOCH) {
+        Ok(since) => (true, since),
+        Err(before) => (false, before.duration()),
     }
 }
 

@@ -9,7 +9,9 @@ use crate::plan::RenderPlan;
 use crate::run::progress::{SceneLog, quiet_reporter};
 use blinn_core::cancellation::CancelToken;
 use blinn_scene::{AnimationChoice, PoseSettings, Scene, Selection, pose};
-use blinn_session::{BackFaceCulling, PosedFrame, ResolvedExposure, SceneRenderer, SceneSetup, check_memory};
+use blinn_session::{
+    BackFaceCulling, PosedFrame, ResolvedExposure, SceneRenderer, SceneSetup, SettingsHash, check_memory,
+};
 
 self_cell::self_cell!(
     /// A scene that owns its poses.
@@ -52,7 +54,7 @@ impl<'s> Poses<'s> {
 /// A scene with the parts and the animation that are shown, and its poses.
 pub struct ViewScene {
     /// The options that it was loaded with.
-    key: String,
+    key: SettingsHash,
     selection: Selection,
     animation: AnimationChoice,
     content: Option<Content>,
@@ -64,9 +66,10 @@ enum Content {
     Unposed(Box<LoadedScene>),
 }
 
-/// Options of a plan that take effect when a scene is loaded, as text.
-fn load_key(plan: &RenderPlan) -> String {
-    format!("{:?} {}", plan.session.options.load, plan.session.options.cull == BackFaceCulling::All)
+/// Hash of the options of a plan that take effect when a scene is loaded.
+fn load_key(plan: &RenderPlan) -> SettingsHash {
+    let options = &plan.session.options;
+    SettingsHash::of(&(&options.load, options.cull == BackFaceCulling::All))
 }
 
 impl ViewScene {

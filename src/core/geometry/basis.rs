@@ -6,7 +6,7 @@ use glam::{DMat3, DVec3};
 ///
 /// The axes have unit length. They are orthonormal and right-handed, except for a camera of a file
 /// whose node transform mirrors or shears.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq, serde::Serialize)]
 pub struct Basis {
     /// Right in the picture.
     pub u: DVec3,

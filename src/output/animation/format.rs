@@ -11,7 +11,7 @@ use super::mp4::{self, Mp4};
 use super::webp::{self, Webp};
 
 /// Animation formats.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, serde::Serialize)]
 pub enum AnimationFormat {
     /// 255 colours per frame, 1-bit alpha, at most 50 frames per second.
     Gif,

@@ -3,7 +3,7 @@
 use glam::{DMat3, DVec3};
 
 /// The up axis of a dataset's world.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, serde::Serialize)]
 pub enum WorldUp {
     /// (x, y, z): unchanged, as in glTF.
     Y,

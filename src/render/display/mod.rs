@@ -19,7 +19,7 @@ use blinn_scene::{BlenderVersion, Source, SourceFormat, linear_to_srgb8, srgb_to
 pub use blinn_scene::linear_to_srgb;
 
 /// Maps scene-linear light to display values.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, serde::Serialize)]
 pub enum ViewTransform {
     /// Clips to 0…1, then encodes as sRGB.
     #[default]
@@ -41,7 +41,7 @@ const FIRST_WITH_AGX: BlenderVersion = BlenderVersion::new(4, 0);
 const TASK_PIXELS: usize = 256 * BATCH;
 
 /// The background of a picture.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq, serde::Serialize)]
 pub enum Background {
     /// A display-linear colour. Exposure and view transform do not change it.
     Color(Rgb),

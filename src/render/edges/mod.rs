@@ -28,7 +28,7 @@ use mesh_edges::MeshEdges;
 use screen_grid::ScreenGrid;
 
 /// The edges that are drawn: those of any chosen kind.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, serde::Serialize)]
 pub struct EdgeKinds {
     /// All edges of polygons.
     pub all: bool,
@@ -50,7 +50,7 @@ pub enum EdgeWidth {
 }
 
 /// How edges that a surface hides are drawn.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, serde::Serialize)]
 pub enum HiddenEdges {
     /// Not at all.
     #[default]

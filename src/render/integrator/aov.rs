@@ -15,7 +15,7 @@ use blinn_scene::ObjectSpaces;
 
 /// A layer: values of the first surface at each pixel's centre, never filtered; or a part of the picture's light, linear RGB
 /// premultiplied by alpha, of all samples of a pixel.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, serde::Serialize)]
 pub enum Aov {
     /// Distance along −w in metres; +∞ without a hit.
     Depth,

@@ -63,7 +63,7 @@ use blinn_core::simd::AutovecKernel;
 use blinn_scene::PosedLight;
 
 /// The lecture's stages of shading.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, serde::Serialize)]
 pub enum Stage {
     /// The surface's colour, or the background.
     Color,

@@ -11,7 +11,7 @@ use blinn_core::geometry::Rgb;
 /// The irradiance of an environment as nine spherical harmonics. The irradiance of a surface differs
 /// from the exact one by 1 % on average, and by at most 9 % for a single point of light (Ramamoorthi
 /// and Hanrahan, “An Efficient Representation for Irradiance Environment Maps”, SIGGRAPH 2001).
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq, serde::Serialize)]
 pub struct SkyIrradiance {
     /// Coefficients of 1; x, y, z; xy, yz, zx, 3y² − 1, x² − z².
     coefficients: [DVec3; 9],

@@ -41,7 +41,7 @@ const SHARP_LEVEL: f32 = -1.0;
 const PREFILTERED_MAPS: usize = 5;
 
 /// The light that arrives from infinitely far away. Radiance is linear RGB (Rec. 709). A clone shares the picture.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq, serde::Serialize)]
 pub struct Environment {
     /// `None` for a uniform environment.
     map: Option<Arc<EnvironmentMap>>,
@@ -102,6 +102,13 @@ impl PartialEq for EnvironmentMap {
 impl fmt::Debug for EnvironmentMap {
     fn fmt(&self, f: &mut fmt::Formatter) -> fmt::Result {
         write!(f, "EnvironmentMap({:032x})", self.digest)
+    }
+}
+
+/// Serialises the hash of the texels.
+impl serde::Serialize for EnvironmentMap {
+    fn serialize<S: serde::Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
+        serializer.serialize_u128(self.digest)
     }
 }
 

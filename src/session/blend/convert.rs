@@ -5,14 +5,13 @@ use std::io::Read;
 use std::path::Path;
 use std::process::Command;
 
-use twox_hash::XxHash3_128;
-
 use super::blend_file::BlendFile;
 use super::cache::Cache;
 use super::child::{self, Ended};
 use super::conversion::{Conversion, Report};
 use super::find::find;
 use super::probe::{Blender, version_name};
+use crate::settings_hash::SettingsHash;
 use blinn_blender::{CONVERT, MODULES};
 use blinn_import::{LoadError, LoadOptions, SceneChoice, open_scene_file};
 
@@ -58,12 +57,10 @@ impl Settings<'_> {
     /// A hash of all that the conversion depends on, except linked files. Paths of those are relative to the file's
     /// folder.
     fn key(&self, file: &BlendFile) -> u128 {
-        let mut hash = XxHash3_128::new();
-        let outside = self.options.allow_outside;
-        let parts = (file.digest.to_string(), &file.path, self.blender.version, self.scene, outside);
-        hash.write(format!("{} {parts:?}", env!("CARGO_PKG_VERSION")).as_bytes());
-        MODULES.iter().for_each(|(_, text)| hash.write(text.as_bytes()));
-        hash.finish_128()
+        let path = file.path.as_os_str().as_encoded_bytes();
+        let parts =
+            (file.digest.to_string(), path, self.blender.version, self.scene, self.options.allow_outside);
+        SettingsHash::of(&(parts, MODULES)).hash()
     }
 
     /// Runs Blender.

@@ -2,6 +2,7 @@ use std::collections::HashSet;
 
 use super::{OptionDef, option_defs};
 use crate::options::{AovSelection, Options};
+use crate::settings_hash::SettingsHash;
 
 #[test]
 fn names_are_unique_and_references_exist() {
@@ -23,6 +24,28 @@ fn defaults_are_those_of_the_library() {
         def.default.map_or(Ok(()), |text| options.set(def.name, text)).unwrap();
     }
     assert_eq!(format!("{options:?}"), format!("{:?}", Options::default()));
+}
+
+/// `--resume` renders again where an option has another value, and only there.
+#[test]
+fn options_that_differ_have_hashes_that_differ() {
+    let mut count = 0;
+    for def in option_defs() {
+        let texts = if def.takes_value() { def.choices } else { &[""] };
+        let set = |text: &str| {
+            let mut options = Options::default();
+            options.set(def.name, text).unwrap();
+            options
+        };
+        let all: Vec<Options> =
+            std::iter::once(Options::default()).chain(texts.iter().map(|text| set(text))).collect();
+        for (a, b) in all.iter().flat_map(|a| all.iter().map(move |b| (a, b))) {
+            let differ = format!("{a:?}") != format!("{b:?}");
+            assert_eq!(SettingsHash::of(a) != SettingsHash::of(b), differ, "{}", def.name);
+            count += usize::from(differ);
+        }
+    }
+    assert!(count > 50, "{count}");
 }
 
 #[test]

@@ -4,7 +4,7 @@ use blinn_scene::Glob;
 use blinn_session::values::glob;
 
 /// A format of datasets.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, serde::Serialize)]
 pub enum DatasetFormat {
     Nerf,
     /// Text files.
@@ -39,7 +39,7 @@ impl DatasetFormat {
 }
 
 /// The formats of a dataset, sorted.
-#[derive(Clone, Debug, PartialEq, Eq)]
+#[derive(Clone, Debug, PartialEq, Eq, serde::Serialize)]
 pub struct DatasetFormats(pub Vec<DatasetFormat>);
 
 impl Default for DatasetFormats {
@@ -71,7 +71,7 @@ pub fn dataset_formats(text: &str) -> Result<DatasetFormats, String> {
 }
 
 /// A rule that gives objects a category.
-#[derive(Clone, Debug, PartialEq, Eq)]
+#[derive(Clone, Debug, PartialEq, Eq, serde::Serialize)]
 pub enum CategoryRule {
     /// Each object name is a category.
     Object,

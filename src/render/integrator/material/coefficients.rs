@@ -69,7 +69,7 @@ impl Coefficients {
 }
 
 /// Coefficients set for every material, in place of the material's own.
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, serde::Serialize)]
 pub struct MaterialOverrides {
     /// Replaces k_d, and the colour of unlit materials.
     pub k_d: Option<Rgb>,
