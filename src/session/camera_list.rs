@@ -115,23 +115,20 @@ impl CameraList {
     /// # Errors
     /// The file changed.
     pub fn camera(&self, index: usize) -> Result<ImageCamera, LoadError> {
-        let listed = self.file.camera(index)?;
+        self.file.camera(index).map(|listed| self.image_camera(&listed))
+    }
+
+    /// The camera of an image, from what the list has.
+    pub(crate) fn image_camera(&self, listed: &ListedCamera) -> ImageCamera {
         // All cameras were checked to have a size.
-        let (size, crop) = self.size_of(&listed).unwrap_or(((1, 1), None));
+        let (size, crop) = self.size_of(listed).unwrap_or(((1, 1), None));
         let camera = listed.camera(size);
         let recorded = self.recorded();
         let camera =
             recorded.map_or(Camera { clip: ClipPlanes::OFF, ..camera }, |view| view.lens_of(&camera));
         let camera = Camera { clip: self.replaced.clip.unwrap_or(camera.clip), ..camera };
         let normalization = self.file.normalization();
-        Ok(ImageCamera {
-            camera,
-            size,
-            crop,
-            depth_step: listed.depth_step,
-            light: listed.light,
-            normalization,
-        })
+        ImageCamera { camera, size, crop, depth_step: listed.depth_step, light: listed.light, normalization }
     }
 
     /// The recorded lens of blinn's own list, if no option changes the size of images.

@@ -61,7 +61,10 @@ impl SessionPlan {
 /// Serialises the names, the times and the cameras of images.
 impl Serialize for CameraList {
     fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
-        let camera = |index| (self.name(index), self.time(index), self.camera(index).ok());
-        serializer.collect_seq((0..self.len()).map(camera))
+        serializer.collect_seq((0..self.len()).map(|index| {
+            let listed = self.listed(index).ok()?;
+            let camera = self.image_camera(&listed);
+            Some((listed.name, self.time(index), camera))
+        }))
     }
 }
