@@ -11,7 +11,7 @@ const PROJECTIONS: Choices<Option<Projection>, 2> =
 const FITS: Choices<SensorFit, 3> =
     [("auto", SensorFit::Auto), ("horizontal", SensorFit::Horizontal), ("vertical", SensorFit::Vertical)];
 
-pub static CAMERA: [OptionDef; 21] = [
+pub static CAMERA: &[OptionDef] = &[
     OptionDef {
         name: "camera",
         alias: Some("camera-index"),

@@ -27,7 +27,7 @@ const VIEW_TRANSFORMS: Choices<Option<ViewTransform>, 6> = [
     ("raw", Some(ViewTransform::Raw)),
 ];
 
-pub static IMAGE: [OptionDef; 16] = [
+pub static IMAGE: &[OptionDef] = &[
     OptionDef {
         name: "size",
         alias: Some("resolution"),

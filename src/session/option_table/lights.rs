@@ -16,7 +16,7 @@ const UNITS: Choices<LightUnits, 4> = [
 const GROUNDS: Choices<Option<GroundKind>, 2> =
     [("shadow", Some(GroundKind::ShadowCatcher)), ("plane", Some(GroundKind::Plane))];
 
-pub static LIGHTS: [OptionDef; 16] = [
+pub static LIGHTS: &[OptionDef] = &[
     OptionDef {
         name: "lights",
         value_name: "LIST",

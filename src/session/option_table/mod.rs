@@ -132,8 +132,9 @@ impl OptionDef {
 
 /// Returns all options in the order in which programs show them.
 pub fn option_defs() -> impl Iterator<Item = &'static OptionDef> {
-    let image = scene::SCENE.iter().chain(&image::IMAGE).chain(&camera::CAMERA);
-    image.chain(&lights::LIGHTS).chain(&shading::SHADING).chain(&scene::TIME_AND_FILES)
+    [scene::SCENE, image::IMAGE, camera::CAMERA, lights::LIGHTS, shading::SHADING, scene::TIME_AND_FILES]
+        .into_iter()
+        .flatten()
 }
 
 /// Stores a value that was read without error.

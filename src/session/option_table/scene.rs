@@ -20,7 +20,7 @@ const GLASS_MODES: Choices<GlassMode, 3> =
 const MTL_COLORS: Choices<MtlColors, 3> =
     [("auto", MtlColors::Auto), ("srgb", MtlColors::Srgb), ("linear", MtlColors::Linear)];
 
-pub static SCENE: [OptionDef; 9] = [
+pub static SCENE: &[OptionDef] = &[
     OptionDef {
         name: "format",
         value_name: "FORMAT",
@@ -104,7 +104,7 @@ pub static SCENE: [OptionDef; 9] = [
     },
 ];
 
-pub static TIME_AND_FILES: [OptionDef; 2] = [
+pub static TIME_AND_FILES: &[OptionDef] = &[
     OptionDef {
         name: "animation",
         heading: Heading::Time,

@@ -22,7 +22,7 @@ const CULLING: Choices<BackFaceCulling, 3> =
 const HIDDEN_EDGES: Choices<HiddenEdges, 3> =
     [("off", HiddenEdges::Off), ("dashed", HiddenEdges::Dashed), ("faint", HiddenEdges::Faint)];
 
-pub static SHADING: [OptionDef; 16] = [
+pub static SHADING: &[OptionDef] = &[
     OptionDef {
         name: "integrator",
         value_name: "INTEGRATOR",
