@@ -96,7 +96,7 @@ mod tests {
     #[test]
     fn anisotropy_without_tangents_is_a_warning() {
         let scene = |strength: f32, tangents: Vec<Vec4>| {
-            let anisotropy = Some(Anisotropy { strength, rotation: 0.0, texture: None });
+            let anisotropy = Some(Anisotropy { strength, ..Anisotropy::default() });
             let material = Material { name: "steel".into(), anisotropy, ..Material::default() };
             let mesh = Mesh { tangents, ..Mesh::default() };
             Scene { materials: vec![material], meshes: vec![mesh], ..Scene::default() }

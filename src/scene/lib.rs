@@ -81,7 +81,9 @@ pub use material::{
     AlphaMode, Dielectric, Material, MtlReflectance, Reflectance, Reflection, SurfaceClass, Volume,
 };
 pub use material_inputs::{ColorInput, NormalMap, ScalarInput, TangentAxes};
-pub use material_layers::{Anisotropy, Clearcoat, DiffuseTransmission, Iridescence, Sheen, SheenModel};
+pub use material_layers::{
+    Anisotropy, AnisotropyModel, Clearcoat, DiffuseTransmission, Iridescence, Sheen, SheenModel,
+};
 pub use mesh::{DeformedMesh, GeneratedFrames, Influences, Mesh, MorphTarget, uvs_at};
 pub use node::unit_quaternion;
 pub use node::{Instance, LocalTransform, Node, PackedTrs};

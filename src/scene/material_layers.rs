@@ -14,6 +14,17 @@ pub struct Clearcoat {
     pub normal: Option<NormalMap>,
 }
 
+/// How much the strength of an anisotropy stretches microfacets.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum AnisotropyModel {
+    /// α + (1 − α) strength² in one direction, and α in the other: KHR_materials_anisotropy.
+    #[default]
+    Gltf,
+    /// α over the aspect, at most 1, in one direction, and α times the aspect in the other, for an aspect of
+    /// √(1 − 0.9 strength): the Principled BSDF of Blender (Burley, “Physically Based Shading at Disney”, 2012).
+    Principled,
+}
+
 /// Anisotropic microfacets (KHR_materials_anisotropy): highlights are stretched in a direction of the tangent plane.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Anisotropy {
@@ -23,6 +34,8 @@ pub struct Anisotropy {
     pub rotation: f32,
     /// Direction before the rotation (red and green, 0…1 for −1…1), and factor of the strength (blue).
     pub texture: Option<TextureRef>,
+    /// How much the strength stretches.
+    pub model: AnisotropyModel,
 }
 
 /// Light that a surface transmits diffusely, as paper and leaves do (KHR_materials_diffuse_transmission).

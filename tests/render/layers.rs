@@ -59,7 +59,7 @@ fn a_sheen_is_brightest_at_the_rim() {
 /// A ball without tangents has round highlights; its furnace is the same.
 #[test]
 fn stretched_metal_without_tangents_vanishes_in_a_white_world() {
-    let anisotropy = Some(Anisotropy { strength: 1.0, rotation: 0.5, texture: None });
+    let anisotropy = Some(Anisotropy { strength: 1.0, rotation: 0.5, ..Anisotropy::default() });
     for roughness in ROUGHNESSES {
         let (low, high) = range(Material { anisotropy, ..physical(1.0, 1.0, roughness) });
         assert!(low > 0.99 && high <= 1.0 + 1e-5, "roughness {roughness}: {low} to {high}");

@@ -7,7 +7,7 @@ use super::json_tree::Object;
 use super::texture_slots::TextureSlots;
 use super::untyped_extension;
 use crate::error::Warnings;
-use blinn_scene::Anisotropy;
+use blinn_scene::{Anisotropy, AnisotropyModel};
 
 pub(super) const NAME: &str = "KHR_materials_anisotropy";
 
@@ -27,6 +27,7 @@ pub(super) fn read(others: Option<&Object>, slots: &mut TextureSlots) -> Option<
         strength: json.anisotropy_strength,
         rotation: json.anisotropy_rotation,
         texture: slots.info(json.anisotropy_texture.as_ref()),
+        model: AnisotropyModel::Gltf,
     })
 }
 

@@ -8,8 +8,8 @@ use glam::{DMat3, Vec3};
 use super::{material, sheen};
 use crate::error::Warnings;
 use blinn_scene::{
-    Channel, ChannelTarget, Image, Interpolation, Keyframes, LightKind, LightProperty, Material, Mesh,
-    Reflectance, Reflection, Scene, SheenModel,
+    AnisotropyModel, Channel, ChannelTarget, Image, Interpolation, Keyframes, LightKind, LightProperty,
+    Material, Mesh, Reflectance, Reflection, Scene, SheenModel,
 };
 
 /// Restores the normals, lights and normal maps of a scene from Blender's exporter.
@@ -59,6 +59,14 @@ pub(super) fn restore_sheen(material: &mut Material, json: &gltf::Material) {
     let others = json.extensions.as_ref().map(|extensions| &extensions.others);
     if others.is_some_and(|others| others.contains_key(sheen::NAME)) {
         material.sheen.model = SheenModel::Microfibres;
+    }
+}
+
+/// Stretches highlights as Blender does. The exporter writes the anisotropy of the Principled BSDF as the strength of the
+/// extension, whose formula is another.
+pub(super) fn restore_anisotropy(material: &mut Material) {
+    if let Some(anisotropy) = &mut material.anisotropy {
+        anisotropy.model = AnisotropyModel::Principled;
     }
 }
 

@@ -57,6 +57,7 @@ impl MaterialTable {
                         blinn_extras::is_thin_wall(extras, index.unwrap_or_default(), &mut warnings);
                     blender::restore_shading(&mut material, json, &mut warnings);
                     blender::restore_sheen(&mut material, json);
+                    blender::restore_anisotropy(&mut material);
                     if let Some(image) = textures.normal_image(&material).filter(|&image| !has_normals(image))
                     {
                         blender::remove_heights(

@@ -11,8 +11,8 @@ use super::textures::TextureLibrary;
 use crate::files::escape::printable;
 use blinn_core::geometry::Rgb;
 use blinn_scene::{
-    AlphaMode, Anisotropy, Clearcoat, ColorInput, Dielectric, Material, MtlReflectance, NormalMap,
-    Reflectance, Reflection, ScalarInput, Sheen, SheenModel, TextureChannel, TextureRef,
+    AlphaMode, Anisotropy, AnisotropyModel, Clearcoat, ColorInput, Dielectric, Material, MtlReflectance,
+    NormalMap, Reflectance, Reflection, ScalarInput, Sheen, SheenModel, TextureChannel, TextureRef,
 };
 
 /// Returns a material that no library defines: matte, and white unless its name is that of a colour.
@@ -139,7 +139,9 @@ impl MtlMaterial {
     fn anisotropy(&self) -> Option<Anisotropy> {
         let strength = self.anisotropy.filter(|&strength| strength > 0.0)?.min(1.0);
         let rotation = self.anisotropy_rotation.unwrap_or(0.0) * std::f32::consts::TAU;
-        Some(Anisotropy { strength, rotation, texture: None })
+        let is_blender = self.writer.is_blender();
+        let model = if is_blender { AnisotropyModel::Principled } else { AnisotropyModel::Gltf };
+        Some(Anisotropy { strength, rotation, texture: None, model })
     }
 
     /// Returns a factor unless it has to be ignored next to a map: Blender then writes the value of the unconnected

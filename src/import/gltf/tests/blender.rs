@@ -7,7 +7,7 @@ use super::super::fixture::Fixture;
 use super::animation::skinned;
 use super::materials::{textured, textured_with};
 use blinn_scene::pose;
-use blinn_scene::{LightUnits, Mesh, PoseSettings, PosedLightKind, Scene, SheenModel};
+use blinn_scene::{AnisotropyModel, LightUnits, Mesh, PoseSettings, PosedLightKind, Scene, SheenModel};
 
 /// The same file loaded as Blender's and as another program's.
 fn load_both(mut fixture: Fixture) -> [Scene; 2] {
@@ -303,4 +303,14 @@ fn sheens_have_microfibres() {
     assert_eq!(models(cloth), [SheenModel::Microfibres, SheenModel::Charlie]);
     // Others are equal to those that another program writes.
     assert_eq!(models(json!({"name": "clay"})), [SheenModel::Charlie; 2]);
+}
+
+/// The exporter writes the anisotropy of the Principled BSDF as the strength of the extension.
+#[test]
+fn anisotropies_are_those_of_the_principled_bsdf() {
+    let anisotropy = json!({"anisotropyStrength": 0.5, "anisotropyRotation": 0.25});
+    let steel = json!({"name": "steel", "extensions": {"KHR_materials_anisotropy": anisotropy}});
+    let read = load_both(textured(steel)).map(|scene| scene.materials[0].anisotropy.unwrap());
+    assert_eq!(read.map(|a| a.model), [AnisotropyModel::Principled, AnisotropyModel::Gltf]);
+    assert!(read.iter().all(|a| (a.strength, a.rotation) == (0.5, 0.25)));
 }

@@ -9,8 +9,8 @@ use super::super::fixture::Fixture;
 use super::super::pointer::{self, PointerTarget};
 use crate::{Limits, LoadOptions};
 use blinn_scene::{
-    AlphaMode, Anisotropy, Material, MaterialProperty, NormalMap, Reflectance, Scene, TexelSemantics,
-    TextureChannel, TextureFilter, TextureSlot, Wrap,
+    AlphaMode, Anisotropy, AnisotropyModel, Material, MaterialProperty, NormalMap, Reflectance, Scene,
+    TexelSemantics, TextureChannel, TextureFilter, TextureSlot, Wrap,
 };
 
 fn png(color: [u8; 4]) -> Vec<u8> {
@@ -158,8 +158,8 @@ fn anisotropy_and_sheen_are_read() {
         {"KHR_materials_anisotropy": anisotropy, "KHR_materials_sheen": sheen}}));
     let (scene, warnings) = file.load();
     let m = &scene.materials[0];
-    let Anisotropy { strength, rotation, texture } = m.anisotropy.unwrap();
-    assert_eq!((strength, rotation), (0.5, -1.5));
+    let Anisotropy { strength, rotation, texture, model } = m.anisotropy.unwrap();
+    assert_eq!((strength, rotation, model), (0.5, -1.5, AnisotropyModel::Gltf));
     assert_eq!(texture.unwrap().transform.apply(Vec2::ONE), Vec2::new(2.0, 3.0));
     assert_eq!((m.sheen.color.factor, m.sheen.roughness.factor), (Vec3::new(0.1, 0.2, 2.0), 0.25));
     assert!(m.sheen.color.texture.is_some());

@@ -2,7 +2,9 @@
 
 use super::{SQUARE, png, read, with_mtl};
 use blinn_core::geometry::Rgb;
-use blinn_scene::{AlphaMode, Material, Reflectance, Reflection, Sheen, SheenModel, TextureChannel};
+use blinn_scene::{
+    AlphaMode, AnisotropyModel, Material, Reflectance, Reflection, Sheen, SheenModel, TextureChannel,
+};
 
 #[test]
 fn mtl_statements_become_the_lectures_coefficients() {
@@ -297,7 +299,7 @@ fn ps_aniso_and_anisor_are_sheen_and_anisotropy() {
     assert_eq!((m.sheen.color.factor, m.sheen.roughness.factor), (Rgb::splat(0.25), 0.5));
     assert_eq!(m.sheen.model, SheenModel::Microfibres);
     let anisotropy = m.anisotropy.unwrap();
-    assert_eq!(anisotropy.strength, 0.75);
+    assert_eq!((anisotropy.strength, anisotropy.model), (0.75, AnisotropyModel::Principled));
     assert!((anisotropy.rotation - std::f32::consts::FRAC_PI_2).abs() < 1e-6);
     assert_eq!(m.reflection, Reflection::Fresnel);
     let plain = of("Pr .4\nPs 0\naniso 0\nanisor .5\nillum 2\n");

@@ -9,7 +9,7 @@ use crate::integrator::material::directional_albedo::FacetAlbedo;
 use crate::integrator::material::fresnel::{dielectric_weight, schlick_weight};
 use crate::integrator::material::ggx::{MIRROR_ALPHA, sample_visible_normal_at};
 use blinn_core::geometry::{Rgb, cos_sin_of_turns, golden_angle};
-use blinn_scene::Environment;
+use blinn_scene::{AnisotropyModel, Environment};
 
 /// Directions over which the environment is averaged.
 const DIRECTIONS: u32 = 32;
@@ -29,12 +29,20 @@ pub(crate) struct Anisotropy {
     pub direction: DVec3,
     /// Strength, 0…1.
     pub strength: f32,
+    /// How much the strength stretches.
+    pub model: AnisotropyModel,
 }
 
 impl Anisotropy {
     /// α in the direction of the stretch and across it, for a material of α `alpha`.
     pub fn alphas(&self, alpha: f32) -> [f32; 2] {
-        [alpha + (1.0 - alpha) * self.strength * self.strength, alpha]
+        match self.model {
+            AnisotropyModel::Gltf => [alpha + (1.0 - alpha) * self.strength * self.strength, alpha],
+            AnisotropyModel::Principled => {
+                let aspect = (1.0 - 0.9 * self.strength).sqrt();
+                [(alpha / aspect).min(1.0), alpha * aspect]
+            }
+        }
     }
 }
 

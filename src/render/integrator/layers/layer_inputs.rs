@@ -105,7 +105,8 @@ impl<'a> LayerInputs<'a> {
 
     /// The stretch of the microfacets; `None` without one or on a mesh without tangents.
     fn anisotropy(&self, triangle: &TriangleSurface, block: &PointBlock, lane: usize) -> Option<Anisotropy> {
-        let &blinn_scene::Anisotropy { strength, rotation, texture } = self.material.anisotropy.as_ref()?;
+        let &blinn_scene::Anisotropy { strength, rotation, texture, model } =
+            self.material.anisotropy.as_ref()?;
         let [mut x, mut y, mut strength] = [1.0, 0.0, strength];
         if texture.is_some() {
             let texels = self.inputs.texels.get(texture.as_ref(), TexelSemantics::Data);
@@ -121,7 +122,7 @@ impl<'a> LayerInputs<'a> {
         let surface = triangle.surface_from_hit(&block.hit(lane));
         let [t, b] = surface.tangents(self.posed)?;
         let direction = (t * x + b * y).try_normalize()?;
-        Some(Anisotropy { direction, strength: strength.min(1.0) })
+        Some(Anisotropy { direction, strength: strength.min(1.0), model })
     }
 
     /// The normal of the coat: that of its own map, or of the vertices.

@@ -4,7 +4,7 @@ use super::*;
 use crate::integrator::layers::dielectric_boundary::{BoundaryFilm, DielectricBoundary};
 use crate::integrator::layers::facets::LobeDirections;
 use crate::integrator::material::highlight_lobe::highlight_lobe;
-use blinn_scene::{Environment, SheenModel};
+use blinn_scene::{AnisotropyModel, Environment, SheenModel};
 
 /// A direction at an angle to z, in the plane at an angle about it.
 fn at(angle: f64, turn: f64) -> DVec3 {
@@ -99,7 +99,28 @@ fn stretched_lobe(v: DVec3, l: DVec3, alpha: f64, strength: f64) -> f64 {
 }
 
 fn stretched(direction: DVec3, strength: f32) -> LayeredPoint {
-    LayeredPoint { anisotropy: Some(Anisotropy { direction, strength }), ..point(DVec3::Z) }
+    let anisotropy = Anisotropy { direction, strength, model: AnisotropyModel::Gltf };
+    LayeredPoint { anisotropy: Some(anisotropy), ..point(DVec3::Z) }
+}
+
+/// The aspect of a strength of 1 is √0.1, and α never exceeds 1.
+#[test]
+fn the_principled_bsdf_stretches_by_its_aspect() {
+    let alphas = |strength: f32, alpha: f32| {
+        Anisotropy { direction: DVec3::X, strength, model: AnisotropyModel::Principled }.alphas(alpha)
+    };
+    for (strength, alpha, [along, across]) in [
+        (0.0, 0.3, [0.3, 0.3]),
+        (0.5, 0.2, [0.26968, 0.148324]),
+        (1.0, 0.1, [0.316228, 0.0316228]),
+        (1.0, 0.5, [1.0, 0.158114]),
+    ] {
+        let found = alphas(strength, alpha);
+        assert!(
+            (found[0] - along).abs() < 1e-5 && (found[1] - across).abs() < 1e-5,
+            "{strength} {alpha}: {found:?}"
+        );
+    }
 }
 
 #[test]
