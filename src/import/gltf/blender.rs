@@ -8,8 +8,8 @@ use glam::{DMat3, Vec3};
 use super::{material, sheen};
 use crate::error::Warnings;
 use blinn_scene::{
-    AnisotropyModel, Channel, ChannelTarget, Image, Interpolation, Keyframes, LightKind, LightProperty,
-    Material, Mesh, Reflectance, Reflection, Scene, SheenModel,
+    AnisotropyModel, Channel, ChannelTarget, Interpolation, Keyframes, LightKind, LightProperty, Material,
+    Mesh, Reflectance, Reflection, Scene, SheenModel,
 };
 
 /// Restores the normals, lights and normal maps of a scene from Blender's exporter.
@@ -68,20 +68,6 @@ pub(super) fn restore_anisotropy(material: &mut Material) {
     if let Some(anisotropy) = &mut material.anisotropy {
         anisotropy.model = AnisotropyModel::Principled;
     }
-}
-
-/// Removes a normal map whose `image` holds heights: the exporter writes the image of a Bump node as one, also where a normal
-/// map is plugged into the node.
-pub(super) fn remove_heights(material: &mut Material, image: &Image, warnings: &mut Warnings) {
-    material.normal = None;
-    warnings.add(
-        "",
-        format_args!(
-            "ignored normal map '{}', which holds heights: Blender exports those of Bump nodes as normals; bake a \
-             normal map to show the relief",
-            image.name
-        ),
-    );
 }
 
 fn make_diffuse(material: &mut Material) {

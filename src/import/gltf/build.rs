@@ -17,8 +17,9 @@ use super::objects::ObjectBuilder;
 use super::primitive;
 use super::primitive::PrimitiveId;
 use super::{
-    animation, blender, coincident_meshes, extensions, forest, graph, image_based_light, instancing,
-    levels_of_detail, light_temperature, lost_lights, round_primitive, sun_strengths, topology, variants,
+    animation, blender, bump_nodes, coincident_meshes, extensions, forest, graph, image_based_light,
+    instancing, levels_of_detail, light_temperature, lost_lights, round_primitive, sun_strengths, topology,
+    variants,
 };
 use crate::error::{LoadError, Warnings};
 use crate::options::LoadOptions;
@@ -90,6 +91,8 @@ pub(super) fn scene(
     copies.animate(&mut scene.animations);
     if is_blender {
         blender::restore(&mut scene);
+        let root_scale = libm::cbrt(options.root_transform(SourceFormat::Gltf).determinant().abs());
+        bump_nodes::show(doc, &mut scene, root_scale, warnings)?;
         light_temperature::restore(&mut scene, warnings);
         let offset = (scene.nodes.len() - nodes.len()) as u32;
         scene.lost_lights = lost_lights::find(doc, &nodes, offset);

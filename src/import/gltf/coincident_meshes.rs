@@ -47,7 +47,7 @@ pub(super) fn warn(scene: &Scene, warnings: &mut Warnings) {
 }
 
 /// The transform of each node to the world in the rest pose. Parents come before their children.
-fn world_transforms(nodes: &[Node]) -> Vec<DAffine3> {
+pub(super) fn world_transforms(nodes: &[Node]) -> Vec<DAffine3> {
     let mut transforms: Vec<DAffine3> = Vec::with_capacity(nodes.len());
     for node in nodes {
         let parent = node.parent.map_or(DAffine3::IDENTITY, |parent| transforms[parent as usize]);

@@ -7,7 +7,6 @@ use super::primitive::PrimitiveId;
 use super::texture::Textures;
 use super::{blender, blinn_extras, material, missing_material, variants};
 use crate::error::{LoadError, Warnings};
-use crate::normal_maps::holds_normals;
 use blinn_scene::{Material, Source};
 
 /// The materials of the primitives, and their textures.
@@ -44,10 +43,6 @@ impl MaterialTable {
         let json = |index: &Option<usize>| index.and_then(|i| doc.root().materials.get(i));
         let used = used_textures(doc, order.iter().filter_map(json));
         let textures = Textures::read(doc, &used, &mut warnings)?;
-        let mut normal_maps: HashMap<u32, bool> = HashMap::new();
-        let mut has_normals = |image: u32| {
-            *normal_maps.entry(image).or_insert_with(|| holds_normals(&textures.images[image as usize]))
-        };
         let read = |index: &Option<usize>| match json(index) {
             Some(json) => {
                 let mut material = material::read(json, &mut |texture| textures.get(texture));
@@ -58,14 +53,6 @@ impl MaterialTable {
                     blender::restore_shading(&mut material, json, &mut warnings);
                     blender::restore_sheen(&mut material, json);
                     blender::restore_anisotropy(&mut material);
-                    if let Some(image) = textures.normal_image(&material).filter(|&image| !has_normals(image))
-                    {
-                        blender::remove_heights(
-                            &mut material,
-                            &textures.images[image as usize],
-                            &mut warnings,
-                        );
-                    }
                 }
                 material
             }

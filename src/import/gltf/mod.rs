@@ -13,6 +13,7 @@ mod blender;
 mod blinn_extras;
 mod buffers;
 mod build;
+mod bump_nodes;
 mod clearcoat;
 mod coincident_meshes;
 mod color;

@@ -12,7 +12,7 @@ use super::document::Document;
 use crate::error::{LoadError, Warnings};
 use crate::files::escape::printable;
 use crate::image;
-use blinn_scene::{Image, Material, Texture, TextureFilter, Wrap};
+use blinn_scene::{Image, Texture, TextureFilter, Wrap};
 
 /// An encoded image with a name for messages.
 struct EncodedImage<'d> {
@@ -32,12 +32,6 @@ impl Textures {
     /// The scene's texture for an index of the file; `None` if its image could not be read.
     pub fn get(&self, index: usize) -> Option<u32> {
         self.by_index.get(&index).copied()
-    }
-
-    /// The image of a material's normal map.
-    pub fn normal_image(&self, material: &Material) -> Option<u32> {
-        let map = material.normal.as_ref()?;
-        Some(self.textures.get(map.texture.texture as usize)?.image)
     }
 
     /// Decodes the images of the textures `used`, in parallel, each once. If an image cannot be read, the

@@ -6,6 +6,7 @@ use serde_json::{Value, json};
 use super::super::fixture::Fixture;
 use super::animation::skinned;
 use super::materials::{textured, textured_with};
+use crate::LoadOptions;
 use blinn_scene::pose;
 use blinn_scene::{AnisotropyModel, LightUnits, Mesh, PoseSettings, PosedLightKind, Scene, SheenModel};
 
@@ -230,23 +231,57 @@ fn colours_of_lights_may_exceed_1() {
 
 /// The exporter writes the image of a Bump node as a normal map.
 #[test]
-fn normal_maps_of_heights_are_ignored() {
-    for (texel, is_kept) in [([140, 140, 140, 255], false), ([120, 140, 250, 255], true)] {
+fn normal_maps_of_heights_have_the_default_relief() {
+    for (texel, is_map) in [([140, 140, 140, 255], false), ([120, 140, 250, 255], true)] {
         let mut fixture = textured_with(texel, json!({"normalTexture": {"index": 0, "scale": 0.3}}));
         let other = fixture.load();
         assert!(other.0.materials[0].normal.is_some() && other.1.is_empty(), "{:?}", other.1);
         fixture.json["asset"]["generator"] = json!("Khronos glTF Blender I/O v4.5.51");
-        // A second material with the same image.
+        // A second material with the same image, and a second object of twice the size, which both materials have.
         let second = fixture.json["materials"][0].clone();
         fixture.push("materials", second);
         let mut primitive = fixture.primitive().clone();
         primitive["material"] = json!(1);
         fixture.json["meshes"][0]["primitives"].as_array_mut().unwrap().push(primitive);
+        fixture.node(json!({"mesh": 0, "scale": [2, 2, 2]}));
         let (scene, warnings) = fixture.load();
-        assert!(scene.materials.iter().all(|m| m.normal.is_some() == is_kept));
-        let expected = "ignored normal map 'red', which holds heights";
-        assert_eq!(warnings.iter().filter(|w| w.starts_with(expected)).count(), usize::from(!is_kept));
+        let maps: Vec<_> = scene.materials.iter().map(|m| m.normal.unwrap()).collect();
+        assert_eq!(maps[0], maps[1]);
+        let expected = "normal map 'red' holds heights";
+        assert_eq!(warnings.iter().filter(|w| w.starts_with(expected)).count(), usize::from(!is_map));
+        if is_map {
+            assert_eq!((maps[0].scale, maps[0].scale_is_strength, scene.images.len()), (0.3, true, 1));
+            continue;
+        }
+        // Level heights are normals along z, in an image of their own.
+        let image = &scene.images[scene.textures[maps[0].texture.texture as usize].image as usize];
+        assert!((image.stored(0).truncate() * 2.0 - 1.0).abs_diff_eq(Vec3::Z, 1e-4));
+        assert_eq!((scene.images.len(), scene.textures.len()), (2, 2));
+        // Two triangles of 0.5 m² and 2 m² for 0.5 of the coordinates each; the image is twice as wide as high.
+        let width = (2.5_f32 * 2.0).sqrt();
+        assert!((maps[0].scale * width - 0.1).abs() < 1e-6 && !maps[0].scale_is_strength, "{:?}", maps[0]);
     }
+}
+
+/// An image in the file's lengths has the relief of the file's unit.
+#[test]
+fn reliefs_of_heights_are_independent_of_the_scale_option() {
+    let mut fixture = textured_with([140, 140, 140, 255], json!({"normalTexture": {"index": 0}}));
+    fixture.json["asset"]["generator"] = json!("Khronos glTF Blender I/O v5.0.21");
+    let scale = |scene: &Scene| scene.materials[0].normal.unwrap().scale;
+    let whole = scale(&fixture.load().0);
+    let scaled = fixture.load_with(&LoadOptions { scale: Some(0.01), ..LoadOptions::default() }).0;
+    assert!((scale(&scaled) / whole - 1.0).abs() < 1e-5, "{whole}");
+}
+
+/// A surface whose texture coordinates are all one shows one height.
+#[test]
+fn heights_without_an_extent_are_level() {
+    let mut fixture = textured_with([140, 140, 140, 255], json!({"normalTexture": {"index": 0}}));
+    fixture.json["asset"]["generator"] = json!("Khronos glTF Blender I/O v5.0.21");
+    let uvs = fixture.vec2(&[[0.5, 0.5]; 3]);
+    fixture.primitive()["attributes"]["TEXCOORD_0"] = json!(uvs);
+    assert_eq!(fixture.load().0.materials[0].normal, None);
 }
 
 /// The exporter multiplies a light's colour by that of its temperature (here 2500 K), but not the keys of the colour.
