@@ -7,6 +7,7 @@ from typing import Any
 import bpy
 
 from . import area_light, camera, light_emission, material_extensions, material_loss, punctual_light, scene_settings
+from . import unused_alpha
 from .gltf_types import add_extras
 
 ENABLED = "blinn_export"
@@ -63,6 +64,11 @@ class glTF2ExportUserExtension:
         if losses:
             self.reported.add(material.name_full)
             settings["log"].warning(material_loss.message(material, losses))
+
+    def gather_image_hook(self, gltf_image: Any, export_image: Any, sockets: tuple, settings: dict[str, Any]) -> None:
+        """Gives an image the colours that Blender shows if nothing uses its alpha."""
+        if self.is_enabled:
+            unused_alpha.write(gltf_image, sockets)
 
     def gather_gltf_hook(self, active_scene: int, scenes: list, animations: list, settings: dict[str, Any]) -> None:
         """Adds world and render settings to each scene."""

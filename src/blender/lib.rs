@@ -32,6 +32,7 @@ pub const MODULES: &[(&str, &str)] = &modules![
     "punctual_light.py",
     "render_state.py",
     "scene_settings.py",
+    "unused_alpha.py",
     "world.py",
 ];
 

@@ -274,6 +274,57 @@ def test_other_worlds_are_left_out(scene, export, panorama):
     assert "world" not in export().settings
 
 
+@pytest.fixture()
+def painted(scene):
+    """A function that adds a plane with an image that has alpha, and returns the nodes of its material."""
+
+    def add(alpha_mode="STRAIGHT", pixel=(200, 100, 51, 128), kind="Base Color"):
+        image = bpy.data.images.new("Painted", 4, 4, alpha=True)
+        image.pixels.foreach_set(np.tile(np.array(pixel, np.float32) / 255.0, 16))
+        image.pack()
+        image.alpha_mode = alpha_mode
+        bpy.ops.mesh.primitive_plane_add()
+        material = bpy.data.materials.new("Painted")
+        if bpy.app.version < (5, 0, 0):
+            material.use_nodes = True
+        bpy.context.object.data.materials.append(material)
+        nodes, links = material.node_tree.nodes, material.node_tree.links
+        texture = nodes.new("ShaderNodeTexImage")
+        texture.image = image
+        shader = next(n for n in nodes if n.bl_idname == "ShaderNodeBsdfPrincipled")
+        if kind == "Emission Color":
+            shader.inputs["Emission Strength"].default_value = 1.0
+        links.new(texture.outputs["Color"], shader.inputs[kind])
+        return links, texture, shader
+
+    return add
+
+
+def pixel_of(result, tmp_path):
+    """The first pixel of the only image."""
+    (image,) = result.json["images"]
+    path = tmp_path / "image.png"
+    path.write_bytes(result.view(image["bufferView"]))
+    loaded = bpy.data.images.load(str(path), check_existing=False)
+    return [round(255.0 * value) for value in loaded.pixels[:4]]
+
+
+@pytest.mark.parametrize("kind", ["Base Color", "Emission Color"])
+def test_colours_are_multiplied_by_an_alpha_that_is_not_used(painted, export, tmp_path, kind):
+    painted(kind=kind)
+    assert pixel_of(export(), tmp_path) == [100, 50, 25, 255]
+
+
+def test_images_whose_alpha_is_used_or_packed_stay(scene, painted, export, tmp_path):
+    links, texture, shader = painted()
+    links.new(texture.outputs["Alpha"], shader.inputs["Alpha"])
+    assert pixel_of(export(), tmp_path) == [200, 100, 51, 128]
+    for packed in [{"alpha_mode": "CHANNEL_PACKED"}, {"pixel": (200, 100, 51, 255)}]:
+        bpy.data.objects.remove(bpy.data.objects["Plane"])
+        painted(**packed)
+        assert pixel_of(export(), tmp_path)[:3] == [200, 100, 51]
+
+
 def test_a_checkbox_turns_the_extension_off(scene, add_light, export):
     add_light("AREA")
     add_light("SUN")
