@@ -1,0 +1,220 @@
+"""What glTF has no field for, against Blender's own render: the picture of an exported file needs no options."""
+
+from __future__ import annotations
+
+import math
+
+import pytest
+
+bpy = pytest.importorskip("bpy")
+np = pytest.importorskip("numpy")
+blinn = pytest.importorskip("blinn")
+
+from mathutils import Vector  # noqa: E402
+
+SIZE = (48, 36)
+# Mean difference of 255, where Cycles' grain and filter are left. Without the property it is several times as large.
+CLOSE = 2.5
+
+
+@pytest.fixture()
+def stage(scene, add_light):
+    """Two cubes on the ground below a sun, which Cycles renders."""
+    scene.render.engine = "CYCLES"
+    scene.cycles.samples, scene.cycles.use_denoising, scene.cycles.use_adaptive_sampling = 32, True, False
+    scene.cycles.caustics_reflective = scene.cycles.caustics_refractive = False
+    scene.render.resolution_x, scene.render.resolution_y = SIZE
+    scene.render.threads_mode, scene.render.threads = "FIXED", 2
+    scene.render.dither_intensity = 0.0
+    scene.view_settings.view_transform = "Standard"
+    scene.camera.location = (0.0, -6.0, 3.2)
+    scene.camera.rotation_euler = (Vector((0.0, 0.0, 0.8)) - scene.camera.location).to_track_quat("-Z", "Y").to_euler()
+    world(scene).inputs["Color"].default_value = (0.1, 0.1, 0.1, 1.0)
+    add_object("plane", (0.0, 0.0, 0.0), 12.0, (0.5, 0.45, 0.4))
+    add_object("cube", (-0.9, 0.0, 0.7), 1.3, (0.7, 0.15, 0.1))
+    add_object("cube", (0.9, 0.8, 0.7), 1.3, (0.1, 0.3, 0.7))
+    add_light("SUN", energy=2.0, angle=0.02).rotation_euler = (-0.8, 0.4, 0.0)
+    return scene
+
+
+def world(scene):
+    """Gives the scene a new world, and returns its Background node."""
+    scene.world = bpy.data.worlds.new("World")
+    if bpy.app.version < (5, 0, 0):
+        scene.world.use_nodes = True
+    return next(n for n in scene.world.node_tree.nodes if n.bl_idname == "ShaderNodeBackground")
+
+
+def add_object(kind, location, size, color):
+    getattr(bpy.ops.mesh, f"primitive_{kind}_add")(size=size, location=location)
+    material = bpy.data.materials.new(kind)
+    if bpy.app.version < (5, 0, 0):
+        material.use_nodes = True
+    shader = next(n for n in material.node_tree.nodes if n.bl_idname == "ShaderNodeBsdfPrincipled")
+    shader.inputs["Base Color"].default_value = (*color, 1.0)
+    shader.inputs["Roughness"].default_value = 1.0
+    shader.inputs["Specular IOR Level"].default_value = 0.0
+    bpy.context.object.data.materials.append(material)
+
+
+@pytest.fixture()
+def cycles(tmp_path):
+    """A function that renders by Cycles, and returns the bytes of the picture, the uppermost row first."""
+
+    def run():
+        scene = bpy.context.scene
+        settings = scene.render.image_settings
+        settings.file_format, settings.color_mode = "PNG", "RGBA"
+        scene.render.filepath = str(tmp_path / "cycles.png")
+        assert bpy.ops.render.render(write_still=True) == {"FINISHED"}
+        image = bpy.data.images.load(scene.render.filepath, check_existing=False)
+        width, height = image.size
+        texels = np.empty(width * height * 4, np.float32)
+        image.pixels.foreach_get(texels)
+        bpy.data.images.remove(image)
+        return over_black(np.rint(texels.reshape(height, width, 4)[::-1] * 255.0))
+
+    return run
+
+
+def over_black(rgba):
+    return np.concatenate([rgba[..., :3] * (rgba[..., 3:] / 255.0), rgba[..., 3:]], axis=-1)
+
+
+@pytest.fixture()
+def exported(export, tmp_path):
+    """A function that exports the scene, and returns the picture that blinn makes of the file alone."""
+
+    def run():
+        export(export_apply=True)
+        return over_black(blinn.load(tmp_path / "scene.glb").render(samples=16).rgba.astype(float))
+
+    return run
+
+
+def shift(scene):
+    scene.camera.data.shift_x, scene.camera.data.shift_y = 0.2, -0.1
+
+
+def exposure(scene):
+    scene.view_settings.exposure = 1.0
+
+
+def film_exposure(scene):
+    scene.cycles.film_exposure = 2.0
+
+
+def view_transform(scene):
+    scene.view_settings.view_transform = "AgX"
+
+
+def light_radius(scene):
+    bpy.data.lights["Sun"].angle = 1.0
+
+
+def point_radius(scene):
+    light = point(scene)
+    light.shadow_soft_size = 1.0
+
+
+def point(scene):
+    light = bpy.data.lights.new("Lamp", "POINT")
+    light.energy, light.shadow_soft_size = 600.0, 0.0
+    lamp = bpy.data.objects.new("Lamp", light)
+    lamp.location = (0.5, 3.5, 4.0)
+    bpy.data.objects.remove(bpy.data.objects["Sun"])
+    scene.collection.objects.link(lamp)
+    return light
+
+
+def spot(scene, blend):
+    light = point(scene)
+    light.type = "SPOT"
+    light = bpy.data.lights["Lamp"]
+    light.spot_size, light.spot_blend = 0.7, blend
+    lamp = bpy.data.objects["Lamp"]
+    lamp.rotation_euler = (Vector((0.0, 0.0, 0.7)) - lamp.location).to_track_quat("-Z", "Y").to_euler()
+
+
+def percentage(scene):
+    scene.render.resolution_percentage = 150
+
+
+def pixel_aspect(scene):
+    scene.render.pixel_aspect_x = 1.5
+
+
+def region(scene):
+    render = scene.render
+    render.use_border = render.use_crop_to_border = True
+    render.border_min_x, render.border_max_x, render.border_min_y, render.border_max_y = 0.25, 0.75, 0.25, 1.0
+
+
+def sky(scene, strength=1.0, turn=0.0):
+    """Half of the sky is blue and bright, half orange and dark."""
+    image = bpy.data.images.new("Sky", 64, 32, float_buffer=True)
+    texels = np.ones((32, 64, 4), np.float32)
+    texels[:, :32, :3] = (0.1, 0.3, 1.0)
+    texels[:, 32:, :3] = (0.3, 0.1, 0.02)
+    image.pixels.foreach_set(texels.ravel())
+    image.pack()
+    background = world(scene)
+    nodes, links = scene.world.node_tree.nodes, scene.world.node_tree.links
+    texture, mapping = nodes.new("ShaderNodeTexEnvironment"), nodes.new("ShaderNodeMapping")
+    texture.image = image
+    links.new(nodes.new("ShaderNodeTexCoord").outputs["Generated"], mapping.inputs["Vector"])
+    links.new(mapping.outputs["Vector"], texture.inputs["Vector"])
+    links.new(texture.outputs["Color"], background.inputs["Color"])
+    mapping.inputs["Rotation"].default_value = (0.0, 0.0, turn)
+    background.inputs["Strength"].default_value = strength
+
+
+def transparent(scene):
+    scene.render.film_transparent = True
+    bpy.data.objects.remove(bpy.data.objects["Plane"])
+
+
+# Each property, and the same scene without it.
+CASES = {
+    "lens shift": (shift, None),
+    "exposure": (exposure, None),
+    "film exposure": (film_exposure, None),
+    "view transform": (view_transform, None),
+    "angle of a sun": (light_radius, None),
+    "radius of a point light": (point_radius, point),
+    "blend of a spot": (lambda scene: spot(scene, 1.0), lambda scene: spot(scene, 0.0)),
+    "world": (sky, None),
+    "rotation of the world": (lambda scene: sky(scene, turn=math.pi / 2.0), sky),
+    "strength of the world": (lambda scene: sky(scene, strength=2.5), sky),
+    "transparent film": (transparent, lambda scene: bpy.data.objects.remove(bpy.data.objects["Plane"])),
+    "pixel aspect": (pixel_aspect, None),
+    "percentage": (percentage, None),
+    "render region": (region, None),
+}
+
+
+@pytest.mark.parametrize("name", CASES)
+def test_pictures_of_files_are_those_of_cycles(stage, cycles, exported, name):
+    change, reference = CASES[name]
+    path = bpy.app.tempdir + "stage.blend"
+    bpy.ops.wm.save_as_mainfile(filepath=path, copy=True)
+    if reference is not None:
+        reference(stage)
+    without = exported()
+    bpy.ops.wm.open_mainfile(filepath=path)
+    change(bpy.context.scene)
+    expected, picture = cycles(), exported()
+    assert picture.shape == expected.shape
+    error = np.abs(picture - expected).mean()
+    assert error < CLOSE
+    if without.shape == expected.shape:
+        assert np.abs(without - expected).mean() > 2.0 * error
+
+
+def test_depth_of_field_and_looks_are_a_warning(stage, export, tmp_path):
+    stage.camera.data.dof.use_dof = True
+    stage.view_settings.view_transform = "AgX"
+    stage.view_settings.look = "AgX - Punchy"
+    export()
+    with pytest.warns(blinn.SceneWarning, match="look.*depth of field|depth of field.*look"):
+        blinn.load(tmp_path / "scene.glb").render(samples=1)
