@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+import struct
 from typing import NamedTuple
 
 import bpy
@@ -27,11 +28,24 @@ def encode(image: bpy.types.Image) -> EncodedImage | None:
         return None
     data = original_bytes(image)
     if data is not None and not image.is_dirty and image.colorspace_settings.name in LINEAR:
-        if data.startswith(EXR_MAGIC):
+        if data.startswith(EXR_MAGIC) and has_offsets(data):
             return EncodedImage(data, "image/x-exr")
         if data.startswith(RADIANCE_MAGICS):
             return EncodedImage(data, "image/vnd.radiance")
     return EncodedImage(radiance_bytes(linear_texels(image)), "image/vnd.radiance")
+
+
+def has_offsets(exr: bytes) -> bool:
+    """Returns True if the first block of an OpenEXR file has a place. Those that Blender 5.2 packs itself have none."""
+    position = 8
+    try:
+        while exr[position] != 0:
+            # Name, type and size of an attribute.
+            position = exr.index(0, exr.index(0, position) + 1) + 1
+            position += 4 + struct.unpack_from("<I", exr, position)[0]
+        return any(exr[position + 1 : position + 9])
+    except (IndexError, ValueError, struct.error):
+        return False
 
 
 def original_bytes(image: bpy.types.Image) -> bytes | None:

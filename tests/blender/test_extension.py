@@ -246,6 +246,15 @@ def test_linear_openexr_pictures_stay_as_they_are(scene, export, panorama, tmp_p
     assert export().settings["world"]["mimeType"] == "image/vnd.radiance"
 
 
+def test_openexr_pictures_without_places_of_blocks_are_noticed():
+    import blinn_extension.panorama as panorama_module
+
+    header = panorama_module.EXR_MAGIC + b"\2\0\0\0" + b"compression\0compression\0\1\0\0\0\0" + b"a\0int\0\4\0\0\0\0\0\0\0"
+    assert panorama_module.has_offsets(header + b"\0" + b"\x80" + bytes(7))
+    for damaged in [header + bytes(9), header, header[:20], b""]:
+        assert not panorama_module.has_offsets(damaged)
+
+
 @pytest.mark.parametrize("kind", ["POINT", "TEXTURE"])
 def test_rotations_of_the_world(scene, export, panorama, kind):
     _, mapping = picture_world(scene, panorama)

@@ -185,7 +185,7 @@ CASES = {
     "blend of a spot": (lambda scene: spot(scene, 1.0), lambda scene: spot(scene, 0.0)),
     "world": (sky, None),
     "rotation of the world": (lambda scene: sky(scene, turn=math.pi / 2.0), sky),
-    "strength of the world": (lambda scene: sky(scene, strength=2.5), sky),
+    "strength of the world": (lambda scene: sky(scene, strength=0.4), sky),
     "transparent film": (transparent, lambda scene: bpy.data.objects.remove(bpy.data.objects["Plane"])),
     "pixel aspect": (pixel_aspect, None),
     "percentage": (percentage, None),
