@@ -22,7 +22,11 @@ class BlinnSettings(bpy.types.PropertyGroup):
         max=64,
     )
     bounces: bpy.props.IntProperty(
-        name="Reflections", description="Maximum reflections and refractions along a path", default=8, min=0, max=64
+        name="Reflections",
+        description="Maximum reflections along a path, and three times as many surfaces of glass",
+        default=4,
+        min=0,
+        max=64,
     )
     caustics: bpy.props.BoolProperty(
         name="Caustics", description="Light that reflective and refractive surfaces send to matte ones", default=False
