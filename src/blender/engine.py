@@ -11,6 +11,7 @@ import bpy
 import numpy
 
 from . import engine_export, engine_passes, engine_settings
+from .engine_viewport import Viewport
 
 # Part of the progress that the export takes.
 EXPORT_SHARE = 0.1
@@ -21,7 +22,7 @@ class Cancelled(Exception):
 
 
 class BlinnRenderEngine(bpy.types.RenderEngine):
-    """Renders final pictures. The viewport is EEVEE's."""
+    """Renders final pictures, and previews in viewports whose shading is Rendered. EEVEE draws Material Preview."""
 
     bl_idname = engine_settings.ENGINE
     bl_label = "blinn"
@@ -35,6 +36,29 @@ class BlinnRenderEngine(bpy.types.RenderEngine):
         self.register_pass(scene, renderlayer, "Combined", 4, "RGBA", "COLOR")
         for wanted in engine_passes.passes_of(renderlayer):
             self.register_pass(scene, renderlayer, wanted.name, len(wanted.channels), wanted.channels, wanted.kind)
+
+    def view_update(self, context: bpy.types.Context, depsgraph: bpy.types.Depsgraph) -> None:
+        """Takes up changes of the scene for a viewport."""
+        viewport = getattr(self, "viewport", None)
+        if viewport is None:
+            try:
+                import blinn
+            except ImportError as error:
+                self.update_stats("", f"Python's module blinn is missing: {error}")
+                return
+            viewport = self.viewport = Viewport(self, blinn)
+        viewport.update(depsgraph)
+
+    def view_draw(self, context: bpy.types.Context, depsgraph: bpy.types.Depsgraph) -> None:
+        """Draws a viewport."""
+        viewport = getattr(self, "viewport", None)
+        if viewport is not None:
+            viewport.draw(context, depsgraph)
+
+    def __del__(self) -> None:
+        viewport = self.__dict__.get("viewport")
+        if viewport is not None:
+            viewport.renderer.close()
 
     def render(self, depsgraph: bpy.types.Depsgraph) -> None:
         """Renders a view layer at the current frame."""

@@ -30,13 +30,26 @@ class Exported(NamedTuple):
 
 def export(depsgraph: bpy.types.Depsgraph, folder: Path, is_cancelled: Callable[[], bool]) -> Exported | None:
     """Exports the scene at its current frame into ``folder``; None after a cancellation."""
+    save_copy(depsgraph.scene.original, folder)
+    return convert(choice_of(depsgraph), folder, is_cancelled)
+
+
+def save_copy(scene: bpy.types.Scene, folder: Path) -> None:
+    """Saves the scene as it is in memory, with its unsaved changes."""
+    bpy.data.libraries.write(str(folder / "scene.blend"), {scene}, path_remap="ABSOLUTE")
+
+
+def choice_of(depsgraph: bpy.types.Depsgraph) -> list[str]:
+    """Returns the arguments that choose scene, view layer and frame."""
     scene, view_layer = depsgraph.scene, depsgraph.view_layer
+    frame = scene.frame_current + scene.frame_subframe
+    return [f"--scene={scene.name}", f"--view-layer={view_layer.name}", f"--frame={frame}"]
+
+
+def convert(choice: list[str], folder: Path, is_cancelled: Callable[[], bool]) -> Exported | None:
+    """Exports the copy in ``folder``; None after a cancellation. Any thread may call it."""
     copy, glb, report = folder / "scene.blend", folder / "scene.glb", folder / "report.txt"
-    # As it is in memory, with its unsaved changes.
-    bpy.data.libraries.write(str(copy), {scene.original}, path_remap="ABSOLUTE")
-    command = [*program(), "--input", copy, "--output", glb, "--report", report, "--end-with-input", folder]
-    command += [f"--scene={scene.name}", f"--view-layer={view_layer.name}"]
-    command += [f"--frame={scene.frame_current + scene.frame_subframe}"]
+    command = [*program(), "--input", copy, "--output", glb, "--report", report, "--end-with-input", folder, *choice]
     with open(folder / "log.txt", "wb") as log:
         with subprocess.Popen(command, stdin=subprocess.PIPE, stdout=log, stderr=log) as process:
             while True:

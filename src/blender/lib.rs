@@ -21,6 +21,7 @@ pub const MODULES: &[(&str, &str)] = &modules![
     "engine_panels.py",
     "engine_passes.py",
     "engine_settings.py",
+    "engine_viewport.py",
     "export_hook.py",
     "export_options.py",
     "gltf_types.py",
@@ -33,6 +34,8 @@ pub const MODULES: &[(&str, &str)] = &modules![
     "render_state.py",
     "scene_settings.py",
     "unused_alpha.py",
+    "viewport_camera.py",
+    "viewport_render.py",
     "world.py",
 ];
 
