@@ -20,11 +20,16 @@ class glTF2ExportUserExtension:
 
     def __init__(self) -> None:
         self.is_enabled = getattr(bpy.context.scene, ENABLED, True)
-        # While the exporter works, it changes the current frame and, in some versions, the colours of lights.
-        self.colors = {light.name_full: tuple(light.color) for light in bpy.data.lights}
+        self.colors: dict[str, tuple[float, ...]] = {}
         # Materials and lights whose losses are named. The exporter gathers some more than once.
         self.reported: set[str] = set()
+        # The exporter goes to frame 0, or to each frame of an animation in turn.
         self.current_frames = {scene.name: scene.frame_current for scene in bpy.data.scenes}
+
+    def vtree_before_filter_hook(self, tree: Any, settings: dict[str, Any]) -> None:
+        """Remembers the colours of lights at the frame of static values, before some versions change them."""
+        for light in bpy.data.lights:
+            self.colors.setdefault(light.name_full, tuple(light.color))
 
     def gather_node_hook(self, node: Any, blender_object: bpy.types.Object | None, settings: dict[str, Any]) -> None:
         """Adds what a light or a camera lacks. Objects that the exporter leaves out never come here."""
@@ -70,12 +75,8 @@ class glTF2ExportUserExtension:
         if self.is_enabled:
             unused_alpha.write(gltf_image, sockets)
 
-    def gather_gltf_hook(self, active_scene: int, scenes: list, animations: list, settings: dict[str, Any]) -> None:
-        """Adds world and render settings to each scene."""
-        if not self.is_enabled:
-            return
-        for gltf_scene in scenes:
-            scene = bpy.data.scenes.get(gltf_scene.name)
-            if scene is not None:
-                current = self.current_frames.get(scene.name, scene.frame_current)
-                add_extras(gltf_scene, scene_settings.extras(scene, current, settings))
+    def gather_scene_hook(self, gltf_scene: Any, scene: bpy.types.Scene, settings: dict[str, Any]) -> None:
+        """Adds world and render settings. Animations, which change the frame, are gathered later."""
+        if self.is_enabled:
+            current = self.current_frames.get(scene.name, scene.frame_current)
+            add_extras(gltf_scene, scene_settings.extras(scene, current, settings))

@@ -173,6 +173,43 @@ def test_light_paths_are_those_of_the_engine(scene, export):
     assert "indirect" not in export().settings
 
 
+@pytest.mark.parametrize("is_current", [False, True])
+def test_static_values_are_those_of_the_frame_of_objects(scene, add_light, export, is_current):
+    scene.frame_start, scene.frame_end = 0, 20
+    area, sun = add_light("AREA", shape="SQUARE", size=1.0), add_light("SUN")
+    _, background = world_of(scene)
+    owners = [
+        (area, "location", lambda value: (value, 0.0, 0.0)),
+        (area.data, "energy", lambda value: value * math.pi),
+        (area.data, "color", lambda value: (value / 100.0, 1.0, 1.0)),
+        (sun.data, "angle", lambda value: value / 100.0),
+        (sun.data, "color", lambda value: (value / 100.0, 1.0, 1.0)),
+        (scene.camera.data, "shift_x", lambda value: value),
+        (scene.view_settings, "exposure", lambda value: value / 10.0),
+        (background.inputs["Strength"], "default_value", lambda value: value),
+    ]
+    background.inputs["Color"].default_value = (1.0, 1.0, 1.0, 1.0)
+    for frame, value in [(0, 10.0), (10, 40.0), (20, 80.0)]:
+        scene.frame_set(frame)
+        for owner, name, at in owners:
+            setattr(owner, name, at(value))
+            owner = scene if owner == scene.view_settings else owner
+            owner.keyframe_insert(f"view_settings.{name}" if owner == scene else name, frame=frame)
+    scene.frame_set(10)
+    result = export(export_current_frame=is_current, export_animations=True, export_animation_mode="SCENE")
+    value = 40.0 if is_current else 10.0
+    (node,) = [node for node in result.json["nodes"] if node["name"] == "Area"]
+    assert result.json["animations"] and close(node["translation"], [value, 0.0, 0.0])
+    (light,) = result.area_lights
+    assert close([light["intensity"], light["color"][0]], [value * LUMENS_PER_WATT, value / 100.0])
+    (blinn,) = [light["extras"]["blinn"] for light in result.lights]
+    assert close([blinn["angle"], blinn["color"][0]], [value / 100.0, value / 100.0])
+    assert close(result.json["cameras"][0]["extras"]["blinn"]["shift"][0], value)
+    settings = result.settings
+    assert close(settings["view"]["exposure"], value / 10.0) and close(settings["world"]["color"], [value] * 3)
+    assert settings["frames"]["current"] == 10
+
+
 def world_of(scene):
     """A new world with nodes, and its Background node."""
     scene.world = bpy.data.worlds.new("World")
