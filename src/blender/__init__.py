@@ -4,13 +4,13 @@ from __future__ import annotations
 
 import bpy
 
-from . import engine, engine_panels, engine_settings
+from . import engine, engine_panels, engine_settings, journal
 from .export_hook import ENABLED, glTF2ExportUserExtension
 
 __all__ = ["glTF2ExportUserExtension", "register", "unregister"]
 
 PANEL = "blinn"
-PARTS = [engine_settings, engine, engine_panels]
+PARTS = [journal, engine_settings, engine, engine_panels]
 
 
 def draw_export(context: bpy.types.Context, layout: bpy.types.UILayout) -> None:
@@ -21,6 +21,7 @@ def draw_export(context: bpy.types.Context, layout: bpy.types.UILayout) -> None:
     if body is not None:
         body.active = getattr(context.scene, ENABLED)
         body.label(text="Area lights, world and render settings")
+        engine_panels.draw_bake(body, context.scene)
 
 
 def export_panels() -> dict:

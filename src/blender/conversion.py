@@ -11,7 +11,7 @@ from typing import Callable
 
 import bpy
 
-from . import render_state
+from . import engine_settings, render_state
 from .export_options import export_options
 
 Report = Callable[[str, str], None]
@@ -41,6 +41,8 @@ def convert(options: argparse.Namespace, report: Report) -> None:
         if options.frame is not None:
             frame = int(options.frame // 1)
             scene.frame_set(frame, subframe=options.frame - frame)
+        bake = getattr(scene, engine_settings.PROPERTY)
+        bake.bake, bake.bake_size = options.bake or bake.bake, options.bake_size or bake.bake_size
         export(options, scene, report)
 
 

@@ -27,6 +27,8 @@ def arguments() -> argparse.Namespace:
     parser.add_argument("--scene", help="name or index; default: the file's active scene")
     parser.add_argument("--view-layer", help="name of the view layer")
     parser.add_argument("--frame", type=float, help="one frame, without animation")
+    parser.add_argument("--bake", choices=["never", "auto"], help="default: the scene's own setting")
+    parser.add_argument("--bake-size", type=int, help="texels on a side of baked images")
     parser.add_argument("--only-folder", action="store_true", help="leave out images outside the file's folder")
     parser.add_argument("--memory", type=int, help="bytes that may be allocated")
     parser.add_argument("--end-with-input", metavar="FOLDER", help="end with standard input; FOLDER is then removed")

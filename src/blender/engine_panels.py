@@ -59,6 +59,14 @@ class RENDER_PT_blinn(EnginePanel, bpy.types.Panel):
         column.prop(settings, "memory", text="")
 
 
+class RENDER_PT_blinn_materials(EnginePanel, bpy.types.Panel):
+    bl_label = "Materials"
+    bl_context = "render"
+
+    def draw(self, context: bpy.types.Context) -> None:
+        draw_bake(self.begin(), context.scene)
+
+
 class VIEWLAYER_PT_blinn_passes(EnginePanel, bpy.types.Panel):
     bl_label = "Passes"
     bl_context = "view_layer"
@@ -69,7 +77,16 @@ class VIEWLAYER_PT_blinn_passes(EnginePanel, bpy.types.Panel):
             column.prop(context.view_layer, f"use_pass_{name}")
 
 
-CLASSES = [RENDER_PT_blinn, VIEWLAYER_PT_blinn_passes]
+CLASSES = [RENDER_PT_blinn, RENDER_PT_blinn_materials, VIEWLAYER_PT_blinn_passes]
+
+
+def draw_bake(layout: bpy.types.UILayout, scene: bpy.types.Scene) -> None:
+    """Draws the settings of baking."""
+    settings = getattr(scene, PROPERTY)
+    layout.prop(settings, "bake")
+    row = layout.row()
+    row.active = settings.bake != "never"
+    row.prop(settings, "bake_size")
 
 
 def shared_panels() -> Iterator[type]:

@@ -47,6 +47,18 @@ class BlinnSettings(bpy.types.PropertyGroup):
     memory: bpy.props.IntProperty(
         name="Memory", description="Largest memory of a scene, in MiB", default=8192, min=64, soft_max=1 << 18
     )
+    bake: bpy.props.EnumProperty(
+        name="Bake",
+        description="Nodes of materials that glTF cannot hold",
+        items=[
+            ("never", "Never", "Leave them out, with a warning"),
+            ("auto", "Automatic", "Bake them to images, with Cycles"),
+        ],
+        default="never",
+    )
+    bake_size: bpy.props.IntProperty(
+        name="Image Size", description="Texels on a side of baked images", default=1024, min=64, max=4096
+    )
 
 
 def register() -> None:

@@ -6,7 +6,7 @@ from typing import Any
 
 import bpy
 
-from . import area_light, camera, light_emission, material_extensions, material_loss, punctual_light, scene_settings
+from . import area_light, bake, camera, engine_settings, journal, light_emission, material_extensions, material_loss, punctual_light, scene_settings
 from . import unused_alpha
 from .gltf_types import add_extras
 
@@ -17,14 +17,44 @@ class glTF2ExportUserExtension:
     """Made by the exporter at the start of an export."""
 
     is_critical = False
+    baker: bake.Baker | None = None
 
     def __init__(self) -> None:
         self.is_enabled = getattr(bpy.context.scene, ENABLED, True)
+        journal.restore_all()
         self.colors: dict[str, tuple[float, ...]] = {}
         # Materials and lights whose losses are named. The exporter gathers some more than once.
         self.reported: set[str] = set()
         # The exporter goes to frame 0, or to each frame of an animation in turn.
         self.current_frames = {scene.name: scene.frame_current for scene in bpy.data.scenes}
+
+    def pre_export_hook(self, settings: dict[str, Any]) -> None:
+        """Bakes materials for the time of the export, at the frame of static values."""
+        scene = bpy.context.scene
+        options = getattr(scene, engine_settings.PROPERTY)
+        if not self.is_enabled or options.bake == "never" or settings["gltf_materials"] != "EXPORT":
+            return
+        if bpy.context.active_object is not None and bpy.context.active_object.mode != "OBJECT":
+            bpy.ops.object.mode_set(mode="OBJECT")
+        frame = scene.frame_current, scene.frame_subframe
+        if not settings["gltf_current_frame"]:
+            scene.frame_set(0)
+        self.baker = bake.Baker(settings, options.bake_size, settings["log"].warning)
+        if not bpy.app.background:
+            bpy.app.timers.register(journal.restore_all, first_interval=0.0)
+        try:
+            self.baker.bake()
+        except Exception:
+            self.baker.restore()
+            raise
+        finally:
+            if not settings["gltf_current_frame"]:
+                scene.frame_set(frame[0], subframe=frame[1])
+
+    def post_export_hook(self, settings: dict[str, Any]) -> None:
+        """Gives the scene back what it had."""
+        if self.baker is not None:
+            self.baker.restore()
 
     def vtree_before_filter_hook(self, tree: Any, settings: dict[str, Any]) -> None:
         """Remembers the colours of lights at the frame of static values, before some versions change them."""
@@ -65,10 +95,18 @@ class glTF2ExportUserExtension:
             material_extensions.write(gltf_material, shader)
         if material_loss.is_thin_wall(material):
             add_extras(gltf_material, {"thinWall": True})
-        losses = [] if material.name_full in self.reported else material_loss.losses(material)
+        name = material.name
+        if self.baker is not None:
+            name = gltf_material.name = self.baker.names.get(name, name)
+        losses = [] if name in self.reported else material_loss.losses(material)
         if losses:
-            self.reported.add(material.name_full)
-            settings["log"].warning(material_loss.message(material, losses))
+            self.reported.add(name)
+            settings["log"].warning(material_loss.message(name, losses))
+
+    def gather_mesh_hook(self, gltf_mesh: Any, mesh: bpy.types.Mesh, *_: Any) -> None:
+        """Gives a mesh that was baked its name."""
+        if self.baker is not None:
+            gltf_mesh.name = self.baker.mesh_names.get(mesh.name, gltf_mesh.name)
 
     def gather_image_hook(self, gltf_image: Any, export_image: Any, sockets: tuple, settings: dict[str, Any]) -> None:
         """Gives an image the colours that Blender shows if nothing uses its alpha."""

@@ -33,6 +33,17 @@ SHADERS = {
 # Inputs of a Principled BSDF without a counterpart, and the weight that shows them.
 INPUTS = {"Coat Tint": "Coat Weight", "Subsurface Weight": "Subsurface Weight"}
 
+# Of their inputs, the exporter keeps an image or a constant at most.
+COMBINING = {
+    f"ShaderNode{name}"
+    for name in "Mix MixRGB Math VectorMath Clamp CombineColor CombineRGB CombineXYZ VectorTransform".split()
+}
+# Operations on alpha that become a cutoff.
+CUTOFFS = {"ROUND", "LESS_THAN", "GREATER_THAN", "SUBTRACT"}
+
+# Nodes of a colour or number, and of the colours of vertices, which the exporter keeps.
+CONSTANTS = {"ShaderNodeRGB", "ShaderNodeValue", "ShaderNodeVertexColor", "ShaderNodeAttribute"}
+
 # Sockets of colours. Images of others hold data.
 COLORS = {"Base Color", "Emission Color", "Sheen Tint", "Specular Tint"}
 SRGB = {"sRGB", "sRGB - Texture", "sRGB Encoded Rec.709"}
@@ -59,16 +70,20 @@ def losses(material: bpy.types.Material | None) -> list[str]:
     for node in upstream(surface):
         if node.bl_idname == PRINCIPLED:
             found += losses_of_principled(node)
+    if surface.bl_idname == "ShaderNodeMixShader" and sum(n.bl_idname == PRINCIPLED for n in upstream(surface)) > 1:
+        found.append(f"the shader '{surface.bl_label}'")
+    if has_bump(material):
+        found.append("a bump in Displacement")
     return list(dict.fromkeys(found))
 
 
-def message(material: bpy.types.Material, found: list[str]) -> str:
+def message(name: str, found: list[str]) -> str:
     """Returns the warning that names what a material loses."""
     named = found[:MAX_LOSSES]
     if len(found) > MAX_LOSSES:
         named.append(f"{len(found) - MAX_LOSSES} more")
-    advice = "; bake it to an image" if any(" in " in loss for loss in found) else ""
-    return f"blinn: material '{material.name}' loses what glTF cannot hold: {', '.join(named)}{advice}"
+    advice = "; `bake` makes images of it" if any(" in " in loss for loss in found) else ""
+    return f"blinn: material '{name}' loses what glTF cannot hold: {', '.join(named)}{advice}"
 
 
 def is_thin_wall(material: bpy.types.Material | None) -> bool:
@@ -88,14 +103,56 @@ def losses_of_principled(shader: bpy.types.Node) -> Iterator[str]:
         if not is_white:
             yield name
     for socket in shader.inputs:
-        first = linked_node(socket)
-        for node in upstream(first) if first is not None else []:
-            if node.bl_idname in PROCEDURES:
-                yield f"'{node.bl_label}' in {socket.name}"
-            elif node.bl_idname == "ShaderNodeTexImage" and socket.name in COLORS and node.image is not None:
-                space = node.image.colorspace_settings.name
-                if space not in SRGB and not node.image.is_float:
-                    yield f"the colour space '{space}' of image '{node.image.name}'"
+        yield from losses_of_socket(socket)
+
+
+def losses_of_socket(socket: bpy.types.NodeSocket) -> Iterator[str]:
+    """Yields what is lost of an input of a Principled BSDF."""
+    first = linked_node(socket)
+    for node in upstream(first) if first is not None else []:
+        if node.bl_idname in PROCEDURES or node.bl_idname in COMBINING and not is_factor(node, socket):
+            yield f"'{node.bl_label}' in {socket.name}"
+        elif node.bl_idname == "ShaderNodeTexImage" and node.image is not None:
+            if not has_map(node):
+                yield f"the coordinates of image '{node.image.name}' in {socket.name}"
+            space = node.image.colorspace_settings.name
+            if socket.name in COLORS and space not in SRGB and not node.image.is_float:
+                yield f"the colour space '{space}' of image '{node.image.name}'"
+
+
+def is_factor(node: bpy.types.Node, socket: bpy.types.NodeSocket) -> bool:
+    """Returns True for a node that the exporter reads: a product with one image, or a cutoff of alpha."""
+    if node.bl_idname == "ShaderNodeMath" and socket.name == "Alpha" and node.operation in CUTOFFS:
+        return True
+    is_product = getattr(node, "operation" if node.bl_idname == "ShaderNodeMath" else "blend_type", "") == "MULTIPLY"
+    if node.bl_idname in {"ShaderNodeVectorMath", "ShaderNodeClamp"} or not is_product:
+        return False
+    links = [linked_node(s) for s in node.inputs if s.enabled and s.is_linked]
+    sources = [link for link in links if link is not None and link.bl_idname not in CONSTANTS]
+    return len(sources) <= 1
+
+
+def has_map(texture: bpy.types.Node) -> bool:
+    """Returns True for an image that is laid out by a UV map."""
+    if texture.projection != "FLAT":
+        return False
+    socket = texture.inputs["Vector"]
+    for _ in range(MAX_LOSSES):
+        node = linked_node(socket)
+        if node is None or node.bl_idname != "ShaderNodeMapping":
+            break
+        socket = node.inputs["Vector"]
+    if node is None or node.bl_idname != "ShaderNodeTexCoord":
+        # Without coordinates, an image has those of the map, unless a mapping is between them.
+        return node is not None or socket.node == texture
+    return all(link.from_socket.name == "UV" for link in socket.links if link.from_node == node)
+
+
+def has_bump(material: bpy.types.Material) -> bool:
+    """Returns True if the displacement of a material changes its normals alone."""
+    output = material.node_tree.get_output_node("CYCLES") or material.node_tree.get_output_node("ALL")
+    is_linked = output is not None and linked_node(output.inputs["Displacement"]) is not None
+    return is_linked and getattr(material, "displacement_method", "BUMP") == "BUMP"
 
 
 def upstream(start: bpy.types.Node) -> Iterator[bpy.types.Node]:

@@ -1,0 +1,325 @@
+"""Materials that are baked to images for the time of an export."""
+
+from __future__ import annotations
+
+import zlib
+
+import pytest
+
+bpy = pytest.importorskip("bpy")
+np = pytest.importorskip("numpy")
+
+if not hasattr(bpy.types.Scene, "cycles") and not hasattr(bpy.context.scene, "cycles"):
+    pytest.skip("this Blender has no Cycles", allow_module_level=True)
+
+SIZE = 64
+
+
+@pytest.fixture()
+def baking(scene):
+    """A scene whose exports bake."""
+    scene.blinn.bake, scene.blinn.bake_size = "auto", SIZE
+    return scene
+
+
+def add_node(tree, kind, **inputs):
+    node = tree.nodes.new(f"ShaderNode{kind}")
+    for name, value in inputs.items():
+        node.inputs[name].default_value = value
+    return node
+
+
+def new_material(name, **inputs):
+    """A material, its nodes and its Principled BSDF."""
+    material = bpy.data.materials.new(name)
+    if bpy.app.version < (5, 0, 0):
+        material.use_nodes = True
+    tree = material.node_tree
+    shader = next(n for n in tree.nodes if n.bl_idname == "ShaderNodeBsdfPrincipled")
+    for socket, value in inputs.items():
+        shader.inputs[socket.replace("_", " ")].default_value = value
+    return material, tree, shader
+
+
+def add_cube(scene, *materials, location=(0.0, 0.0, 0.0)):
+    bpy.ops.mesh.primitive_cube_add(location=location)
+    cube = bpy.context.object
+    for material in materials:
+        cube.data.materials.append(material)
+    return cube
+
+
+def link_noise(tree, socket):
+    noise = add_node(tree, "TexNoise")
+    tree.links.new(noise.outputs["Fac" if "Fac" in noise.outputs else 0], socket)
+    return noise
+
+
+def link_checker(tree, socket, first, second):
+    """Two halves of a cube along x, of two colours."""
+    coordinates, split = add_node(tree, "TexCoord"), add_node(tree, "SeparateXYZ")
+    step, mix = add_node(tree, "Math"), add_node(tree, "MixRGB")
+    step.operation = "GREATER_THAN"
+    step.inputs[1].default_value = 0.0
+    mix.inputs[1].default_value, mix.inputs[2].default_value = (*first, 1.0), (*second, 1.0)
+    tree.links.new(coordinates.outputs["Object"], split.inputs[0])
+    tree.links.new(split.outputs[0], step.inputs[0])
+    tree.links.new(step.outputs[0], mix.inputs[0])
+    tree.links.new(mix.outputs[0], socket)
+
+
+def png(result, texture):
+    """The pixels of an image of the file as bytes, height x width x channels, the uppermost row first."""
+    image = result.json["images"][result.json["textures"][texture["index"]]["source"]]
+    data, chunks, at = result.view(image["bufferView"]), b"", 8
+    width, height, depth, kind = 0, 0, 0, 0
+    while at < len(data):
+        length, name = int.from_bytes(data[at : at + 4], "big"), data[at + 4 : at + 8]
+        body = data[at + 8 : at + 8 + length]
+        if name == b"IHDR":
+            width, height, depth, kind = *(int.from_bytes(body[i : i + 4], "big") for i in (0, 4)), body[8], body[9]
+        elif name == b"IDAT":
+            chunks += body
+        at += 12 + length
+    assert depth == 8
+    channels = {0: 1, 2: 3, 4: 2, 6: 4}[kind]
+    rows = np.frombuffer(zlib.decompress(chunks), np.uint8).reshape(height, 1 + width * channels)
+    result, above = np.zeros((height, width * channels), np.int64), np.zeros(width * channels, np.int64)
+    for y, row in enumerate(rows):
+        line = result[y]
+        for x, value in enumerate(row[1:].astype(np.int64)):
+            left = line[x - channels] if x >= channels else 0
+            corner = above[x - channels] if x >= channels else 0
+            guess = left + above[x] - corner
+            near = min((abs(guess - v), i) for i, v in enumerate((left, above[x], corner)))[1]
+            added = (0, left, above[x], (left + above[x]) // 2, (left, above[x], corner)[near])[row[0]]
+            line[x] = (value + added) % 256
+        above = line
+    return result.reshape(height, width, channels)
+
+
+def materials_of(result):
+    return {material["name"]: material for material in result.json["materials"]}
+
+
+def attribute(result, primitive, name):
+    accessor = result.json["accessors"][primitive["attributes"][name]]
+    width = {"VEC2": 2, "VEC3": 3}[accessor["type"]]
+    return np.frombuffer(result.view(accessor["bufferView"]), np.float32)[: accessor["count"] * width].reshape(-1, width)
+
+
+def state():
+    """All that an export might leave behind."""
+    found = {}
+    for name in ("objects", "meshes", "materials", "images", "node_groups", "scenes", "cameras"):
+        found[name] = sorted((block.name, block.users) for block in getattr(bpy.data, name))
+    for item in bpy.data.objects:
+        slots = [(slot.link, slot.material and slot.material.name) for slot in item.material_slots]
+        shown = [modifier.show_viewport for modifier in item.modifiers]
+        found[item.name] = (item.data and item.data.name, slots, shown, item.select_get(), tuple(map(tuple, item.matrix_world)))
+    for mesh in bpy.data.meshes:
+        keys = mesh.shape_keys and [(key.name, key.value, key.mute) for key in mesh.shape_keys.key_blocks]
+        found["mesh " + mesh.name] = ([layer.name for layer in mesh.uv_layers], mesh.use_auto_texspace, keys)
+    for tree in [m.node_tree for m in bpy.data.materials] + list(bpy.data.node_groups):
+        links = sorted((link.from_node.name, link.from_socket.name, link.to_node.name, link.to_socket.name) for link in tree.links)
+        found["tree " + tree.name, tree.as_pointer()] = (sorted(node.name for node in tree.nodes), links)
+    context = bpy.context
+    active = context.view_layer.objects.active
+    found["context"] = (context.scene.name, context.view_layer.name, active and active.name, context.scene.frame_current)
+    return found
+
+
+def test_colors_of_nodes_become_images(baking, export):
+    material, tree, shader = new_material("Halves", Roughness=0.25)
+    link_checker(tree, shader.inputs["Base Color"], (1.0, 0.0, 0.0), (0.0, 0.0, 1.0))
+    add_cube(baking, material)
+    result = export()
+    written = materials_of(result)["Halves"]["pbrMetallicRoughness"]
+    assert "baseColorFactor" not in written and written["roughnessFactor"] == 0.25
+    pixels = png(result, written["baseColorTexture"])
+    assert pixels.shape[:2] == (SIZE, SIZE)
+    (mesh,) = result.json["meshes"]
+    (primitive,) = mesh["primitives"]
+    assert mesh["name"] == "Cube"
+    name = f"TEXCOORD_{written['baseColorTexture'].get('texCoord', 0)}"
+    positions, uv = attribute(result, primitive, "POSITION"), attribute(result, primitive, name)
+    # Faces at both ends of x have one colour each.
+    for end, color in ((-1.0, [255, 0, 0]), (1.0, [0, 0, 255])):
+        normals = attribute(result, primitive, "NORMAL")
+        corners = uv[(positions[:, 0] == end) & (abs(normals[:, 0]) > 0.5)]
+        x, y = (corners.mean(axis=0) * SIZE).astype(int)
+        assert pixels[y, x, :3].tolist() == color
+
+
+def test_only_what_is_lost_is_baked(baking, export):
+    plain, _, _ = new_material("Plain", Base_Color=(0.1, 0.2, 0.3, 1.0))
+    rough, tree, shader = new_material("Rough", Base_Color=(0.1, 0.2, 0.3, 1.0), Metallic=1.0)
+    link_noise(tree, shader.inputs["Roughness"])
+    cube = add_cube(baking, plain, rough)
+    cube.data.polygons[0].material_index = 1
+    result = export()
+    written = materials_of(result)
+    assert set(written) == {"Plain", "Rough"} and len(result.json["images"]) == 1
+    assert "extensions" not in written["Plain"] and "baseColorTexture" not in written["Plain"]["pbrMetallicRoughness"]
+    values = written["Rough"]["pbrMetallicRoughness"]
+    assert "metallicRoughnessTexture" in values and values["baseColorFactor"][:3] == pytest.approx([0.1, 0.2, 0.3])
+    pixels = png(result, values["metallicRoughnessTexture"])
+    assert pixels[..., 1].std() > 1.0 and (pixels[..., 2] == 255).all()
+
+
+def test_mixes_of_shaders_are_baked_by_their_factor(baking, export):
+    material, tree, metal = new_material("Rust", Metallic=1.0, Roughness=0.2, Base_Color=(1.0, 1.0, 1.0, 1.0))
+    rust = add_node(tree, "BsdfPrincipled", Metallic=0.0, Roughness=1.0)
+    rust.inputs["Base Color"].default_value = (0.0, 0.0, 0.0, 1.0)
+    mix = add_node(tree, "MixShader")
+    link_noise(tree, mix.inputs[0])
+    tree.links.new(metal.outputs[0], mix.inputs[1])
+    tree.links.new(rust.outputs[0], mix.inputs[2])
+    tree.links.new(mix.outputs[0], tree.nodes["Material Output"].inputs["Surface"])
+    add_cube(baking, material)
+    result = export()
+    written = materials_of(result)["Rust"]["pbrMetallicRoughness"]
+    pixels = png(result, written["metallicRoughnessTexture"])
+    # Black is what no face uses.
+    _, roughness, metallic = pixels[pixels[..., 1] > 0][:, :3].T / 255.0
+    assert len(metallic) > SIZE * SIZE / 5 and metallic.std() > 0.01
+    assert np.abs(roughness - (1.0 - 0.8 * metallic)).max() < 0.01
+
+
+def test_shaders_in_groups_are_baked(baking, export):
+    material, tree, shader = new_material("Grouped")
+    group = bpy.data.node_groups.new("Inner", "ShaderNodeTree")
+    group.interface.new_socket("BSDF", in_out="OUTPUT", socket_type="NodeSocketShader")
+    inner = add_node(group, "BsdfPrincipled", Metallic=1.0)
+    link_noise(group, inner.inputs["Roughness"])
+    group.links.new(inner.outputs[0], group.nodes.new("NodeGroupOutput").inputs[0])
+    node = tree.nodes.new("ShaderNodeGroup")
+    node.node_tree = group
+    tree.nodes.remove(shader)
+    tree.links.new(node.outputs[0], tree.nodes["Material Output"].inputs["Surface"])
+    add_cube(baking, material)
+    before = state()
+    written = materials_of(export())["Grouped"]["pbrMetallicRoughness"]
+    assert "metallicRoughnessTexture" in written and written.get("metallicFactor", 1.0) == 1.0
+    assert state() == before
+
+
+def test_bumps_become_normal_maps(baking, export):
+    for name in ("Bump", "Displacement"):
+        material, tree, shader = new_material(name)
+        if name == "Bump":
+            bump = add_node(tree, "Bump", Distance=0.5)
+            link_noise(tree, bump.inputs["Height"])
+            tree.links.new(bump.outputs[0], shader.inputs["Normal"])
+        else:
+            displacement = add_node(tree, "Displacement", Scale=0.5)
+            link_noise(tree, displacement.inputs["Height"])
+            tree.links.new(displacement.outputs[0], tree.nodes["Material Output"].inputs["Displacement"])
+        add_cube(baking, material)
+    result = export()
+    for material in materials_of(result).values():
+        pixels = png(result, material["normalTexture"])
+        assert pixels[..., 2].mean() > 160 and pixels[..., 0].std() > 2.0
+
+
+def test_emission_keeps_its_strength(baking, export):
+    material, tree, shader = new_material("Lamp", Emission_Strength=20.0)
+    link_checker(tree, shader.inputs["Emission Color"], (0.0, 0.0, 0.0), (1.0, 0.5, 0.25))
+    add_cube(baking, material)
+    result = export()
+    written = materials_of(result)["Lamp"]
+    assert written["extensions"]["KHR_materials_emissive_strength"]["emissiveStrength"] == pytest.approx(20.0)
+    assert png(result, written["emissiveTexture"]).max(axis=(0, 1))[:3].tolist() == [255, 188, 137]
+
+
+@pytest.mark.parametrize("applied", [False, True])
+def test_the_scene_stays_as_it_is(baking, export, applied):
+    material, tree, shader = new_material("Cloudy")
+    link_noise(tree, shader.inputs["Base Color"])
+    first = add_cube(baking, material)
+    first.modifiers.new("S", "SUBSURF").levels = 1
+    second = add_cube(baking, None, location=(3.0, 0.0, 0.0))
+    second.material_slots[0].link = "OBJECT"
+    second.material_slots[0].material = material
+    second.shape_key_add(name="Basis")
+    second.shape_key_add(name="Key").value = 0.5
+    collection = bpy.data.collections.new("Shared")
+    collection.objects.link(second)
+    instance = bpy.data.objects.new("Instance", None)
+    instance.instance_type, instance.instance_collection = "COLLECTION", collection
+    baking.collection.objects.link(instance)
+    baking.frame_set(7)
+    bpy.context.view_layer.update()
+    before = state()
+    result = export(export_apply=applied)
+    assert state() == before
+    assert {m["name"] for m in result.json["materials"]} == {"Cloudy"}
+    assert all("baseColorTexture" in m["pbrMetallicRoughness"] for m in result.json["materials"])
+    assert len([n for n in result.json["nodes"] if "mesh" in n]) == 3
+    vertices = [result.json["accessors"][m["primitives"][0]["attributes"]["POSITION"]]["count"] for m in result.json["meshes"]]
+    assert (max(vertices) > 24) == applied
+
+
+def test_the_scene_stays_as_it_is_after_a_failure(baking, export, monkeypatch):
+    import blinn_extension.bake_scene as bake_scene
+
+    material, tree, shader = new_material("Cloudy")
+    link_noise(tree, shader.inputs["Base Color"])
+    add_cube(baking, material)
+    before = state()
+    for error in (RuntimeError("broken"), MemoryError()):
+
+        def fail(_, error=error):
+            raise error
+
+        monkeypatch.setattr(bake_scene, "bake", fail)
+        assert "images" not in export().json
+        assert state() == before
+
+
+def test_objects_with_one_mesh_share_images(baking, export):
+    material, tree, shader = new_material("Cloudy")
+    link_noise(tree, shader.inputs["Base Color"])
+    cube = add_cube(baking, material)
+    twin = bpy.data.objects.new("Twin", cube.data)
+    baking.collection.objects.link(twin)
+    result = export()
+    assert len(result.json["images"]) == 1 and len(result.json["meshes"]) == 1
+    # In coordinates that differ between them, each has its own.
+    tree.links.new(add_node(tree, "NewGeometry").outputs["Position"], tree.nodes["Noise Texture"].inputs["Vector"])
+    twin.location.x = 5.0
+    result = export()
+    assert len(result.json["images"]) == 2 and len(result.json["meshes"]) == 2
+
+
+def test_deformations_leave_the_texture_in_place(baking, export):
+    material, tree, shader = new_material("Halves")
+    link_noise(tree, shader.inputs["Base Color"])
+    cube = add_cube(baking, material)
+    straight = png(export(), {"index": 0})
+    cast = cube.modifiers.new("C", "SIMPLE_DEFORM")
+    cast.deform_method, cast.angle = "TWIST", 1.0
+    bent = png(export(export_apply=True), {"index": 0})
+    assert np.abs(straight - bent).mean() < 2.0
+
+
+def test_exports_are_repeatable(baking, export):
+    material, tree, shader = new_material("Cloudy")
+    link_noise(tree, shader.inputs["Base Color"])
+    add_cube(baking, material)
+    assert export().binary == export().binary
+
+
+def test_what_cannot_be_baked_is_named(baking, export, capfd):
+    material, tree, shader = new_material("Tooned")
+    tree.links.new(add_node(tree, "BsdfToon").outputs[0], tree.nodes["Material Output"].inputs["Surface"])
+    add_cube(baking, material)
+    assert "images" not in export().json
+    assert "material 'Tooned' is not baked: of its shader 'Toon BSDF'" in "".join(capfd.readouterr())
+
+
+def test_nothing_is_baked_unless_asked(scene, export):
+    material, tree, shader = new_material("Cloudy")
+    link_noise(tree, shader.inputs["Base Color"])
+    add_cube(scene, material)
+    assert scene.blinn.bake == "never" and "images" not in export().json
