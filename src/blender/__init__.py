@@ -6,8 +6,9 @@ import bpy
 
 from . import engine, engine_panels, engine_settings, journal
 from .export_hook import ENABLED, glTF2ExportUserExtension
+from .import_hook import SCENE_SETTINGS, glTF2ImportUserExtension
 
-__all__ = ["glTF2ExportUserExtension", "register", "unregister"]
+__all__ = ["draw_import", "glTF2ExportUserExtension", "glTF2ImportUserExtension", "register", "unregister"]
 
 PANEL = "blinn"
 PARTS = [journal, engine_settings, engine, engine_panels]
@@ -22,6 +23,14 @@ def draw_export(context: bpy.types.Context, layout: bpy.types.UILayout) -> None:
         body.active = getattr(context.scene, ENABLED)
         body.label(text="Area lights, world and render settings")
         engine_panels.draw_bake(body, context.scene)
+
+
+def draw_import(context: bpy.types.Context, layout: bpy.types.UILayout) -> None:
+    """Draws the checkbox in the import dialog, which asks for a function of this name."""
+    header, body = layout.panel("BLINN_import", default_closed=False)
+    header.label(text="blinn")
+    if body is not None:
+        body.prop(context.scene, SCENE_SETTINGS)
 
 
 def export_panels() -> dict:
@@ -40,6 +49,12 @@ def register() -> None:
         default=True,
     )
     setattr(bpy.types.Scene, ENABLED, enabled)
+    scene_settings = bpy.props.BoolProperty(
+        name="World and Render Settings",
+        description="Give the scene the world and the render settings of the file (extras.blinn)",
+        default=False,
+    )
+    setattr(bpy.types.Scene, SCENE_SETTINGS, scene_settings)
     export_panels()[PANEL] = draw_export
     for part in PARTS:
         part.register()
@@ -50,3 +65,4 @@ def unregister() -> None:
         part.unregister()
     export_panels().pop(PANEL, None)
     delattr(bpy.types.Scene, ENABLED)
+    delattr(bpy.types.Scene, SCENE_SETTINGS)
