@@ -52,7 +52,7 @@ pub use image::environment::load_environment;
 pub use image::stored_frames::{StoredFrame, StoredFrames};
 pub use image::stored_picture::{PictureChannel, PictureEncoding, StoredPicture};
 pub use memory_watch::MemoryWatch;
-pub use options::{GlassMode, LoadOptions, MtlColors, SceneChoice};
+pub use options::{BakeMode, GlassMode, LoadOptions, MtlColors, SceneChoice};
 pub use smooth::NormalMode;
 
 /// Extensions of scene files, in lower case.

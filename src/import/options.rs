@@ -29,6 +29,15 @@ pub enum GlassMode {
     Solid,
 }
 
+/// The treatment of material nodes in .blend files that glTF has no form for.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, serde::Serialize)]
+pub enum BakeMode {
+    /// They are left out, with a warning.
+    Never,
+    /// They are baked to images.
+    Auto,
+}
+
 /// The encoding of colours in MTL files.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, serde::Serialize)]
 pub enum MtlColors {
@@ -63,6 +72,10 @@ pub struct LoadOptions {
     pub normals: NormalMode,
     /// The transmissive meshes that refract.
     pub glass: GlassMode,
+    /// Material nodes of .blend files; `None` is the setting of the file's scene.
+    pub bake: Option<BakeMode>,
+    /// Texels on a side of baked images; `None` is the setting of the file's scene.
+    pub bake_size: Option<u32>,
     /// Allows references to files outside the scene's folder.
     pub allow_outside: bool,
     /// Ends the import early. It decides nothing else.

@@ -155,13 +155,19 @@ fn conversions_are_made_again_when_something_changes() {
     check(RENDER, true);
     check(RENDER, false);
     check(&format!("{RENDER} --scene other"), true);
+    check(&format!("{RENDER} --bake auto"), true);
+    check(&format!("{RENDER} --bake auto --bake-size 256"), true);
+    check(&format!("{RENDER} --bake auto --bake-size 256"), false);
     fs::write(bench.path.join("scene.blend"), [BLEND, b"!"].concat()).unwrap();
     check(RENDER, true);
     bench.converter("Blender 4.5.4", &report);
     check(RENDER, true);
     let off = bench.command(RENDER).env("BLINN_CACHE", "off").output().unwrap();
     assert!(off.status.success());
-    assert_eq!(bench.conversions().len(), expected + 1);
+    let lines = bench.conversions();
+    assert_eq!(lines.len(), expected + 1);
+    assert_eq!(lines.iter().filter(|line| line.contains("--bake auto")).count(), 2);
+    assert_eq!(lines.iter().filter(|line| line.contains("--bake-size 256")).count(), 1);
 }
 
 #[test]

@@ -23,6 +23,12 @@ class LoadOptions(TypedDict, total=False):
     blender: Path | None
     """Program that converts .blend files: Blender 4.2 or later, or a Python with the module bpy [default: $BLINN_BLENDER, or the newest on PATH]"""
 
+    bake: Literal["never", "auto"] | None
+    """Nodes of materials in .blend files that glTF has no form for: auto bakes them to images with Cycles, never leaves them out with a warning [default: the scene's setting, or never]"""
+
+    bake_size: Number | None
+    """Texels on a side of baked images [default: the scene's setting, or 1024]"""
+
     scene: Union[str, int] | None
     """Scene within the file, by name or index."""
 

@@ -13,7 +13,7 @@ use super::find::find;
 use super::probe::{Blender, version_name};
 use crate::settings_hash::SettingsHash;
 use blinn_blender::{CONVERT, MODULES};
-use blinn_import::{LoadError, LoadOptions, SceneChoice, open_scene_file};
+use blinn_import::{BakeMode, LoadError, LoadOptions, SceneChoice, open_scene_file};
 
 /// The last line of Blender, whatever went before.
 const GOODBYE: &str = "Blender quit";
@@ -58,8 +58,11 @@ impl Settings<'_> {
     /// folder.
     fn key(&self, file: &BlendFile) -> u128 {
         let path = file.path.as_os_str().as_encoded_bytes();
-        let parts =
-            (file.digest.to_string(), path, self.blender.version, self.scene, self.options.allow_outside);
+        let LoadOptions { allow_outside, bake, bake_size, .. } = self.options;
+        let parts = (
+            (file.digest.to_string(), path, self.blender.version, self.scene),
+            (allow_outside, bake, bake_size),
+        );
         SettingsHash::of(&(parts, MODULES)).hash()
     }
 
@@ -80,6 +83,16 @@ impl Settings<'_> {
         command.arg("--end-with-input").arg(folder.path());
         if let Some(scene) = self.scene {
             command.arg(format!("--scene={scene}"));
+        }
+        if let Some(mode) = self.options.bake {
+            let name = match mode {
+                BakeMode::Never => "never",
+                BakeMode::Auto => "auto",
+            };
+            command.arg("--bake").arg(name);
+        }
+        if let Some(size) = self.options.bake_size {
+            command.arg("--bake-size").arg(size.to_string());
         }
         if !self.options.allow_outside {
             command.arg("--only-folder");

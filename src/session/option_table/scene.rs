@@ -2,7 +2,7 @@
 
 use super::{Choices, Effect, Heading, OptionDef, choose, names, store};
 use crate::values;
-use blinn_import::{GlassMode, MtlColors, SceneChoice};
+use blinn_import::{BakeMode, GlassMode, MtlColors, SceneChoice};
 use blinn_scene::{SourceFormat, UpAxis};
 
 const BASE: OptionDef = OptionDef { heading: Heading::Scene, ..OptionDef::BASE };
@@ -15,6 +15,8 @@ const FORMATS: Choices<Option<SourceFormat>, 5> = [
     ("ply", Some(SourceFormat::Ply)),
 ];
 const UP_AXES: Choices<Option<UpAxis>, 2> = [("y", Some(UpAxis::Y)), ("z", Some(UpAxis::Z))];
+const BAKE_MODES: Choices<Option<BakeMode>, 2> =
+    [("never", Some(BakeMode::Never)), ("auto", Some(BakeMode::Auto))];
 const GLASS_MODES: Choices<GlassMode, 3> =
     [("auto", GlassMode::Auto), ("thin", GlassMode::Thin), ("solid", GlassMode::Solid)];
 const MTL_COLORS: Choices<MtlColors, 3> =
@@ -35,6 +37,24 @@ pub static SCENE: &[OptionDef] = &[
         help: "Program that converts .blend files: Blender 4.2 or later, or a Python with the module bpy [default: \
                $BLINN_BLENDER, or the newest on PATH]",
         effect: Effect::Path(|options, path| options.blender = Some(path.into())),
+        ..BASE
+    },
+    OptionDef {
+        name: "bake",
+        value_name: "MODE",
+        choices: &names(&BAKE_MODES),
+        help: "Nodes of materials in .blend files that glTF has no form for: auto bakes them to images with Cycles, never \
+               leaves them out with a warning [default: the scene's setting, or never]",
+        effect: Effect::Value(|options, text| choose(&mut options.load.bake, text, &BAKE_MODES)),
+        ..BASE
+    },
+    OptionDef {
+        name: "bake-size",
+        value_name: "TEXELS",
+        help: "Texels on a side of baked images [default: the scene's setting, or 1024]",
+        effect: Effect::Value(|options, text| {
+            store(&mut options.load.bake_size, values::whole(text, 64..=4096).map(Some))
+        }),
         ..BASE
     },
     OptionDef {

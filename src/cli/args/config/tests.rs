@@ -23,7 +23,7 @@ fn parsed(argv: &[OsString]) -> Option<Vec<(String, Vec<OsString>)>> {
 }
 
 /// Values of which at least one is valid for any option; those that are easily misread come first.
-const VALUES: [&str; 20] = [
+const VALUES: [&str; 21] = [
     "007",
     "-1,2,3",
     "1,2",
@@ -44,6 +44,7 @@ const VALUES: [&str; 20] = [
     "object",
     "sphere",
     "feature",
+    "256",
 ];
 
 /// A valid command line that sets an option.
