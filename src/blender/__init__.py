@@ -5,10 +5,18 @@ from __future__ import annotations
 import bpy
 
 from . import engine, engine_panels, engine_settings, journal
-from .export_hook import ENABLED, glTF2ExportUserExtension
+from .export_hook import ENABLED, glTF2_post_export_callback, glTF2_pre_export_callback, glTF2ExportUserExtension
 from .import_hook import SCENE_SETTINGS, glTF2ImportUserExtension
 
-__all__ = ["draw_import", "glTF2ExportUserExtension", "glTF2ImportUserExtension", "register", "unregister"]
+__all__ = [
+    "draw_import",
+    "glTF2ExportUserExtension",
+    "glTF2ImportUserExtension",
+    "glTF2_post_export_callback",
+    "glTF2_pre_export_callback",
+    "register",
+    "unregister",
+]
 
 PANEL = "blinn"
 PARTS = [journal, engine_settings, engine, engine_panels]

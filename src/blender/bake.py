@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import Any, Callable, NamedTuple
+from typing import Any, Callable, Iterable, NamedTuple
 
 import bpy
 import numpy
@@ -18,6 +18,10 @@ MAX_TEXELS = 1 << 27
 MIN_SIZE = 64
 # Images of a material, about.
 IMAGES = 3
+
+# Nodes, and outputs of texture coordinates, whose values differ or do not differ between objects with the same mesh.
+OF_OBJECTS = {f"ShaderNode{name}" for name in ("ObjectInfo", "NewGeometry", "ParticleInfo", "VectorTransform")}
+OF_MESHES = {"UV", "Generated", "Object"}
 
 Warn = Callable[[str], None]
 
@@ -55,12 +59,13 @@ class Baker:
         while count * IMAGES * size * size > MAX_TEXELS and size > MIN_SIZE:
             size //= 2
         if size < self.size:
-            self.warn(f"blinn: baked images have {size} texels a side instead of {self.size}: there are {count} to bake")
+            text = f"baked images have {size} texels a side instead of {self.size}: {count} materials are baked"
+            self.warn(f"blinn: {text}")
             self.size = size
         scene = bpy.context.scene
         room = MAX_BAKES
         for job in jobs:
-            names = [material.name for material in materials_of(job, job.item.data)]
+            names = [material.name for material in materials_of(job.item, job.lost)]
             if room < len(job.lost):
                 self.fail(names, "there are too many")
                 continue
@@ -103,14 +108,17 @@ class Baker:
                 values = known[material.name_full]
                 if values is None or values:
                     lost[slot] = values
-            if lost and self.can_bake(item, [s.material.name for s in item.material_slots if s.material], name in instancers):
+            names = [material.name for material in materials_of(item, lost)]
+            if lost and self.can_bake(item, names, name in instancers):
                 found.append(Job(item, lost))
         return found
 
     def can_bake(self, item: bpy.types.Object, names: list[str], is_instancer: bool) -> bool:
         """Returns True for an object that is exported and whose mesh may be replaced; else, warns."""
-        is_hidden = self.settings["gltf_renderable"] and item.hide_render
-        if is_hidden or self.settings["gltf_selected"] and not item.select_get() and item.name in bpy.context.view_layer.objects:
+        is_left_out = self.settings["gltf_selected"] and not item.select_get()
+        if is_left_out and item.name in bpy.context.view_layer.objects:
+            return False
+        if self.settings["gltf_renderable"] and item.hide_render:
             return False
         reason = None
         if item.type != "MESH":
@@ -297,17 +305,18 @@ def depends_on_object(material: bpy.types.Material) -> bool:
     """Returns True for a material that differs between objects with the same mesh."""
     shader = material_loss.surface_of(material)
     for node in material_loss.upstream(shader) if shader is not None else []:
-        if node.bl_idname in {"ShaderNodeObjectInfo", "ShaderNodeNewGeometry", "ShaderNodeParticleInfo", "ShaderNodeVectorTransform"}:
+        if node.bl_idname in OF_OBJECTS:
             return True
-        if node.bl_idname == "ShaderNodeTexCoord" and any(o.is_linked for o in node.outputs if o.name not in {"UV", "Generated"}):
+        used = {output.name for output in node.outputs if output.is_linked}
+        if node.bl_idname == "ShaderNodeTexCoord" and (used - OF_MESHES or node.object is not None):
             return True
     return False
 
 
-def materials_of(job: Job, mesh: bpy.types.Mesh) -> list[bpy.types.Material]:
+def materials_of(item: bpy.types.Object, lost: Iterable[int]) -> list[bpy.types.Material]:
     """Returns the materials of an object that are to be baked."""
-    slots = job.item.material_slots
-    return [slots[i].material for i in job.lost if i < len(slots) and slots[i].material is not None]
+    slots = item.material_slots
+    return [slots[i].material for i in lost if i < len(slots) and slots[i].material is not None]
 
 
 def final_materials(

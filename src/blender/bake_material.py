@@ -60,7 +60,8 @@ class BakedMaterial:
         emission = values.get("Emission", (0.0, 0.0, 0.0))
         if not is_socket(emission):
             peak = max(emission)
-            connect(self.tree, tuple(c / peak for c in emission) if peak > 0.0 else emission, shader.inputs["Emission Color"])
+            tint = tuple(channel / peak for channel in emission) if peak > 0.0 else emission
+            connect(self.tree, tint, shader.inputs["Emission Color"])
             shader.inputs["Emission Strength"].default_value = peak
         output = self.tree.get_output_node("CYCLES")
         self.tree.links.new(shader.outputs[0], output.inputs["Surface"])
@@ -74,7 +75,8 @@ class BakedMaterial:
         size = next(iter(baked.values())).shape[0]
         color = baked.get("Base Color")
         if color is None:
-            color = numpy.broadcast_to(numpy.array(values.get("Base Color", (1.0,) * 3), numpy.float32), (size, size, 3))
+            constant = numpy.array(values.get("Base Color", (1.0,) * 3), numpy.float32)
+            color = numpy.broadcast_to(constant, (size, size, 3))
         texture = self.texture("Base Color", srgb(color), alpha, is_color=True)
         self.replace(texture.outputs["Color"], shader.inputs["Base Color"])
         if alpha is not None:

@@ -6,7 +6,8 @@ from typing import Any
 
 import bpy
 
-from . import area_light, bake, camera, engine_settings, journal, light_emission, material_extensions, material_loss, punctual_light, scene_settings
+from . import area_light, bake, camera, engine_settings, journal, light_emission, material_extensions, material_loss
+from . import punctual_light, scene_settings
 from . import unused_alpha
 from .gltf_types import add_extras
 
@@ -28,31 +29,22 @@ class glTF2ExportUserExtension:
         # The exporter goes to frame 0, or to each frame of an animation in turn.
         self.current_frames = {scene.name: scene.frame_current for scene in bpy.data.scenes}
 
-    def pre_export_hook(self, settings: dict[str, Any]) -> None:
+    def bake(self, settings: dict[str, Any]) -> None:
         """Bakes materials for the time of the export, at the frame of static values."""
-        scene = bpy.context.scene
-        options = getattr(scene, engine_settings.PROPERTY)
+        options = getattr(bpy.context.scene, engine_settings.PROPERTY)
         if not self.is_enabled or options.bake == "never" or settings["gltf_materials"] != "EXPORT":
             return
-        if bpy.context.active_object is not None and bpy.context.active_object.mode != "OBJECT":
-            bpy.ops.object.mode_set(mode="OBJECT")
-        frame = scene.frame_current, scene.frame_subframe
-        if not settings["gltf_current_frame"]:
-            scene.frame_set(0)
         self.baker = bake.Baker(settings, options.bake_size, settings["log"].warning)
         if not bpy.app.background:
             bpy.app.timers.register(journal.restore_all, first_interval=0.0)
         try:
             self.baker.bake()
-        except Exception:
+        except Exception as error:
+            settings["log"].error(f"blinn: materials are not baked: {type(error).__name__}: {error}")
             self.baker.restore()
-            raise
-        finally:
-            if not settings["gltf_current_frame"]:
-                scene.frame_set(frame[0], subframe=frame[1])
 
-    def post_export_hook(self, settings: dict[str, Any]) -> None:
-        """Gives the scene back what it had."""
+    def restore(self) -> None:
+        """Gives the scene back what it had before it was baked."""
         if self.baker is not None:
             self.baker.restore()
 
@@ -118,3 +110,20 @@ class glTF2ExportUserExtension:
         if self.is_enabled:
             current = self.current_frames.get(scene.name, scene.frame_current)
             add_extras(gltf_scene, scene_settings.extras(scene, current, settings))
+
+
+def own_extensions(settings: dict[str, Any]) -> list[glTF2ExportUserExtension]:
+    """Returns the extensions of an export that are of this package."""
+    return [each for each in settings["gltf_user_extensions"] if isinstance(each, glTF2ExportUserExtension)]
+
+
+def glTF2_pre_export_callback(settings: dict[str, Any]) -> None:
+    """Called by the exporter, at the frame of static values and in object mode, where exceptions would end it."""
+    for extension in own_extensions(settings):
+        extension.bake(settings)
+
+
+def glTF2_post_export_callback(settings: dict[str, Any]) -> None:
+    """Called by the exporter before it writes the file."""
+    for extension in own_extensions(settings):
+        extension.restore()

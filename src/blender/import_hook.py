@@ -73,7 +73,9 @@ class glTF2ImportUserExtension:
         values = self.extras.get(("cameras", gltf.data.nodes[index].camera), {})
         self.cameras.append((item, {**values, **self.extras.get(("nodes", index), {})}))
 
-    def gather_import_material_after_hook(self, gltf_material: Any, _: Any, material: bpy.types.Material, gltf: Any) -> None:
+    def gather_import_material_after_hook(
+        self, gltf_material: Any, _: Any, material: bpy.types.Material, gltf: Any
+    ) -> None:
         """Marks thin walls, where Blender has them."""
         index = gltf.data.materials.index(gltf_material)
         if self.extras.get(("materials", index), {}).get("thinWall") is True:

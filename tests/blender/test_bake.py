@@ -105,7 +105,8 @@ def materials_of(result):
 def attribute(result, primitive, name):
     accessor = result.json["accessors"][primitive["attributes"][name]]
     width = {"VEC2": 2, "VEC3": 3}[accessor["type"]]
-    return np.frombuffer(result.view(accessor["bufferView"]), np.float32)[: accessor["count"] * width].reshape(-1, width)
+    values = np.frombuffer(result.view(accessor["bufferView"]), np.float32)
+    return values[: accessor["count"] * width].reshape(-1, width)
 
 
 def state():
@@ -116,16 +117,18 @@ def state():
     for item in bpy.data.objects:
         slots = [(slot.link, slot.material and slot.material.name) for slot in item.material_slots]
         shown = [modifier.show_viewport for modifier in item.modifiers]
-        found[item.name] = (item.data and item.data.name, slots, shown, item.select_get(), tuple(map(tuple, item.matrix_world)))
+        place = tuple(map(tuple, item.matrix_world))
+        found[item.name] = (item.data and item.data.name, slots, shown, item.select_get(), place)
     for mesh in bpy.data.meshes:
         keys = mesh.shape_keys and [(key.name, key.value, key.mute) for key in mesh.shape_keys.key_blocks]
         found["mesh " + mesh.name] = ([layer.name for layer in mesh.uv_layers], mesh.use_auto_texspace, keys)
     for tree in [m.node_tree for m in bpy.data.materials] + list(bpy.data.node_groups):
-        links = sorted((link.from_node.name, link.from_socket.name, link.to_node.name, link.to_socket.name) for link in tree.links)
+        ends = [(link.from_node, link.from_socket, link.to_node, link.to_socket) for link in tree.links]
+        links = sorted([tuple(end.name for end in link) for link in ends])
         found["tree " + tree.name, tree.as_pointer()] = (sorted(node.name for node in tree.nodes), links)
     context = bpy.context
-    active = context.view_layer.objects.active
-    found["context"] = (context.scene.name, context.view_layer.name, active and active.name, context.scene.frame_current)
+    scene, active = context.scene, context.view_layer.objects.active
+    found["context"] = (scene.name, context.view_layer.name, active and active.name, scene.frame_current)
     return found
 
 
@@ -256,7 +259,8 @@ def test_the_scene_stays_as_it_is(baking, export, applied):
     assert {m["name"] for m in result.json["materials"]} == {"Cloudy"}
     assert all("baseColorTexture" in m["pbrMetallicRoughness"] for m in result.json["materials"])
     assert len([n for n in result.json["nodes"] if "mesh" in n]) == 3
-    vertices = [result.json["accessors"][m["primitives"][0]["attributes"]["POSITION"]]["count"] for m in result.json["meshes"]]
+    accessors = [m["primitives"][0]["attributes"]["POSITION"] for m in result.json["meshes"]]
+    vertices = [result.json["accessors"][index]["count"] for index in accessors]
     assert (max(vertices) > 24) == applied
 
 
@@ -275,6 +279,25 @@ def test_the_scene_stays_as_it_is_after_a_failure(baking, export, monkeypatch):
         monkeypatch.setattr(bake_scene, "bake", fail)
         assert "images" not in export().json
         assert state() == before
+
+
+def test_the_scene_is_restored_before_it_is_saved(baking, export, monkeypatch, tmp_path):
+    import io_scene_gltf2.blender.exp.export as exporter
+
+    material, tree, shader = new_material("Cloudy")
+    link_noise(tree, shader.inputs["Base Color"])
+    add_cube(baking, material)
+    before = state()
+
+    def fail(_):
+        raise RuntimeError("broken")
+
+    monkeypatch.setattr(exporter, "__export", fail)
+    with pytest.raises(RuntimeError, match="broken"):
+        export()
+    assert state() != before
+    bpy.ops.wm.save_as_mainfile(filepath=str(tmp_path / "a.blend"), copy=True)
+    assert state() == before
 
 
 def test_objects_with_one_mesh_share_images(baking, export):

@@ -290,7 +290,8 @@ def test_what_materials_lose_is_one_warning_each(scene, convert, add_material):
     tree.links.new(tree.nodes.new("ShaderNodeBsdfGlass").outputs[0], tree.nodes["Material Output"].inputs["Surface"])
     start = "loses what glTF cannot hold:"
     assert sorted(text for key, text in convert().report if key == "warning") == [
-        f"material 'Cloudy' {start} 'Color Ramp' in Base Color, 'Noise Texture' in Base Color; `bake` makes images of it",
+        f"material 'Cloudy' {start} 'Color Ramp' in Base Color, 'Noise Texture' in Base Color; "
+        "`bake` makes images of it",
         f"material 'Lacquer' {start} Coat Tint, Subsurface Weight",
         f"material 'Linear' {start} the colour space 'Linear Rec.709' of image 'Values'",
         f"material 'Other' {start} the shader 'Glass BSDF'",

@@ -92,7 +92,8 @@ def test_shift_depth_of_field_and_the_active_camera_come_back(scene, export, reo
     scene.collection.objects.link(other)
     camera = scene.camera.data
     camera.lens, camera.shift_x, camera.shift_y = 50.0, 0.25, -0.5
-    camera.dof.use_dof, camera.dof.aperture_fstop, camera.dof.focus_distance, camera.dof.aperture_blades = True, 2.5, 3.0, 6
+    camera.dof.use_dof, camera.dof.aperture_fstop, camera.dof.focus_distance = True, 2.5, 3.0
+    camera.dof.aperture_blades = 6
     before = export()
     scene = reopen()
     assert scene.camera.name == "Camera" and not scene.objects["A"].data.dof.use_dof
