@@ -287,6 +287,8 @@ def test_the_scene_is_restored_before_it_is_saved(baking, export, monkeypatch, t
     material, tree, shader = new_material("Cloudy")
     link_noise(tree, shader.inputs["Base Color"])
     add_cube(baking, material)
+    # A failed export stays where it was.
+    baking.frame_set(0)
     before = state()
 
     def fail(_):
