@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import Any
+from typing import Any, Iterable
 
 import bpy
 import numpy
@@ -153,10 +153,17 @@ def lost_values(material: bpy.types.Material) -> set[str] | None:
     for socket in shader.inputs:
         if any(material_loss.losses_of_socket(socket)):
             lost.add("Emission" if socket.name.startswith("Emission") else socket.name)
-    if material_loss.has_bump(material):
-        lost.add("Normal")
+    # The exporter writes heights as a normal map.
+    bent = {name for name in NORMALS if any(n.bl_idname == "ShaderNodeBump" for n in before(shader.inputs[name]))}
+    lost |= bent | ({"Normal"} if material_loss.has_bump(material) else set())
     for pair in (("Metallic", "Roughness"), ("Base Color", "Alpha"), ("Coat Weight", "Coat Roughness")):
         # One image holds both.
         if lost.intersection(pair):
             lost.update(name for name in pair if linked_node(shader.inputs[name]) is not None)
     return lost.intersection({"Base Color", "Emission", *VALUES, *NORMALS})
+
+
+def before(socket: bpy.types.NodeSocket) -> Iterable[bpy.types.Node]:
+    """Returns the nodes that an input depends on."""
+    first = linked_node(socket)
+    return [] if first is None else material_loss.upstream(first)

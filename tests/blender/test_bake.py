@@ -208,11 +208,18 @@ def test_shaders_in_groups_are_baked(baking, export):
 
 
 def test_bumps_become_normal_maps(baking, export):
-    for name in ("Bump", "Displacement"):
+    heights = bpy.data.images.new("Heights", 16, 16)
+    heights.pixels.foreach_set(np.tile(np.repeat([[0.0, 1.0]], 4, axis=1).ravel(), 128).astype(np.float32))
+    for name in ("Bump", "Heights", "Displacement"):
         material, tree, shader = new_material(name)
-        if name == "Bump":
+        if name != "Displacement":
             bump = add_node(tree, "Bump", Distance=0.5)
-            link_noise(tree, bump.inputs["Height"])
+            if name == "Bump":
+                link_noise(tree, bump.inputs["Height"])
+            else:
+                texture = add_node(tree, "TexImage")
+                texture.image = heights
+                tree.links.new(texture.outputs["Color"], bump.inputs["Height"])
             tree.links.new(bump.outputs[0], shader.inputs["Normal"])
         else:
             displacement = add_node(tree, "Displacement", Scale=0.5)
@@ -220,6 +227,7 @@ def test_bumps_become_normal_maps(baking, export):
             tree.links.new(displacement.outputs[0], tree.nodes["Material Output"].inputs["Displacement"])
         add_cube(baking, material)
     result = export()
+    assert len(materials_of(result)) == 3
     for material in materials_of(result).values():
         pixels = png(result, material["normalTexture"])
         assert pixels[..., 2].mean() > 160 and pixels[..., 0].std() > 2.0
