@@ -24,6 +24,17 @@ MATTE = {
     "Coat Weight": 0.0,
     "Normal": None,
 }
+# Rec. 709.
+LUMINANCE = (0.2126, 0.7152, 0.0722)
+# Specular reflectance of surfaces that are no metal.
+DIELECTRIC = 0.04
+# As nodes compute them.
+OPERATIONS = {
+    "SUBTRACT": lambda a, b: a - b,
+    "MULTIPLY": lambda a, b: a * b,
+    "MULTIPLY_ADD": lambda a, b, c: a * b + c,
+    "DIVIDE": lambda a, b: a / b if b != 0.0 else 0.0,
+}
 GLASS = {"ShaderNodeBsdfGlass", "ShaderNodeBsdfRefraction"}
 GLOSSY = {"ShaderNodeBsdfGlossy", "ShaderNodeBsdfAnisotropic"}
 MAX_DEPTH = 64
@@ -85,8 +96,7 @@ class Router:
         if kind == "ShaderNodeMixShader":
             first, second = (self.values(tree, linked_node(inputs[i]), depth + 1) for i in (1, 2))
             factor = source(inputs[0])
-            names = [name for name in (*COLORS, *VALUES, *NORMALS) if name in first or name in second]
-            return {name: mixed(tree, name, first, second, factor) for name in names}
+            return mix_of(tree, first, second, factor)
         if kind == "ShaderNodeAddShader":
             return self.sum(tree, [linked_node(socket) for socket in inputs], depth)
         if kind == "ShaderNodeGroup" and node.node_tree is not None:
@@ -177,6 +187,58 @@ def bent(tree: bpy.types.NodeTree, socket: bpy.types.NodeSocket) -> Value:
     shader = tree.nodes.new("ShaderNodeBsdfDiffuse")
     tree.links.new(socket.links[0].from_socket, shader.inputs["Normal"])
     return shader.outputs[0]
+
+
+def mix_of(tree: bpy.types.NodeTree, first: Values, second: Values, factor: Value) -> Values:
+    """Returns the values of a mix.
+
+    A Mix Shader adds light. So a value counts by the light that it concerns: metallic and normals by the base colour,
+    roughness by the specular reflectance.
+    """
+    factors = {}
+    if "Base Color" in first and "Base Color" in second:
+        by_color = skewed(tree, factor, *(luminance(tree, values) for values in (first, second)))
+        by_gloss = skewed(tree, factor, *(reflectance(tree, values) for values in (first, second)))
+        factors = {"Metallic": by_color, "Roughness": by_gloss, **dict.fromkeys(NORMALS, by_color)}
+    names = [name for name in (*COLORS, *VALUES, *NORMALS) if name in first or name in second]
+    return {name: mixed(tree, name, first, second, factors.get(name, factor)) for name in names}
+
+
+def luminance(tree: bpy.types.NodeTree, values: Values) -> Value:
+    """Returns the luminance of a base colour."""
+    color = values["Base Color"]
+    if not is_socket(color):
+        return sum(weight * channel for weight, channel in zip(LUMINANCE, color))
+    node = tree.nodes.new("ShaderNodeRGBToBW")
+    tree.links.new(color, node.inputs[0])
+    return node.outputs[0]
+
+
+def reflectance(tree: bpy.types.NodeTree, values: Values) -> Value:
+    """Returns the specular reflectance of a surface that is seen from the front."""
+    metallic = values.get("Metallic", 0.0)
+    excess = math_node(tree, "SUBTRACT", luminance(tree, values), DIELECTRIC)
+    return math_node(tree, "MULTIPLY_ADD", metallic, excess, DIELECTRIC)
+
+
+def skewed(tree: bpy.types.NodeTree, factor: Value, first: Value, second: Value) -> Value:
+    """Returns the factor of a mix of which one part counts more."""
+    if not is_socket(first) and first == second:
+        return factor
+    share = math_node(tree, "MULTIPLY", factor, second)
+    rest = math_node(tree, "SUBTRACT", 1.0, factor)
+    return math_node(tree, "DIVIDE", share, math_node(tree, "MULTIPLY_ADD", rest, first, share))
+
+
+def math_node(tree: bpy.types.NodeTree, operation: str, *values: Value) -> Value:
+    """Returns the result of an operation: a number, or the output of a new node."""
+    if not any(is_socket(value) for value in values):
+        return OPERATIONS[operation](*values)
+    node = tree.nodes.new("ShaderNodeMath")
+    node.operation = operation
+    for value, socket in zip(values, node.inputs):
+        connect(tree, value, socket)
+    return node.outputs[0]
 
 
 def mixed(tree: bpy.types.NodeTree, name: str, first: Values, second: Values, factor: Value) -> Value:

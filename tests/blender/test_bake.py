@@ -173,7 +173,7 @@ def test_only_what_is_lost_is_baked(baking, export):
 def test_mixes_of_shaders_are_baked_by_their_factor(baking, export):
     material, tree, metal = new_material("Rust", Metallic=1.0, Roughness=0.2, Base_Color=(1.0, 1.0, 1.0, 1.0))
     rust = add_node(tree, "BsdfPrincipled", Metallic=0.0, Roughness=1.0)
-    rust.inputs["Base Color"].default_value = (0.0, 0.0, 0.0, 1.0)
+    rust.inputs["Base Color"].default_value = (0.2, 0.2, 0.2, 1.0)
     mix = add_node(tree, "MixShader")
     link_noise(tree, mix.inputs[0])
     tree.links.new(metal.outputs[0], mix.inputs[1])
@@ -184,9 +184,17 @@ def test_mixes_of_shaders_are_baked_by_their_factor(baking, export):
     written = materials_of(result)["Rust"]["pbrMetallicRoughness"]
     pixels = png(result, written["metallicRoughnessTexture"])
     # Black is what no face uses.
-    _, roughness, metallic = pixels[pixels[..., 1] > 0][:, :3].T / 255.0
-    assert len(metallic) > SIZE * SIZE / 5 and metallic.std() > 0.01
-    assert np.abs(roughness - (1.0 - 0.8 * metallic)).max() < 0.01
+    used = pixels[..., 1] > 0
+    _, roughness, metallic = pixels[used][:, :3].T / 255.0
+    gray = png(result, written["baseColorTexture"])[used][:, 0] / 255.0
+    color = ((gray + 0.055) / 1.055) ** 2.4
+    factor = (1.0 - color) / 0.8
+    assert len(factor) > SIZE * SIZE / 5 and factor.std() > 0.01
+    # Metal that reflects all counts more than rust.
+    metal, rest = 1.0 - factor, 0.2 * factor
+    assert np.abs(metallic - metal / (metal + rest)).max() < 0.02
+    metal, rest = 1.0 - factor, 0.04 * factor
+    assert np.abs(roughness - (0.2 * metal + 1.0 * rest) / (metal + rest)).max() < 0.02
 
 
 def test_shaders_in_groups_are_baked(baking, export):

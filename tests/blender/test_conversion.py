@@ -298,6 +298,17 @@ def test_what_materials_lose_is_one_warning_each(scene, convert, add_material):
     ]
 
 
+def test_materials_are_baked_on_request(scene, convert, add_material):
+    tree, shader = add_material("Cloudy")
+    tree.links.new(tree.nodes.new("ShaderNodeTexNoise").outputs[0], shader.inputs["Base Color"])
+    scene.blinn.bake_size = 64
+    assert "images" not in convert().json
+    result = convert("--bake", "auto")
+    assert result.report == [] and [image["name"] for image in result.json["images"]] == ["Cloudy Base Color"]
+    scene.blinn.bake = "auto"
+    assert "images" in convert().json and "images" not in convert("--bake", "never").json
+
+
 def test_thin_walls_are_marked(scene, convert, add_material):
     _, shader = add_material("Pane", Transmission_Weight=1.0)
     add_material("Body", Transmission_Weight=1.0)
