@@ -75,6 +75,8 @@ class Baker:
                 self.bake_object(job, scene, journal)
             except CannotBake as reason:
                 self.fail(names, str(reason))
+            except Exception as error:
+                self.fail(names, f"{type(error).__name__}: {error}")
             finally:
                 journal.restore()
 
@@ -139,8 +141,11 @@ class Baker:
             # Slots may have materials of their object in place of those of its mesh.
             for index, slot in enumerate(item.material_slots):
                 mesh.materials[index] = slot.material
-        found = [(slot, mesh.materials[slot]) for slot in job.lost if slot < len(mesh.materials)]
+        used = job.lost.keys() & set(bake_unwrap.slots_of_faces(mesh).tolist())
+        found = [(slot, mesh.materials[slot]) for slot in sorted(used) if slot < len(mesh.materials)]
         materials = {slot: material for slot, material in found if material is not None}
+        if not materials:
+            return
         key = None
         if not applied and not any(depends_on_object(m) for m in materials.values()):
             key = item.data.name_full, tuple(m and m.name_full for m in mesh.materials)
@@ -162,8 +167,6 @@ class Baker:
     ) -> dict[int, bpy.types.Material]:
         """Returns the materials of a mesh with images, by index. Adds the map of these images to the mesh."""
         rest = undeformed(job.item, mesh, self.settings, journal)
-        used = set(bake_unwrap.slots_of_faces(mesh).tolist())
-        materials = {slot: material for slot, material in materials.items() if slot in used}
         studio = BakeScene(scene.frame_current, scene.frame_subframe)
         try:
             copy = journal.add(bpy.data.meshes, mesh.copy())

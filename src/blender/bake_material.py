@@ -144,11 +144,7 @@ def lost_values(material: bpy.types.Material) -> set[str] | None:
     if shader is None:
         return set()
     if shader.bl_idname != material_loss.PRINCIPLED:
-        # Light, and what the exporter reads itself, is no surface to be baked.
-        nodes = list(material_loss.upstream(shader))
-        mixes = {"ShaderNodeMixShader", "ShaderNodeAddShader", "ShaderNodeGroup"}
-        is_mix = shader.bl_idname in mixes and sum(n.bl_idname.startswith("ShaderNodeBsdf") for n in nodes) > 1
-        return None if is_mix or material_loss.losses(material) else set()
+        return None if is_lost_mix(shader) or material_loss.losses(material) else set()
     lost = set()
     for socket in shader.inputs:
         if any(material_loss.losses_of_socket(socket)):
@@ -161,6 +157,27 @@ def lost_values(material: bpy.types.Material) -> set[str] | None:
         if lost.intersection(pair):
             lost.update(name for name in pair if linked_node(shader.inputs[name]) is not None)
     return lost.intersection({"Base Color", "Emission", *VALUES, *NORMALS})
+
+
+def is_lost_mix(shader: bpy.types.Node) -> bool:
+    """Returns True for several surfaces, or a group, that depend on nodes which the exporter does not evaluate.
+
+    Light alone is not baked: the exporter reads it.
+    """
+    if shader.bl_idname not in {"ShaderNodeMixShader", "ShaderNodeAddShader", "ShaderNodeGroup"}:
+        return False
+    nodes = list(material_loss.upstream(shader))
+    surfaces = [n for n in nodes if n.bl_idname.startswith("ShaderNodeBsdf")]
+    groups = [n for n in nodes if n.bl_idname == "ShaderNodeGroup" and n != shader and has_shader(n)]
+    if all(n.bl_idname == "ShaderNodeBsdfTransparent" for n in surfaces):
+        return False
+    has_procedure = any(n.bl_idname in material_loss.PROCEDURES for n in nodes)
+    return has_procedure or shader.bl_idname != "ShaderNodeGroup" and len(surfaces) + len(groups) > 1
+
+
+def has_shader(group: bpy.types.Node) -> bool:
+    """Returns True for a group that is linked as a shader."""
+    return any(socket.type == "SHADER" and socket.is_linked for socket in group.outputs)
 
 
 def before(socket: bpy.types.NodeSocket) -> Iterable[bpy.types.Node]:

@@ -93,7 +93,7 @@ class glTF2ExportUserExtension:
         losses = [] if name in self.reported else material_loss.losses(material)
         if losses:
             self.reported.add(name)
-            settings["log"].warning(material_loss.message(name, losses))
+            settings["log"].warning(material_loss.message(name, losses, self.baker is None))
 
     def gather_mesh_hook(self, gltf_mesh: Any, mesh: bpy.types.Mesh, *_: Any) -> None:
         """Gives a mesh that was baked its name."""

@@ -33,6 +33,9 @@ SHADERS = {
 # Inputs of a Principled BSDF without a counterpart, and the weight that shows them.
 INPUTS = {"Coat Tint": "Coat Weight", "Subsurface Weight": "Subsurface Weight"}
 
+# Those that show in the factor of a mix. Mixes by the kind of a ray are common tricks, which pictures do without.
+FACTORS = PROCEDURES - {"ShaderNodeLightPath", "ShaderNodeCameraData"}
+
 # Of their inputs, the exporter keeps an image or a constant at most.
 COMBINING = {
     f"ShaderNode{name}"
@@ -72,17 +75,21 @@ def losses(material: bpy.types.Material | None) -> list[str]:
             found += losses_of_principled(node)
     if surface.bl_idname == "ShaderNodeMixShader" and sum(n.bl_idname == PRINCIPLED for n in upstream(surface)) > 1:
         found.append(f"the shader '{surface.bl_label}'")
+    if surface.bl_idname == "ShaderNodeMixShader":
+        factor = linked_node(surface.inputs[0])
+        procedures = [n for n in upstream(factor) if n.bl_idname in FACTORS] if factor is not None else []
+        found += [f"'{node.bl_label}' in the factor of '{surface.bl_label}'" for node in procedures]
     if has_bump(material):
         found.append("a bump in Displacement")
     return list(dict.fromkeys(found))
 
 
-def message(name: str, found: list[str]) -> str:
+def message(name: str, found: list[str], can_bake: bool) -> str:
     """Returns the warning that names what a material loses."""
     named = found[:MAX_LOSSES]
     if len(found) > MAX_LOSSES:
         named.append(f"{len(found) - MAX_LOSSES} more")
-    advice = "; `bake` makes images of it" if any(" in " in loss for loss in found) else ""
+    advice = "; `bake` makes images of it" if can_bake and any(" in " in loss for loss in found) else ""
     return f"blinn: material '{name}' loses what glTF cannot hold: {', '.join(named)}{advice}"
 
 

@@ -215,6 +215,56 @@ def test_shaders_in_groups_are_baked(baking, export):
     assert state() == before
 
 
+def test_a_transparent_part_of_a_mix_becomes_alpha(baking, export):
+    material, tree, leaf = new_material("Leaf", Base_Color=(0.0, 1.0, 0.0, 1.0), Roughness=0.75)
+    mix = add_node(tree, "MixShader")
+    link_noise(tree, mix.inputs[0])
+    tree.links.new(add_node(tree, "BsdfTransparent").outputs[0], mix.inputs[1])
+    tree.links.new(leaf.outputs[0], mix.inputs[2])
+    tree.links.new(mix.outputs[0], tree.nodes["Material Output"].inputs["Surface"])
+    add_cube(baking, material)
+    result = export()
+    written = materials_of(result)["Leaf"]
+    values = written["pbrMetallicRoughness"]
+    assert written["alphaMode"] == "BLEND" and values["roughnessFactor"] == 0.75
+    pixels = png(result, values["baseColorTexture"])
+    assert (pixels[..., :3] == [0, 255, 0]).all() and pixels[..., 3].std() > 2.0
+
+
+def test_one_group_in_both_parts_of_a_mix_is_baked(baking, export):
+    group = bpy.data.node_groups.new("Inner", "ShaderNodeTree")
+    group.interface.new_socket("Value", in_out="INPUT", socket_type="NodeSocketFloat")
+    group.interface.new_socket("BSDF", in_out="OUTPUT", socket_type="NodeSocketShader")
+    inner = add_node(group, "BsdfPrincipled")
+    group.links.new(group.nodes.new("NodeGroupInput").outputs[0], inner.inputs["Roughness"])
+    group.links.new(inner.outputs[0], group.nodes.new("NodeGroupOutput").inputs[0])
+    material, tree, _ = new_material("Twice")
+    mix = add_node(tree, "MixShader")
+    for i in (1, 2):
+        node = tree.nodes.new("ShaderNodeGroup")
+        node.node_tree = group
+        link_noise(tree, node.inputs[0])
+        tree.links.new(node.outputs[0], mix.inputs[i])
+    tree.links.new(mix.outputs[0], tree.nodes["Material Output"].inputs["Surface"])
+    add_cube(baking, material)
+    before = state()
+    assert "metallicRoughnessTexture" in materials_of(export())["Twice"]["pbrMetallicRoughness"]
+    assert state() == before
+
+
+def test_meshes_without_faces_are_left_as_they_are(baking, export):
+    material, tree, shader = new_material("Cloudy")
+    link_noise(tree, shader.inputs["Base Color"])
+    for name, edges in (("Points", []), ("Line", [(0, 1)])):
+        mesh = bpy.data.meshes.new(name)
+        mesh.from_pydata([(0.0, 0.0, 0.0), (1.0, 0.0, 0.0)], edges, [])
+        mesh.materials.append(material)
+        baking.collection.objects.link(bpy.data.objects.new(name, mesh))
+    add_cube(baking, material)
+    result = export()
+    assert [image["name"] for image in result.json["images"]] == ["Cloudy Base Color"]
+
+
 def test_bumps_become_normal_maps(baking, export):
     heights = bpy.data.images.new("Heights", 16, 16)
     heights.pixels.foreach_set(np.tile(np.repeat([[0.0, 1.0]], 4, axis=1).ravel(), 128).astype(np.float32))

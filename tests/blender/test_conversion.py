@@ -288,13 +288,28 @@ def test_what_materials_lose_is_one_warning_each(scene, convert, add_material):
     tree.links.new(texture.outputs[0], shader.inputs["Base Color"])
     tree, shader = add_material("Other")
     tree.links.new(tree.nodes.new("ShaderNodeBsdfGlass").outputs[0], tree.nodes["Material Output"].inputs["Surface"])
+    tree, shader = add_material("Worn")
+    mix = tree.nodes.new("ShaderNodeMixShader")
+    tree.links.new(tree.nodes.new("ShaderNodeTexNoise").outputs[0], mix.inputs[0])
+    tree.links.new(tree.nodes.new("ShaderNodeBsdfTransparent").outputs[0], mix.inputs[1])
+    tree.links.new(shader.outputs[0], mix.inputs[2])
+    tree.links.new(mix.outputs[0], tree.nodes["Material Output"].inputs["Surface"])
+    tree, shader = add_material("Blended")
+    mix = tree.nodes.new("ShaderNodeMixRGB")
+    for i in (1, 2):
+        texture = tree.nodes.new("ShaderNodeTexImage")
+        texture.image = bpy.data.images.new("Colors", 4, 4)
+        tree.links.new(texture.outputs[0], mix.inputs[i])
+    tree.links.new(mix.outputs[0], shader.inputs["Base Color"])
     start = "loses what glTF cannot hold:"
     assert sorted(text for key, text in convert().report if key == "warning") == [
+        f"material 'Blended' {start} 'Mix (Legacy)' in Base Color; `bake` makes images of it",
         f"material 'Cloudy' {start} 'Color Ramp' in Base Color, 'Noise Texture' in Base Color; "
         "`bake` makes images of it",
         f"material 'Lacquer' {start} Coat Tint, Subsurface Weight",
         f"material 'Linear' {start} the colour space 'Linear Rec.709' of image 'Values'",
         f"material 'Other' {start} the shader 'Glass BSDF'",
+        f"material 'Worn' {start} 'Noise Texture' in the factor of 'Mix Shader'; `bake` makes images of it",
     ]
 
 
