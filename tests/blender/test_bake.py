@@ -170,6 +170,25 @@ def test_only_what_is_lost_is_baked(baking, export):
     assert pixels[..., 1].std() > 1.0 and (pixels[..., 2] == 255).all()
 
 
+def test_images_of_the_material_keep_their_map(baking, export):
+    material, tree, shader = new_material("Painted")
+    texture = add_node(tree, "TexImage")
+    texture.image = bpy.data.images.new("Paint", 8, 8)
+    texture.image.pack()
+    tree.links.new(texture.outputs["Color"], shader.inputs["Base Color"])
+    link_noise(tree, shader.inputs["Roughness"])
+    layer = add_cube(baking, material).data.uv_layers[0].uv
+    # A tiled map is none for baking.
+    layer.foreach_set("vector", np.tile([0.0, 0.0, 3.0, 0.0, 3.0, 3.0, 0.0, 3.0], 6).astype(np.float32))
+    result = export()
+    written = materials_of(result)["Painted"]["pbrMetallicRoughness"]
+    assert written["baseColorTexture"].get("texCoord", 0) == 0
+    assert written["metallicRoughnessTexture"]["texCoord"] == 1
+    (primitive,) = result.json["meshes"][0]["primitives"]
+    assert attribute(result, primitive, "TEXCOORD_0").max() == 3.0
+    assert 0.0 <= attribute(result, primitive, "TEXCOORD_1").min() < attribute(result, primitive, "TEXCOORD_1").max() <= 1.0
+
+
 def test_mixes_of_shaders_are_baked_by_their_factor(baking, export):
     material, tree, metal = new_material("Rust", Metallic=1.0, Roughness=0.2, Base_Color=(1.0, 1.0, 1.0, 1.0))
     rust = add_node(tree, "BsdfPrincipled", Metallic=0.0, Roughness=1.0)
