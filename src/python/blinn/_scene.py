@@ -74,7 +74,8 @@ def load(
     ``name`` is the path that bytes were read from: messages show it, and its folder has the files that the scene
     refers to. Other options are those of the command with underscores: ``format``, ``scene``, ``variant``,
     ``up`` ("y" or "z"), ``scale``, ``mtl_colors``, ``glass``, ``smooth``, ``hide``, ``only_objects``,
-    ``allow_outside``, ``max_memory``, ``blender`` (the Blender, or the Python with ``bpy``, that converts .blend files).
+    ``allow_outside``, ``max_memory``, ``blender`` (the Blender, or the Python with ``bpy``, that converts .blend files),
+    ``bake`` ("auto" or "never") and ``bake_size`` for materials of .blend files that glTF has no form for.
 
     Defects that do not prevent rendering are issued as `SceneWarning` and listed in ``Scene.warnings``.
 
