@@ -92,6 +92,7 @@ fn mean_radiance(scene: &Scene, view: &View, beyond: Beyond, indirect: u8, sampl
     let frame = Frame {
         ambient: Rgb::ONE,
         indirect,
+        caustics: true,
         bounces: 12,
         cull_back_faces: false,
         ..Frame::new(&posed, &accel, camera, &lit)
@@ -189,30 +190,47 @@ fn rough_metals_vanish_in_a_white_world() {
     }
 }
 
+/// A body of which the share `transmission` of the surface is glass.
+fn glass(transmission: f32, roughness: f32) -> Material {
+    Material {
+        base_color: ColorInput::new(Rgb::ONE),
+        reflectance: Reflectance::MetallicRoughness {
+            metallic: ScalarInput::new(0.0),
+            roughness: ScalarInput::new(roughness),
+            dielectric: Dielectric::default(),
+        },
+        reflection: Reflection::Fresnel,
+        transmission: ScalarInput::new(transmission),
+        volume: Some(Volume {
+            thickness: 1.0,
+            attenuation_color: Rgb::ONE,
+            attenuation_distance: f32::INFINITY,
+        }),
+        ..Material::default()
+    }
+}
+
+/// The radiance of a ball in a white world.
+fn radiance_of_ball(material: Material, indirect: u8, samples: u32) -> f64 {
+    let ball = Mesh { is_body: true, ..scenes::ball(128, 64) };
+    let scene = scenes::of_material(ball, material);
+    let view = looking(DVec3::Y * 2.0, DVec3::NEG_Y, 1.2);
+    mean_radiance(&scene, &view, Beyond::Panorama, indirect, samples)
+}
+
 /// Light that a facet of rough glass sends to other facets leaves the glass later.
 #[test]
 fn rough_glass_vanishes_in_a_white_world() {
     for roughness in [0.25, 0.5, 0.8] {
-        let glass = Material {
-            base_color: ColorInput::new(Rgb::ONE),
-            reflectance: Reflectance::MetallicRoughness {
-                metallic: ScalarInput::new(0.0),
-                roughness: ScalarInput::new(roughness),
-                dielectric: Dielectric::default(),
-            },
-            reflection: Reflection::Fresnel,
-            transmission: ScalarInput::new(1.0),
-            volume: Some(Volume {
-                thickness: 1.0,
-                attenuation_color: Rgb::ONE,
-                attenuation_distance: f32::INFINITY,
-            }),
-            ..Material::default()
-        };
-        let ball = Mesh { is_body: true, ..scenes::ball(128, 64) };
-        let scene = scenes::of_material(ball, glass);
-        let view = looking(DVec3::Y * 2.0, DVec3::NEG_Y, 1.2);
-        let value = mean_radiance(&scene, &view, Beyond::Panorama, 4, 256);
+        let value = radiance_of_ball(glass(1.0, roughness), 4, 256);
         assert_near(value, 1.0, 0.02, &format!("roughness {roughness}"));
     }
+}
+
+/// The glass above an opaque base reflects no light of the base a second time.
+#[test]
+fn half_transmitting_bodies_have_no_more_light_than_their_world() {
+    let [few, many] = [2, 12].map(|indirect| radiance_of_ball(glass(0.5, 0.0), indirect, 256));
+    assert!(few < many, "{few} {many}");
+    assert_near(many, 1.0, 0.03, "half glass");
 }
