@@ -40,7 +40,7 @@ impl Mesh {
         let morph_targets: usize = self.morph_targets.iter().map(morph).sum();
         size_of_val(&self.positions[..])
             + size_of_val(&self.triangles[..])
-            + size_of_val(&self.edge_marks[..])
+            + self.edge_marks.memory_size()
             + self.polygons.memory_size()
             + size_of_val(self.lines())
             + size_of_val(&self.normals[..])

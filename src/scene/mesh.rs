@@ -2,7 +2,7 @@
 
 use glam::{Vec2, Vec3, Vec4};
 
-use crate::{Polygons, Rounds};
+use crate::{EdgeMarks, Polygons, Rounds};
 
 /// Indexed triangles, or points or lines, of one material, in a local frame. Attribute arrays are as long as `positions`, or
 /// empty where the mesh lacks the attribute.
@@ -14,9 +14,8 @@ pub struct Mesh {
     pub positions: Vec<Vec3>,
     /// Vertex indices, counter-clockwise seen from the front. All are valid.
     pub triangles: Vec<[u32; 3]>,
-    /// Marks of the sides of each triangle as edges, in two bits each, the first side in the lowest: 0 never drawn, 1 as a
-    /// silhouette, 2 and 3 always. Empty if the file does not say.
-    pub edge_marks: Vec<u8>,
+    /// The edges that are drawn, where the file says so.
+    pub edge_marks: EdgeMarks,
     /// The polygons that the triangles were cut from.
     pub polygons: Polygons,
     /// Points or lines in place of triangles.

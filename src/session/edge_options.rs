@@ -17,8 +17,8 @@ pub struct EdgeOptions {
     pub kinds: EdgeKinds,
     /// Angle in degrees above which an edge is sharp.
     pub angle: f64,
-    /// Colour, linear.
-    pub color: Rgb,
+    /// Colour, linear; `None` for those of the file, and black where it has none.
+    pub color: Option<Rgb>,
     /// Width; a pixel for [`RoundWidth::Auto`].
     pub width: RoundWidth,
     /// Edges behind surfaces.
@@ -32,7 +32,7 @@ impl Default for EdgeOptions {
         EdgeOptions {
             kinds: EdgeKinds::default(),
             angle: 30.0,
-            color: Rgb::ZERO,
+            color: None,
             width: RoundWidth::Auto,
             hidden: HiddenEdges::Off,
             alone: false,

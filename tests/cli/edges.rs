@@ -34,7 +34,7 @@ fn render(folder: &Path, options: &str) -> RgbaImage {
 }
 
 /// Sum of alpha over a picture, in pixels.
-fn coverage(picture: &RgbaImage) -> f64 {
+pub fn coverage(picture: &RgbaImage) -> f64 {
     picture.pixels().map(|pixel| f64::from(pixel[3]) / 255.0).sum()
 }
 

@@ -11,6 +11,7 @@
 //! - `dataset_formats`: `turntable --dataset`: COLMAP, BOP and COCO
 //! - `datasets`: `turntable --views`, its layers and `transforms.json`
 //! - `diff`: `blinn diff` of scenes and images
+//! - `edges`, `edges_of_files`: edges over pictures, and those that glTF files describe
 //! - `empty_images`: images that show nothing, and the reason
 //! - `examples`: the programs in docs/examples; they need `cargo build --examples`
 //! - `exit_codes`: wrong files and command lines: one line and an exit code
@@ -54,6 +55,7 @@ mod dataset_formats;
 mod datasets;
 mod diff;
 mod edges;
+mod edges_of_files;
 mod empty_images;
 mod examples;
 mod exit_codes;

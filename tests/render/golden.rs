@@ -125,7 +125,7 @@ fn shots() -> Vec<(&'static str, Shot)> {
     let edges = EdgeStyle {
         kinds: EdgeKinds { feature: true, silhouette: true, ..Default::default() },
         angle: 30.0,
-        color: Rgb::ZERO,
+        color: None,
         width: EdgeWidth::Pixels(0.7),
         hidden: HiddenEdges::Off,
     };

@@ -241,7 +241,7 @@ class RenderOptions(TypedDict, total=False):
     """Angle by which the surface turns at sharp edges, at least; 30 by default."""
 
     edge_color: Union[float, Vector] | None
-    """Colour of edges: as for background; black by default."""
+    """Colour of edges: as for background; by default the colour that a glTF file has for them, or black."""
 
     edge_width: Number | None
     """Width of edges: pixels such as 2px, metres such as .01, or auto (the default) for a pixel; at most 100 pixels."""

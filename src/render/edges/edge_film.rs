@@ -4,7 +4,7 @@ use std::ops::Range;
 
 use glam::{DVec2, UVec2};
 
-use super::edge_selection::ScreenEdge;
+use super::edge_selection::{EdgeColors, ScreenEdge};
 use super::screen_grid::ScreenGrid;
 use super::{EdgeStyle, HiddenEdges, dashes, premultiplied};
 use crate::film::Pixels;
@@ -59,6 +59,14 @@ struct CoveringPoint {
     shows_hidden: bool,
 }
 
+/// What covers samples.
+struct CoveredSamples {
+    /// The opacity of edges at each sample; 0 where there is none.
+    alphas: Vec<f32>,
+    /// The edge at each sample that an edge covers.
+    edges: Vec<u32>,
+}
+
 impl EdgePass<'_> {
     /// Returns the colours of pixels.
     fn render(
@@ -85,13 +93,31 @@ impl EdgePass<'_> {
             }
             let batch_pixels: Vec<UVec2> = batch.iter().map(|(i, _)| pixels[*i]).collect();
             self.generator.generate(self.frame.simd(), &batch_pixels, &mut scratch.samples);
-            let alphas = self.alphas(batch, &near, scratch);
-            for ((i, _), alphas) in batch.iter().zip(alphas.chunks_exact(n)) {
-                let alpha = alphas.iter().sum::<f32>() / n as f32;
-                colors[*i] = premultiplied(self.style.color * self.frame.unlit_scale, alpha);
+            let covered = self.alphas(batch, &near, scratch);
+            let samples = covered.alphas.chunks_exact(n).zip(covered.edges.chunks_exact(n));
+            for ((i, _), (alphas, edges)) in batch.iter().zip(samples) {
+                colors[*i] = self.mean_color(alphas, edges);
             }
         }
         colors
+    }
+
+    /// Returns the colour of a pixel from the opacities at its samples and the edges that cover them.
+    fn mean_color(&self, alphas: &[f32], edges: &[u32]) -> Rgba {
+        let EdgeColors { palette, of_edges } = &self.grid.colors;
+        let scale = self.frame.unlit_scale;
+        if of_edges.is_empty() {
+            let alpha = alphas.iter().sum::<f32>() / alphas.len() as f32;
+            return premultiplied(palette[0].truncate() * scale, alpha);
+        }
+        let covered = alphas.iter().zip(edges).filter(|(alpha, _)| **alpha > 0.0);
+        let sum: Rgba = covered
+            .map(|(alpha, &edge)| {
+                let color = palette[of_edges[edge as usize] as usize];
+                premultiplied(color.truncate() * scale, alpha * color.w)
+            })
+            .sum();
+        sum / alphas.len() as f32
     }
 
     /// Returns true if samples of a pixel may lie on an edge's line.
@@ -105,10 +131,16 @@ impl EdgePass<'_> {
     }
 
     /// Returns the opacity of edges at the samples of pixels, whose edges are ranges of `near`.
-    fn alphas(&self, batch: &[(usize, Range<usize>)], near: &[u32], scratch: &mut TileScratch) -> Vec<f32> {
+    fn alphas(
+        &self,
+        batch: &[(usize, Range<usize>)],
+        near: &[u32],
+        scratch: &mut TileScratch,
+    ) -> CoveredSamples {
         let samples = &scratch.samples;
         let n = self.generator.samples_per_pixel();
         let mut alphas = vec![0.0; samples.len()];
+        let mut edges = vec![0; samples.len()];
         let mut covering = Vec::new();
         // The samples on lines whose edges are not known to be visible, with the edges that are left, nearest first.
         let mut open: Vec<(usize, Range<usize>)> = Vec::new();
@@ -139,18 +171,21 @@ impl EdgePass<'_> {
             let mut visible = visible.into_iter();
             open.retain_mut(|(sample, range)| {
                 let alpha = &mut alphas[*sample];
+                let point = &covering[range.start];
                 if visible.next() == Some(true) {
                     *alpha = 1.0;
+                    edges[*sample] = point.edge;
                     return false;
                 }
-                if covering[range.start].shows_hidden {
+                if point.shows_hidden {
+                    edges[*sample] = point.edge;
                     *alpha = if self.style.hidden == HiddenEdges::Faint { FAINT } else { 1.0 };
                 }
                 range.start += 1;
                 *alpha < 1.0 && range.start < range.end
             });
         }
-        alphas
+        CoveredSamples { alphas, edges }
     }
 
     /// Returns the point of an edge that is nearest to a position in pixels, if the edge's line covers the position.

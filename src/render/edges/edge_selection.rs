@@ -2,7 +2,7 @@
 
 use std::collections::HashMap;
 
-use glam::DVec3;
+use glam::{DVec3, Vec3, Vec4};
 use rayon::prelude::*;
 
 use super::mesh_edges::{EdgeMark, MeshEdge, MeshEdges, OtherSide};
@@ -12,7 +12,7 @@ use crate::integrator::Frame;
 use crate::progress::ProgressMonitor;
 use crate::settings::RenderSettings;
 use blinn_core::cancellation::Cancelled;
-use blinn_core::geometry::HitId;
+use blinn_core::geometry::{HitId, Rgb};
 use blinn_scene::PosedScene;
 
 /// Edges that one task selects.
@@ -32,6 +32,38 @@ pub(super) struct ScreenEdge {
 pub(super) struct ScreenEdges {
     pub edges: Vec<ScreenEdge>,
     pub projector: Projector,
+    pub colors: EdgeColors,
+}
+
+/// The colours of edges.
+pub(super) struct EdgeColors {
+    /// Linear RGBA, not premultiplied; the first is that of edges without a colour of their own.
+    pub palette: Vec<Vec4>,
+    /// For each edge the index of its colour. Empty if all have the first.
+    pub of_edges: Vec<u32>,
+}
+
+impl EdgeColors {
+    /// Adds the colours of an object's edges, which are given by their numbers in it, behind `first` others.
+    fn add(&mut self, topology: &MeshEdges, first: usize, edges: impl Iterator<Item = usize>) {
+        self.of_edges.resize(first, 0);
+        let mut numbers: HashMap<u32, u32> = HashMap::from([(0, 0)]);
+        for edge in edges {
+            let color = topology.colors[edge];
+            let number = *numbers.entry(color).or_insert_with(|| {
+                let color = topology.palette[color as usize - 1];
+                let known = self.palette[1..].iter().position(|known| *known == color);
+                known.map_or_else(
+                    || {
+                        self.palette.push(color);
+                        self.palette.len() - 1
+                    },
+                    |known| known + 1,
+                ) as u32
+            });
+            self.of_edges.push(number);
+        }
+    }
 }
 
 /// Selects the edges that the camera may see.
@@ -46,6 +78,8 @@ pub(super) fn select_edges(
     let projector = Projector::new(&frame.camera, posed.centre, style.width, settings);
     let least_cos = style.angle.to_radians().cos();
     let mut edges = Vec::new();
+    let own_color = style.color.unwrap_or(Rgb::ZERO).extend(1.0);
+    let mut colors = EdgeColors { palette: vec![own_color], of_edges: Vec::new() };
     for instances in objects(posed) {
         if monitor.is_cancelled() {
             return Err(Cancelled);
@@ -77,13 +111,19 @@ pub(super) fn select_edges(
             Vec::new()
         };
         edges.reserve(selected.iter().map(Vec::len).sum());
+        if style.color.is_none() && !topology.colors.is_empty() {
+            colors.add(&topology, first, selected.iter().flatten().map(|(edge, _)| *edge));
+        }
         // Each list is freed before the next one is copied.
         selected.into_iter().for_each(|list| edges.extend(list.iter().map(|(_, edge)| *edge)));
         if !ends.is_empty() {
             dashes::add_starts(&ends, &mut edges[first..]);
         }
     }
-    Ok(ScreenEdges { edges, projector })
+    if !colors.of_edges.is_empty() {
+        colors.of_edges.resize(edges.len(), 0);
+    }
+    Ok(ScreenEdges { edges, projector, colors })
 }
 
 /// Returns the visible instances of triangles by object: those that stand at the same node and belong together.
@@ -134,7 +174,7 @@ impl ObjectEdges<'_> {
     fn select(&self, index: usize) -> Option<ScreenEdge> {
         let edge = &self.topology.edges[index];
         let mark = self.topology.marks.get(index).copied().unwrap_or(EdgeMark::None);
-        if !self.is_drawn(edge, mark) {
+        if !self.is_drawn(index, mark) {
             return None;
         }
         let [a, b] = edge.ends.map(|end| self.position(end));
@@ -146,7 +186,8 @@ impl ObjectEdges<'_> {
         Some(ScreenEdge { segment, beside: [self.hit_id(edge.triangle), other], start: 0.0 })
     }
 
-    fn is_drawn(&self, edge: &MeshEdge, mark: EdgeMark) -> bool {
+    fn is_drawn(&self, index: usize, mark: EdgeMark) -> bool {
+        let edge = &self.topology.edges[index];
         let EdgeKinds { all, feature, silhouette, boundary } = self.kinds;
         let is_border = edge.other_side() != (OtherSide::Many) && self.is_border(edge);
         match mark {
@@ -155,7 +196,7 @@ impl ObjectEdges<'_> {
                 return all || feature || (boundary && is_border) || (silhouette && self.is_silhouette(edge));
             }
             EdgeMark::Diagonal => return silhouette && self.is_silhouette(edge),
-            EdgeMark::Silhouette => return all || (silhouette && self.is_silhouette(edge)),
+            EdgeMark::Silhouette => return all || (silhouette && self.is_silhouette_of_file(index)),
             EdgeMark::None => {}
         }
         all || (is_border && (boundary || feature || silhouette))
@@ -179,6 +220,21 @@ impl ObjectEdges<'_> {
                 (if is_turned { -cos } else { cos }) < self.least_cos
             }
         }
+    }
+
+    /// Returns true if the camera sees one face beside an edge from the front and the other one from the back, by the normals of
+    /// the file if it has some and the shape is not deformed.
+    fn is_silhouette_of_file(&self, index: usize) -> bool {
+        let edge = &self.topology.edges[index];
+        let normals = || {
+            let normals = self.topology.silhouette_normals(index)?;
+            let instance = &self.posed.instances[self.hit_id(edge.triangle).instance as usize];
+            instance.deformed.is_none().then(|| normals.map(|n: Vec3| instance.transform.normal(n)))
+        };
+        let Some(normals) = normals() else { return self.is_silhouette(edge) };
+        let [a, b] = edge.ends.map(|end| self.position(end));
+        let [first, second] = normals.map(|n| self.projector.sees_front(0.5 * (a + b), n));
+        first != second
     }
 
     /// Returns true if the camera sees one triangle from the front and the other one from the back.

@@ -3,7 +3,7 @@
 //! Vertices with the same position are one vertex: split normals, seams of texture coordinates and borders of materials are
 //! no borders of the surface.
 
-use glam::Vec3;
+use glam::{Vec3, Vec4};
 use rayon::prelude::*;
 
 use blinn_scene::Mesh;
@@ -61,6 +61,12 @@ pub(super) struct MeshEdges {
     pub edges: Vec<MeshEdge>,
     /// Marks of the edges; empty if the file has none and all polygons are triangles.
     pub marks: Vec<EdgeMark>,
+    /// Colours from files, linear RGBA, not premultiplied.
+    pub palette: Vec<Vec4>,
+    /// For each edge 0, or one more than the index of its colour. Empty if no edge has a colour.
+    pub colors: Vec<u32>,
+    /// Normals of the faces beside silhouettes of files, by edge.
+    silhouette_normals: Vec<(u32, [Vec3; 2])>,
     /// Number of the first vertex and of the first triangle of each mesh, and of one more.
     starts: Vec<[u32; 2]>,
 }
@@ -184,17 +190,41 @@ impl MeshEdges {
     /// Adds what files say of the edges. An edge between two triangles is what the one says that shows more.
     fn add_marks(&mut self, meshes: &[&Mesh], welded: &[u32]) {
         self.marks = vec![EdgeMark::None; self.edges.len()];
+        if meshes.iter().any(|mesh| !mesh.edge_marks.side_colors.is_empty()) {
+            self.colors = vec![0; self.edges.len()];
+        }
         for (mesh, [first, _]) in meshes.iter().zip(&self.starts) {
-            for (triangle, bits) in mesh.triangles.iter().zip(&mesh.edge_marks) {
+            let file = &mesh.edge_marks;
+            if file.is_empty() {
+                continue;
+            }
+            let first_color = self.palette.len() as u32;
+            self.palette.extend(&file.colors);
+            let mut silhouette_normals = file.silhouette_normals.iter();
+            for (t, triangle) in mesh.triangles.iter().enumerate() {
                 let corners = triangle.map(|corner| welded[(first + corner) as usize]);
-                for (i, [a, b]) in sides(corners).enumerate() {
-                    let ends = [a.min(b), a.max(b)];
+                for (side, ends) in sides(corners).into_iter().enumerate() {
+                    let mark = EdgeMark::from_bits(file.side(t, side));
+                    let normals = if mark == EdgeMark::Silhouette { silhouette_normals.next() } else { None };
                     // Edges are sorted by their ends.
                     let Ok(edge) = self.edges.binary_search_by_key(&ends, |edge| edge.ends) else { continue };
-                    self.marks[edge] = self.marks[edge].max(EdgeMark::from_bits(bits >> (2 * i)));
+                    if mark > self.marks[edge] {
+                        self.marks[edge] = mark;
+                        if let Some(color) = file.side_colors.get(t).map(|colors| u32::from(colors[side])) {
+                            self.colors[edge] = if color > 0 { first_color + color } else { 0 };
+                        }
+                    }
+                    self.silhouette_normals.extend(normals.map(|normals| (edge as u32, *normals)));
                 }
             }
         }
+        self.silhouette_normals.sort_by_key(|(edge, _)| *edge);
+    }
+
+    /// Returns the normals that a file has for the faces beside a silhouette, in the space of its mesh.
+    pub fn silhouette_normals(&self, edge: usize) -> Option<[Vec3; 2]> {
+        let at = self.silhouette_normals.binary_search_by_key(&(edge as u32), |(edge, _)| *edge).ok()?;
+        Some(self.silhouette_normals[at].1)
     }
 
     /// Marks the edges between two triangles of the same polygon.
@@ -225,10 +255,9 @@ impl MeshEdges {
     }
 }
 
-/// Returns the sides of a triangle; none if it has a vertex twice.
-fn sides([a, b, c]: [u32; 3]) -> impl Iterator<Item = [u32; 2]> {
-    let has_area = a != b && b != c && c != a;
-    [[a, b], [b, c], [c, a]].into_iter().filter(move |_| has_area)
+/// Returns the sides of a triangle, the lower vertex first.
+fn sides([a, b, c]: [u32; 3]) -> [[u32; 2]; 3] {
+    [[a, b], [b, c], [c, a]].map(|[a, b]| [a.min(b), a.max(b)])
 }
 
 /// Makes an edge of the triangles beside it. Of several with the same corners, as files write doubled faces, one counts.

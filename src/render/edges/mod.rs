@@ -68,8 +68,8 @@ pub struct EdgeStyle {
     pub kinds: EdgeKinds,
     /// Angle in degrees above which an edge is sharp.
     pub angle: f64,
-    /// Colour, linear.
-    pub color: Rgb,
+    /// Colour, linear. `None` for those that files have, and black where they have none.
+    pub color: Option<Rgb>,
     /// Width.
     pub width: EdgeWidth,
     /// Edges behind surfaces.

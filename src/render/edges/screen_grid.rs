@@ -2,7 +2,7 @@
 
 use glam::{DVec2, UVec2};
 
-use super::edge_selection::{ScreenEdge, ScreenEdges};
+use super::edge_selection::{EdgeColors, ScreenEdge, ScreenEdges};
 use super::projection::Projector;
 use crate::film::PixelRect;
 use crate::settings::RenderSettings;
@@ -14,6 +14,7 @@ const CELLS: [(usize, f64); 3] = [(1 << 16, 16.0), (1 << 19, 8.0), (usize::MAX, 
 pub(super) struct ScreenGrid {
     pub edges: Vec<ScreenEdge>,
     pub projector: Projector,
+    pub colors: EdgeColors,
     window: PixelRect,
     /// Side of a cell in pixels.
     cell: f64,
@@ -27,7 +28,7 @@ pub(super) struct ScreenGrid {
 impl ScreenGrid {
     /// Sorts edges into the cells of a picture's window.
     pub fn new(edges: ScreenEdges, settings: &RenderSettings) -> ScreenGrid {
-        let ScreenEdges { edges, projector } = edges;
+        let ScreenEdges { edges, projector, colors } = edges;
         let window = settings.window();
         // Samples lie around their pixel.
         let reach = settings.filter.radius();
@@ -41,6 +42,7 @@ impl ScreenGrid {
         let mut grid = ScreenGrid {
             edges: Vec::new(),
             projector,
+            colors,
             window,
             cell,
             columns,

@@ -133,8 +133,8 @@ pub static SHADING: &[OptionDef] = &[
         name: "edge-color",
         value_name: "COLOR",
         requires: Some("edges"),
-        help: "Colour of edges: as for `background`; black by default",
-        effect: Effect::Value(|options, text| store(&mut options.edges.color, values::color(text))),
+        help: "Colour of edges: as for `background`; by default the colour that a glTF file has for them, or black",
+        effect: Effect::Value(|options, text| store(&mut options.edges.color, values::color(text).map(Some))),
         ..BASE
     },
     OptionDef {
