@@ -16,6 +16,7 @@ mod clip_bounds;
 mod dataset_plan;
 mod dataset_views;
 mod depth_range;
+mod edge_memory;
 mod edge_options;
 mod empty_images;
 mod empty_reason;

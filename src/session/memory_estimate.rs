@@ -1,5 +1,6 @@
 //! Estimates the peak memory of rendering a scene, and checks it against the memory limit before anything is allocated.
 
+use crate::edge_memory::edge_bytes;
 use crate::error::SessionError;
 use crate::memory::limit_bytes;
 use crate::plan::SessionPlan;
@@ -15,13 +16,6 @@ const KEPT_BVH_TRIANGLE: u64 = 88;
 /// Per point and line in a BVH, and its sort.
 const BVH_POINT: u64 = 24;
 const BVH_LINE: u64 = 36;
-/// Per triangle and vertex while edges are found: half-edges, and two edges twice. Closed meshes have 1.5 edges per triangle.
-const FOUND_EDGES_TRIANGLE: u64 = 36 + 2 * KEPT_EDGES_TRIANGLE;
-const FOUND_EDGES_VERTEX: u64 = 28;
-/// Per triangle: edges that pictures share.
-const KEPT_EDGES_TRIANGLE: u64 = 32;
-/// Per drawn triangle and picture: two edges in the picture and in cells, and a normal.
-const DRAWN_EDGES_TRIANGLE: u64 = 2 * 104 + 24;
 /// Per pixel: the picture of the edges.
 const EDGES_PIXEL: u64 = 16;
 /// Per instance at one time: its transform, and its part of the top-level BVH while that is built.
@@ -80,7 +74,7 @@ fn estimate(plan: &SessionPlan, scene: &Scene, frames: usize) -> u64 {
     let neighbours = plan.options.aovs.aovs.iter().filter(|aov| aov.is_flow() && is_animated).count() as u64;
     let kept = (kept_frames + neighbours) * (KEPT_BVH_TRIANGLE * triangles + rounds + posed);
     let images = if frames > 1 { 2 } else { 1 };
-    let edges = if plan.options.edges.style().is_some() { edge_bytes(scene) } else { 0 };
+    let edges = plan.options.edges.style().map_or(0, |style| edge_bytes(scene, &style));
     let built = BVH_TRIANGLE * triangles + rounds + posed + kept;
     // A single picture's edges are found after its BVHs are built.
     let drawn = match kept {
@@ -89,15 +83,6 @@ fn estimate(plan: &SessionPlan, scene: &Scene, frames: usize) -> u64 {
     };
     (PROGRAM + scene.memory_size() + drawn.max(clip_bounds))
         .saturating_add(image_bytes(plan, scene).saturating_mul(images))
-}
-
-/// Bytes of the edges of all meshes and those of one picture.
-fn edge_bytes(scene: &Scene) -> u64 {
-    let meshes = || scene.meshes.iter().filter(|mesh| !mesh.triangles.is_empty());
-    let triangles: u64 = meshes().map(|mesh| mesh.triangles.len() as u64).sum();
-    let vertices: u64 = meshes().map(|mesh| mesh.positions.len() as u64).sum();
-    let found = FOUND_EDGES_TRIANGLE * triangles + FOUND_EDGES_VERTEX * vertices;
-    found.max(KEPT_EDGES_TRIANGLE * triangles + DRAWN_EDGES_TRIANGLE * scene.instanced_triangle_count())
 }
 
 /// Bytes of deformed vertices and instances at one time.

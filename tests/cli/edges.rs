@@ -167,3 +167,35 @@ fn points_of_a_size_in_metres_cast_shadows() {
     // The shadow is a disc of radius 1/4 at an angle: π/16 · 4/5 · 16² = 40 pixels, some of them at its rim.
     assert!(pixels == 0 && (26..=40).contains(&metres), "{metres} {pixels}");
 }
+
+/// The estimated memory counts the edges that a smooth surface can draw.
+#[test]
+fn smooth_surfaces_need_less_memory_for_their_edges() {
+    let (_guard, folder) = folder();
+    // A grid of 20,000 triangles, flat but for the peaks on request.
+    let grid = |height: f64| {
+        let mut text = String::new();
+        for i in 0..101 * 101 {
+            let (x, y) = (i % 101, i / 101);
+            text += &format!("v {x} {y} {}\n", height * f64::from((x + y) % 2));
+        }
+        for i in (0..100 * 101).filter(|i| i % 101 < 100) {
+            text += &format!("f {} {} {}\nf {} {1} {}\n", i + 1, i + 2, i + 102, i + 102, i + 103);
+        }
+        text
+    };
+    let needed = |text: &str, kinds: &str| -> f64 {
+        fs::write(folder.join("a.obj"), text).unwrap();
+        let messages = runs(&folder, &format!("render a.obj -o a.png --size 16x16 -s 1 --perf {kinds}"));
+        let (_, estimate) = messages.split_once("estimate").unwrap_or_else(|| panic!("{messages}"));
+        let words: Vec<&str> = estimate.split_whitespace().collect();
+        assert_eq!(words[1], "MiB", "{messages}");
+        words[0].parse().unwrap()
+    };
+    let [smooth, rough] = [grid(0.0), grid(3.0)];
+    let (none, all) = (needed(&smooth, ""), needed(&smooth, "--edges all"));
+    // 2 edges of 104 bytes for each triangle.
+    assert!(all > none + 2.0, "{none} {all}");
+    assert!(needed(&smooth, "--edges feature") < all - 2.0);
+    assert!(needed(&rough, "--edges feature") > all - 1.0);
+}
