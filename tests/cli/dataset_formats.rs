@@ -287,7 +287,7 @@ fn invalid_merges_are_refused() {
         ("--dataset coco --merge -o ####.png", "needs a folder of its own"),
         ("--dataset colmap --merge -o {stem}/####.png", "FOLDER/images/{index:04}-{stem}/####.png"),
         ("--dataset coco --merge -o {stem}/a/####.png", "in one folder of -o only"),
-        ("--dataset coco --merge -o x/{shard}.tar", "an archive holds images"),
+        ("--dataset coco --merge -o x/{shard}.tar", "an archive describes each image by itself"),
     ] {
         refused(&at, &format!("turntable {cube} {tower} --views 2 {flags}"), message);
     }

@@ -239,3 +239,50 @@ fn wrong_names_of_archives_are_refused() {
     let dry = blinn(&at, &format!("render objects {SMALL} --shard-size 3 --dry-run -o {{shard}}.tar")).stdout;
     assert_eq!(String::from_utf8(dry).unwrap(), "0.tar\n1.tar\n2.tar\n");
 }
+
+/// Each sample has COCO's annotations of its image, those of the same dataset as files.
+#[test]
+fn samples_have_annotations() {
+    let (_dir, at) = folder();
+    let (cube, tower) = (model("tests/cube.obj"), model("tower/tower.glb"));
+    let line = format!("turntable {cube} {tower} --views 2 --size 48x36 -s 1 -q --dataset coco");
+    runs(&at, &format!("{line} -o s/{{shard}}.tar"));
+    runs(&at, &format!("{line} -o f/{{stem}}/#.png"));
+    let parsed = |bytes: &[u8]| -> Value { serde_json::from_slice(bytes).unwrap() };
+    let whole = ["cube", "tower"]
+        .map(|stem| parsed(&fs::read(at.join(format!("f/{stem}/annotations.json"))).unwrap()));
+    let members = members(&at.join("s/0.tar"));
+    let keys: Vec<&str> = members.iter().map(|(name, _)| name.split_once('.').unwrap().0).collect();
+    let mut distinct = keys.clone();
+    distinct.dedup();
+    assert_eq!(distinct.len(), 4, "the files of a sample stand together");
+    let samples: Vec<_> = members.iter().filter(|(name, _)| name.ends_with(".coco.json")).collect();
+    assert_eq!(samples.len(), 4);
+    for (i, (name, bytes)) in samples.into_iter().enumerate() {
+        let (sample, whole, view) = (parsed(bytes), &whole[i / 2], i % 2 + 1);
+        let image = &sample["images"][0];
+        assert_eq!(image["file_name"], name.replace("coco.json", "png"));
+        assert_eq!(image["id"], i + 1, "ids count through all scenes");
+        assert_eq!(sample["categories"], whole["categories"]);
+        let own: Vec<&Value> =
+            whole["annotations"].as_array().unwrap().iter().filter(|a| a["image_id"] == view).collect();
+        let annotations = sample["annotations"].as_array().unwrap();
+        assert!(!own.is_empty() && annotations.len() == own.len());
+        for (annotation, own) in annotations.iter().zip(own) {
+            for member in ["segmentation", "amodal_segmentation", "bbox", "category_id", "object_id", "name"]
+            {
+                assert_eq!(annotation[member], own[member], "{member}");
+            }
+            assert_eq!(annotation["image_id"], i + 1);
+        }
+    }
+    // Archives without the annotations, or with others, are not up to date.
+    let resumed = |formats: &str| {
+        let line = line.replace(" -q", "").replace("coco", formats);
+        runs(&at, &format!("{line} -o s/{{shard}}.tar --resume"))
+    };
+    assert!(resumed("coco").contains("kept s/0.tar"));
+    assert!(resumed("coco-polygons").contains("wrote s/0.tar"));
+    assert!(resumed("nerf").contains("wrote s/0.tar"));
+    refused(&at, &format!("{line},bop -o s/{{shard}}.tar"), "use --dataset nerf,coco");
+}

@@ -109,13 +109,21 @@ impl FormatsPlan {
         Ok(())
     }
 
-    /// Returns an error if the formats do not suit what is written: archives have transforms only, and normalized scenes
-    /// neither COLMAP's models nor BOP's poses. COCO's annotations have no coordinates of the scene.
+    /// Returns an error if the formats do not suit what is written: archives have transforms and COCO's annotations, sample
+    /// by sample, and normalized scenes neither COLMAP's models nor BOP's poses. COCO's annotations have no coordinates of
+    /// the scene.
     pub fn check_outputs(&self, outputs: &Outputs, is_normalized: bool) -> Result<(), UsageError> {
         let has_others = self.formats.0.iter().any(|format| *format != DatasetFormat::Nerf);
         let text = match () {
             () if !has_others => return Ok(()),
-            () if outputs.shards.is_some() => "an archive holds images and their cameras; use --dataset nerf",
+            () if outputs.shards.is_some()
+                && (self.has(DatasetFormat::Bop) || self.colmap_form().is_some()) =>
+            {
+                "an archive holds images, their cameras and annotations; use --dataset nerf,coco"
+            }
+            () if outputs.shards.is_some() && self.is_merged => {
+                "an archive describes each image by itself; remove --merge"
+            }
             () if is_normalized && (self.has(DatasetFormat::Bop) || self.colmap_form().is_some()) => {
                 "bop and colmap have the scene's own coordinates; remove --normalize, or use nerf and coco"
             }

@@ -191,7 +191,12 @@ impl RenderPlan {
             return Some(self.view_hash(frame, &cameras.camera(index).ok()?));
         }
         let dataset = self.session.dataset.map(|dataset| (dataset.count, dataset.up));
-        Some(SettingsHash::of(&(self.settings_hash(frame).hash(), dataset)).strict(self.strict))
+        let settings = (self.settings_hash(frame).hash(), dataset);
+        let hash = match self.formats.coco_masks() {
+            Some(_) => SettingsHash::of(&(settings, &self.formats)),
+            None => SettingsHash::of(&settings),
+        };
+        Some(hash.strict(self.strict))
     }
 
     /// Hash of everything that decides the images of a scene except its files.

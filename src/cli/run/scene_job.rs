@@ -199,6 +199,7 @@ impl<'a> SceneJob<'a> {
     /// Renders frames in a pipeline: while one frame is rendered, the next is posed and its BVH built, and the
     /// previous one is encoded and written.
     fn render(&mut self, scene: &Scene, views: Option<&DatasetViews>, frames: &[PlannedFrame]) -> Result<()> {
+        let annotations = self.annotations(scene, views)?;
         self.log.begin_frames(frames.len());
         let (renderer, start) = SceneRenderer::new(
             &self.plan.session,
@@ -219,7 +220,7 @@ impl<'a> SceneJob<'a> {
                 (_, _, Some(shard)) => {
                     let dataset =
                         views.map(|views| TransformsFile { plan, views, scene, path, index }.describe());
-                    Box::new(ArchiveSink { output, shard, dataset: dataset.transpose()? })
+                    Box::new(ArchiveSink { output, shard, dataset: dataset.transpose()?, annotations })
                 }
                 _ => Box::new(FileSink { output, report, views_shown: &mut self.views_shown }),
             };
@@ -258,6 +259,13 @@ impl<'a> SceneJob<'a> {
         }
         images.add(sink.finish()?);
         Ok(())
+    }
+
+    /// The annotations that go into an archive, beside the images. They are made first, as the files of a sample stand together.
+    fn annotations(&self, scene: &Scene, views: Option<&DatasetViews>) -> Result<BTreeMap<i64, String>> {
+        let (Some(views), Some(_)) = (views, &self.shard) else { return Ok(BTreeMap::new()) };
+        let transforms = TransformsFile { plan: self.plan, views, scene, path: self.path, index: self.index };
+        DatasetFiles { transforms: &transforms, log: self.log }.sample_annotations(&self.cancel)
     }
 
     fn filter(&self) -> FrameFilter<'a> {

@@ -12,7 +12,7 @@ use blinn_core::cancellation::CancelToken;
 use blinn_output::datasets::{Dataset, DatasetView};
 use blinn_output::{Overwrite, SaveError, write_atomically};
 use blinn_render::integrator::Frame;
-use blinn_render::{MaskRect, ObjectMask, PixelMask, RenderSettings};
+use blinn_render::{MaskRect, ObjectMask, PixelMask, RenderSettings, render_object_masks};
 
 /// The files of a scene's dataset, apart from `transforms.json`.
 pub struct DatasetFiles<'a> {
@@ -29,6 +29,19 @@ pub struct DatasetContext<'a> {
     pub settings: RenderSettings,
     /// Ends the work on the scene.
     pub cancel: CancelToken,
+}
+
+impl<'a> DatasetContext<'a> {
+    /// The scene as a view sees it.
+    pub fn seen(&self, view: &DatasetView) -> Frame<'a> {
+        Frame { camera: view.camera, ..self.frame.clone() }
+    }
+
+    /// Traces the objects in the pixels of `traced` and returns their masks within `window`.
+    pub fn masks(&self, view: &DatasetView, traced: MaskRect, window: MaskRect) -> Result<Vec<ImageMasks>> {
+        let masks = render_object_masks(&self.seen(view), &self.settings, traced, &self.cancel)?;
+        Ok(masks.into_iter().map(|mask| ImageMasks::new(&mask, window)).collect())
+    }
 }
 
 /// A view with its number.

@@ -9,7 +9,7 @@ mod categories;
 mod colmap;
 mod context;
 
-use std::collections::BTreeSet;
+use std::collections::{BTreeMap, BTreeSet};
 use std::path::{Path, PathBuf};
 use std::time::Instant;
 
@@ -24,8 +24,8 @@ use crate::run::dataset::TransformsFile;
 use blinn_accel::Accel;
 use blinn_core::cancellation::CancelToken;
 use blinn_output::datasets::{CocoDataset, CocoObject};
+use blinn_render::MaskRect;
 use blinn_render::integrator::Frame;
-use blinn_render::{MaskRect, render_object_masks};
 use blinn_scene::{Camera, PosedScene, Scene};
 use blinn_session::BackFaceCulling;
 
@@ -53,17 +53,8 @@ impl DatasetFiles<'_> {
         }
         let start = Instant::now();
         let posed = self.transforms.views.posed();
-        let (dataset, views) = self.transforms.describe()?;
-        let Some(camera) = views.first().map(|view| view.camera) else { return Ok(Vec::new()) };
         let (accel, _) = Accel::build_cancellable(posed, &self.transforms.plan.session.build, cancel)?;
-        let numbers = self.transforms.views.frames().map(|frame| frame.number);
-        let context = DatasetContext {
-            views: numbers.zip(views).map(|(number, view)| NumberedView { number, view }).collect(),
-            frame: self.frame(posed, &accel, camera),
-            settings: self.transforms.plan.session.options.render_settings(dataset.size, 0.0),
-            dataset,
-            cancel: cancel.clone(),
-        };
+        let Some(context) = self.context(posed, &accel, cancel)? else { return Ok(Vec::new()) };
         let mut written = Vec::new();
         if has_masks {
             written.extend(self.write_masks(&context)?);
@@ -73,6 +64,49 @@ impl DatasetFiles<'_> {
         }
         self.log.stage_since("dataset", start, &format!("{} views", context.views.len()));
         Ok(written)
+    }
+
+    /// Returns COCO's annotations of each view, by its number, in files of their own: those of samples in an archive. Ids of
+    /// images count through all scenes.
+    pub fn sample_annotations(&self, cancel: &CancelToken) -> Result<BTreeMap<i64, String>> {
+        let TransformsFile { plan, path, scene, index, .. } = *self.transforms;
+        let Some(form) = plan.formats.coco_masks() else { return Ok(BTreeMap::new()) };
+        let start = Instant::now();
+        let categories = categories(plan, scene, path)?;
+        let posed = self.transforms.views.posed();
+        let (accel, _) = Accel::build_cancellable(posed, &plan.session.build, cancel)?;
+        let Some(context) = self.context(posed, &accel, cancel)? else { return Ok(BTreeMap::new()) };
+        let window = MaskRect::from(context.dataset.window);
+        let before = context.views.len().saturating_mul(index.saturating_sub(1)) as i64;
+        let mut samples = BTreeMap::new();
+        for NumberedView { number, view } in &context.views {
+            let masks = context.masks(view, window, window)?;
+            let mut coco = CocoDataset::new((window.width, window.height), categories.names.clone(), form);
+            coco.depth_step = context.dataset.depth_step;
+            coco.add_image(before + number, &view.file, objects(&masks, scene, &categories));
+            samples.insert(*number, coco.to_json());
+        }
+        self.log.stage_since("dataset", start, &format!("{} views", samples.len()));
+        Ok(samples)
+    }
+
+    /// The scene and the views for the formats; `None` without views.
+    fn context<'p>(
+        &self,
+        posed: &'p PosedScene<'p>,
+        accel: &'p Accel,
+        cancel: &CancelToken,
+    ) -> Result<Option<DatasetContext<'p>>> {
+        let (dataset, views) = self.transforms.describe()?;
+        let Some(camera) = views.first().map(|view| view.camera) else { return Ok(None) };
+        let numbers = self.transforms.views.frames().map(|frame| frame.number);
+        Ok(Some(DatasetContext {
+            views: numbers.zip(views).map(|(number, view)| NumberedView { number, view }).collect(),
+            frame: self.frame(posed, accel, camera),
+            settings: self.transforms.plan.session.options.render_settings(dataset.size, 0.0),
+            dataset,
+            cancel: cancel.clone(),
+        }))
     }
 
     /// Where the files are.
@@ -109,23 +143,11 @@ impl DatasetFiles<'_> {
             plan.frames.known().unwrap_or_default().iter().map(|frame| frame.number).collect();
         let mut written = Vec::new();
         for NumberedView { number, view } in &context.views {
-            let frame = Frame { camera: view.camera, ..context.frame.clone() };
-            let traced = if bop.is_some() { bop::canvas(&frame, &context.settings) } else { window };
-            let masks = render_object_masks(&frame, &context.settings, traced, &context.cancel)?;
-            let masks: Vec<ImageMasks> =
-                masks.into_iter().map(|mask| ImageMasks::new(&mask, window)).collect();
-            let object = |mask: &ImageMasks| {
-                let category = categories.of(mask.object)?;
-                let index = (mask.object as usize).checked_sub(1)?;
-                let name = scene.objects.get(index).map_or("", String::as_str);
-                Some((mask.object, name, category))
-            };
+            let traced =
+                if bop.is_some() { bop::canvas(&context.seen(view), &context.settings) } else { window };
+            let masks = context.masks(view, traced, window)?;
             if let Some(coco) = &mut coco {
-                let objects = masks.iter().filter_map(|mask| {
-                    let (object, name, category) = object(mask)?;
-                    Some(CocoObject { object, name, category, visible: &mask.visible, amodal: &mask.amodal })
-                });
-                coco.add_image(*number, &view.file, objects);
+                coco.add_image(*number, &view.file, objects(&masks, scene, &categories));
             }
             if let Some(bop) = &mut bop {
                 written.extend(bop.add_view(*number, view, &masks, own.contains(number))?);
@@ -139,4 +161,19 @@ impl DatasetFiles<'_> {
         }
         Ok(written)
     }
+}
+
+/// The objects that masks in an image show.
+fn objects<'m>(
+    masks: &'m [ImageMasks],
+    scene: &'m Scene,
+    categories: &'m ObjectCategories,
+) -> impl Iterator<Item = CocoObject<'m>> {
+    masks.iter().filter_map(|mask| {
+        let category = categories.of(mask.object)?;
+        let index = (mask.object as usize).checked_sub(1)?;
+        let name = scene.objects.get(index).map_or("", String::as_str);
+        let ImageMasks { object, ref visible, ref amodal, .. } = *mask;
+        Some(CocoObject { object, name, category, visible, amodal })
+    })
 }

@@ -1,5 +1,6 @@
 //! Images as samples of an archive, each with its description.
 
+use std::collections::BTreeMap;
 use std::time::{Duration, Instant};
 
 use anyhow::Result;
@@ -17,6 +18,8 @@ pub struct ArchiveSink<'a> {
     pub shard: &'a mut ShardWriter,
     /// The views of a dataset, which descriptions have.
     pub dataset: Option<(Dataset, Vec<DatasetView>)>,
+    /// COCO's annotations of the images by their number; empty without.
+    pub annotations: BTreeMap<i64, String>,
 }
 
 impl ImageSink for ArchiveSink<'_> {
@@ -43,7 +46,12 @@ impl ImageSink for ArchiveSink<'_> {
             path: name.with_extension("json"),
             bytes: format!("{description:#}\n").into_bytes(),
         };
-        for file in encode_files(&image.picture, &name, format, depth).chain([Ok(description)]) {
+        let annotations = self.annotations.get(&frame.number).map(|text| EncodedFile {
+            path: name.with_extension("coco.json"),
+            bytes: text.clone().into_bytes(),
+        });
+        let others = [Some(description), annotations].into_iter().flatten().map(Ok);
+        for file in encode_files(&image.picture, &name, format, depth).chain(others) {
             let EncodedFile { path, bytes } = file?;
             let added = self.shard.add(&path.to_string_lossy(), &bytes);
             added.map_err(|cause| SaveError { path: self.shard.path().join(&path), cause })?;
