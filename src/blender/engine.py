@@ -55,11 +55,6 @@ class BlinnRenderEngine(bpy.types.RenderEngine):
         if viewport is not None:
             viewport.draw(context, depsgraph)
 
-    def __del__(self) -> None:
-        viewport = self.__dict__.get("viewport")
-        if viewport is not None:
-            viewport.renderer.close()
-
     def render(self, depsgraph: bpy.types.Depsgraph) -> None:
         """Renders a view layer at the current frame."""
         try:

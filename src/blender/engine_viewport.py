@@ -50,6 +50,8 @@ class Viewport:
             self.renderer.close()
             return None
         try:
+            # Raises ReferenceError if the viewport has ended.
+            _ = engine.is_preview
             if self.changed_at and time.monotonic() - self.changed_at >= REST:
                 self.changed_at = 0.0
                 self.export()
@@ -58,7 +60,6 @@ class Viewport:
                 engine.update_stats("", self.status)
                 engine.tag_redraw()
         except ReferenceError:
-            # The viewport has ended.
             self.renderer.close()
             return None
         return PERIOD
