@@ -24,7 +24,8 @@ class Viewport:
         self.engine = weakref.ref(engine)
         self.blinn = blinn
         self.renderer = Renderer(blinn)
-        self.choice: list[str] | None = None
+        self.choice: list[str] = []
+        self.settings: tuple[Any, ...] | None = None
         self.scene_name = ""
         self.changed_at = 0.0
         self.drawn = -1
@@ -34,14 +35,13 @@ class Viewport:
 
     def update(self, depsgraph: bpy.types.Depsgraph) -> None:
         """Notes that the scene has changed."""
-        choice = engine_export.choice_of(depsgraph)
-        if self.choice is None or choice != self.choice or is_changed(depsgraph):
-            if self.changed_at == 0.0 and self.choice is None:
-                # The first export begins at once.
-                self.changed_at = time.monotonic() - REST
-            else:
-                self.changed_at = time.monotonic()
-            self.choice, self.scene_name = choice, depsgraph.scene.name
+        settings = settings_of(depsgraph)
+        if self.settings == settings and not is_changed(depsgraph):
+            return
+        # The first export begins at once.
+        self.changed_at = time.monotonic() - (REST if self.settings is None else 0.0)
+        self.settings, self.scene_name = settings, depsgraph.scene.name
+        self.choice = engine_export.choice_of(depsgraph)
 
     def look(self) -> float | None:
         """Starts exports, and redraws what is new. Returns the time to the next look; None at the end."""
@@ -98,6 +98,13 @@ class Viewport:
         draw_texture_2d(self.texture, (0, 0), *size)
         self.engine().unbind_display_space_shader()
         gpu.state.blend_set("NONE")
+
+
+def settings_of(depsgraph: bpy.types.Depsgraph) -> tuple[Any, ...]:
+    """Returns what pictures depend on beside the data of the scene."""
+    scene = depsgraph.scene
+    values = [engine_export.choice_of(depsgraph), scene.render.film_transparent, engine_settings.light_paths(scene)]
+    return (*values, engine_settings.load_options(scene), engine_settings.render_options(scene))
 
 
 def is_changed(depsgraph: bpy.types.Depsgraph) -> bool:

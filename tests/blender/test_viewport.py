@@ -139,3 +139,22 @@ def test_only_changes_that_pictures_show_are_exported(cube):
     finally:
         bpy.app.handlers.depsgraph_update_post.remove(handler)
     assert seen == [False, True]
+
+
+def test_settings_that_pictures_depend_on_are_noticed(cube):
+    from blinn_extension.engine_viewport import settings_of
+
+    def settings():
+        depsgraph = bpy.context.evaluated_depsgraph_get()
+        depsgraph.update()
+        return settings_of(depsgraph)
+
+    seen = [settings(), settings()]
+    assert seen[0] == seen[1]
+    cube.render.film_transparent = False
+    seen.append(settings())
+    cube.blinn.samples = 7
+    seen.append(settings())
+    cube.frame_set(3)
+    seen.append(settings())
+    assert all(a != b for a, b in zip(seen[1:], seen[2:]))
