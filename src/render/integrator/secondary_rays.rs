@@ -23,7 +23,7 @@ use crate::integrator::lobe_samples::mirrored_to_side;
 use crate::integrator::material::coefficients::Coefficients;
 use crate::integrator::material::ggx::{SMOOTH_GLASS_ALPHA, shadowing_ratio};
 use crate::integrator::material::ggx_lobe::{Lobe, MIN_COS};
-use crate::integrator::material::glass_albedo::glass_albedo;
+use crate::integrator::material::glass_albedo::GlassAlbedo;
 use crate::integrator::media::{Crossing, MediumStack, Wavelength};
 use crate::integrator::paths::{AreaLightHits, Escape, PathState, PathStates, SecondaryRay, Wave};
 use crate::integrator::reflection_rays::{ReflectionRays, SEEN_ALPHA, SpawnedRays};
@@ -269,13 +269,14 @@ impl<'a, 's> PathVertex<'a, 's> {
     /// The share of a ray that leaves rough glass between other facets, scaled up by the light that they block of all rays.
     /// `cos_out` is its cosine to the normal on its own side, and `eta` the index of refraction behind the surface over that in
     /// front of it.
-    fn visible_share(&self, cos_out: f64, eta: f64) -> f32 {
+    fn visible_share(&self, cos_out: f64, eta: f64) -> Rgb {
         let alpha = f64::from(self.glass_alpha());
         if alpha == 0.0 || !self.frame.traces_full_paths() {
-            return 1.0;
+            return Rgb::ONE;
         }
         let cos = self.n.dot(self.v).clamp(MIN_COS, 1.0);
-        (shadowing_ratio(cos, cos_out, alpha) / glass_albedo(cos, alpha, eta)) as f32
+        let compensation = GlassAlbedo::new(cos, alpha, eta).compensation(self.k.surface_tint());
+        compensation * shadowing_ratio(cos, cos_out, alpha) as f32
     }
 
     /// Spawns a ray, or returns the environment's light in its direction instead.

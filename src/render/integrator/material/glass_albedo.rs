@@ -1,29 +1,52 @@
 //! Directional albedo of rough glass whose facets reflect or refract light once: the share of the light from a direction that
 //! leaves on the right side. Other facets block the rest, which in truth scatters on and leaves later. Rays of rough glass are
-//! weighted by the inverse, as in Cycles (Turquin, “Practical multiple scattering compensation for microfacet models”, 2019).
+//! scaled up instead, as in Cycles (Turquin, “Practical multiple scattering compensation for microfacet models”, 2019), with the
+//! tint of further facets (Kulla and Conty, “Revisiting Physically Based Shading at Imageworks”, 2017).
 
 mod table;
 
-use self::table::{ALBEDO, COLUMNS, INDICES, ROWS};
+use self::table::{ALBEDO, COLUMNS, INDICES, MEAN, ROWS};
+use blinn_core::geometry::Rgb;
 
-/// The albedo at cosine `cos` to the viewer, for a GGX `alpha` and an index of refraction `eta` behind the surface over that in
-/// front of it.
-pub(crate) fn glass_albedo(cos: f64, alpha: f64, eta: f64) -> f64 {
-    let r = reflectance(eta as f32);
-    let above = INDICES[1..INDICES.len() - 1].iter().position(|&index| reflectance(index) > r);
-    let i = above.unwrap_or(INDICES.len() - 2);
-    let [from, to] = [INDICES[i], INDICES[i + 1]].map(reflectance);
-    let (row, y) = node(alpha as f32, ROWS);
-    let (column, x) = node(cos as f32, COLUMNS);
-    let mix = |a: f32, b: f32, t: f32| a + (b - a) * t;
-    let [a, b] = [i, i + 1].map(|i| {
-        let [upper, lower] = [row, row + 1].map(|row| {
-            let [a, b] = [column, column + 1].map(|column| f32::from(ALBEDO[i][row][column]));
-            mix(a, b, x)
-        });
-        mix(upper, lower, y)
-    });
-    f64::from(mix(a, b, ((r - from) / (to - from)).clamp(0.0, 1.0)) / 65535.0)
+/// Rough glass seen from a direction.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct GlassAlbedo {
+    /// The share of light that leaves on the right side.
+    albedo: f32,
+    /// Its mean over the directions of viewers, weighted by their cosine.
+    mean: f32,
+}
+
+impl GlassAlbedo {
+    /// The albedo at cosine `cos` to the viewer, for a GGX `alpha` and an index of refraction `eta` behind the surface over that in
+    /// front of it.
+    pub fn new(cos: f64, alpha: f64, eta: f64) -> GlassAlbedo {
+        let r = reflectance(eta as f32);
+        let above = INDICES[1..INDICES.len() - 1].iter().position(|&index| reflectance(index) > r);
+        let i = above.unwrap_or(INDICES.len() - 2);
+        let [from, to] = [INDICES[i], INDICES[i + 1]].map(reflectance);
+        let z = ((r - from) / (to - from)).clamp(0.0, 1.0);
+        let (row, y) = node(alpha as f32, ROWS);
+        let (column, x) = node(cos as f32, COLUMNS);
+        let mix = |[a, b]: [f32; 2], t: f32| a + (b - a) * t;
+        let in_row = |i: usize, row: usize| {
+            mix([column, column + 1].map(|column| f32::from(ALBEDO[i][row][column])), x)
+        };
+        let in_table = |i: usize| mix([row, row + 1].map(|row| in_row(i, row)), y);
+        let mean_in_table = |i: usize| mix([row, row + 1].map(|row| f32::from(MEAN[i][row])), y);
+        GlassAlbedo {
+            albedo: mix([i, i + 1].map(in_table), z) / 65535.0,
+            mean: mix([i, i + 1].map(mean_in_table), z) / 65535.0,
+        }
+    }
+
+    /// The factor of light that facets of a `tint` scatter once, for all that they scatter: at least 1.
+    pub fn compensation(&self, tint: Rgb) -> Rgb {
+        let GlassAlbedo { albedo, mean } = *self;
+        let tint = tint.clamp(Rgb::ZERO, Rgb::ONE);
+        let further = tint * mean / (Rgb::ONE - tint * (1.0 - mean));
+        Rgb::ONE + further * ((1.0 - albedo) / albedo)
+    }
 }
 
 /// The amplitude that a boundary reflects at normal incidence, in which the nodes are interpolated.
@@ -72,20 +95,39 @@ mod tests {
             for alpha in [0.02, 0.1, 0.3, 0.8] {
                 for cos in [0.1, 0.4, 0.9] {
                     let expected = mean_over_facets(cos, alpha, eta);
-                    let albedo = glass_albedo(cos, alpha, eta);
-                    assert!(
-                        (albedo / expected - 1.0).abs() < 0.02,
-                        "{eta} {alpha} {cos}: {albedo} {expected}"
-                    );
+                    let all = GlassAlbedo::new(cos, alpha, eta).compensation(Rgb::ONE) * expected as f32;
+                    assert!((all - Rgb::ONE).abs().max_element() < 0.02, "{eta} {alpha} {cos}: {all}");
                 }
             }
         }
     }
 
+    /// Light scatters on from the directions in which it was blocked: the mean is that of the albedo.
+    #[test]
+    fn the_mean_is_that_of_all_viewers() {
+        for (alpha, eta) in [(0.1, 1.5), (0.5, 1.33), (0.5, 0.7)] {
+            let n = 1000;
+            let cosines = (0..n).map(|i| (f64::from(i) + 0.5) / f64::from(n));
+            let albedos = cosines.map(|cos| 2.0 * cos as f32 * GlassAlbedo::new(cos, alpha, eta).albedo);
+            let expected = albedos.sum::<f32>() / n as f32;
+            let mean = GlassAlbedo::new(0.5, alpha, eta).mean;
+            assert!((mean - expected).abs() < 0.01, "{alpha} {eta}: {mean} {expected}");
+        }
+    }
+
+    #[test]
+    fn dark_glass_absorbs_what_it_scatters_on() {
+        let glass = GlassAlbedo::new(0.5, 1.0, 1.5);
+        let [black, grey, white] =
+            [0.0, 0.5, 1.0].map(|tint| glass.compensation(Rgb::splat(tint)).max_element());
+        assert_eq!(black, 1.0);
+        assert!(grey > 1.05 && grey < white && (white - 1.0 / glass.albedo).abs() < 1e-5, "{grey} {white}");
+    }
+
     #[test]
     fn values_outside_of_the_table_take_its_nearest() {
-        assert_eq!(glass_albedo(2.0, 5.0, 9.0), glass_albedo(1.0, 1.0, 3.0));
-        assert_eq!(glass_albedo(-1.0, -1.0, 0.01), glass_albedo(0.0, 0.0, 1.0 / 3.0));
-        assert!(glass_albedo(f64::NAN, f64::NAN, f64::NAN).is_nan());
+        let albedo = |cos, alpha, eta| GlassAlbedo::new(cos, alpha, eta).albedo;
+        assert_eq!(albedo(2.0, 5.0, 9.0), albedo(1.0, 1.0, 3.0));
+        assert_eq!(albedo(-1.0, -1.0, 0.01), albedo(0.0, 0.0, 1.0 / 3.0));
     }
 }
