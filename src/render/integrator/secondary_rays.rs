@@ -178,7 +178,6 @@ impl<'a, 's> PathVertex<'a, 's> {
         let film = block.layered.get(lane).and_then(|point| point.film);
         DielectricBoundary {
             eta,
-            transmission: self.k.transmission_weight,
             f90: layers.dielectric_f90,
             film: film.map(|film| BoundaryFilm { film: film.over(layers), share: film.share, entering }),
         }
@@ -206,9 +205,14 @@ impl<'a, 's> PathVertex<'a, 's> {
         let normal_change = self.normal_change + self.k.layers.alpha * (PI * sample_share).sqrt();
         let [u_reflected, u_refracted] = self.stream.get_2d(self.path(), SampleDimension::Roulette);
         let mirrored = m * (2.0 * self.v.dot(m)) - self.v;
+        let visible = self.visible_share(self.n.dot(mirrored), white.eta);
+        let transmission = self.k.transmission_weight;
+        let (block, lane) = self.batch.soa.lane(self.i);
+        // The rest covers an opaque base, with what the base does not receive. It reflects alike on both sides.
+        let above_base: Rgb = vec3(&block.k_r, lane);
         let reflected = DielectricRay {
             direction: mirrored,
-            weight: reflectance * self.visible_share(self.n.dot(mirrored), white.eta),
+            weight: reflectance * visible * transmission + above_base * (1.0 - transmission),
             share,
             is_refracted: false,
             media: self.state.media,
@@ -217,8 +221,7 @@ impl<'a, 's> PathVertex<'a, 's> {
         };
         let mut environment_light = self.spawn_dielectric_ray(&reflected, u_reflected, wave);
         for &(wavelength, Crossing { behind, eta, .. }) in crossings {
-            let transmittance =
-                self.boundary(eta).transmittance(cos) * if splits { wavelength.mask() } else { Rgb::ONE };
+            let transmittance = (Rgb::ONE - reflectance) * if splits { wavelength.mask() } else { Rgb::ONE };
             if !(transmittance.max_element() > 0.0) {
                 continue;
             }
@@ -226,7 +229,7 @@ impl<'a, 's> PathVertex<'a, 's> {
             let visible = self.visible_share(-self.n.dot(direction), eta);
             let refracted = DielectricRay {
                 direction,
-                weight: self.k.surface_tint() * (transmittance * visible),
+                weight: self.k.surface_tint() * (transmittance * transmission * visible),
                 share: (1.0 - share) / crossings.len() as f32,
                 is_refracted: true,
                 media: behind,

@@ -102,7 +102,6 @@ impl RoughGlass {
         let film = block.layered.get(lane).and_then(|point| point.film);
         let boundary = |eta: f64| DielectricBoundary {
             eta,
-            transmission: k.transmission_weight,
             f90: k.layers.dielectric_f90,
             film: film.map(|film| BoundaryFilm { film: film.over(&k.layers), share: film.share, entering }),
         };
@@ -119,7 +118,7 @@ impl RoughGlass {
                 true => Wavelength::CHANNELS.map(|of| (of.mask(), boundary(crossing(of).eta))).to_vec(),
                 false => vec![(Rgb::ONE, boundary(of_path.eta))],
             },
-            weight: k.surface_tint() * scale,
+            weight: k.surface_tint() * (k.transmission_weight * scale),
             max_share: f32::INFINITY,
         })
     }
@@ -144,7 +143,7 @@ impl RoughGlass {
         }
         let shares = self.boundaries.iter().map(|(colors, boundary)| {
             let [lobe, v_h] = transmitted_lobe(self.n, l, self.v, self.alpha2, boundary.eta);
-            let transmittance = boundary.transmittance(v_h);
+            let transmittance = Rgb::ONE - boundary.reflectance(v_h);
             (transmittance * lobe as f32).min(Rgb::splat(self.max_share * cos as f32)) * *colors
         });
         self.weight * irradiance * shares.reduce(|sum, share| sum + share).unwrap_or_default()

@@ -9,8 +9,6 @@ use blinn_core::geometry::Rgb;
 pub(crate) struct DielectricBoundary {
     /// Index of refraction behind the boundary over that in front of it.
     pub eta: f64,
-    /// Share of the boundary that transmits light. The rest covers an opaque base.
-    pub transmission: f32,
     /// Weight of the reflection.
     pub f90: f32,
     /// Film on the outside.
@@ -30,27 +28,7 @@ pub(crate) struct BoundaryFilm {
 impl DielectricBoundary {
     /// The share of light that is reflected at cosine `cos` of incidence, by colour.
     pub fn reflectance(&self, cos: f64) -> Rgb {
-        let transmitting = self.fresnel(cos) * self.transmission;
-        if self.transmission == 1.0 {
-            return transmitting;
-        }
-        // No light leaves an opaque base towards the boundary: it is covered alike on both sides.
-        let outside = DielectricBoundary {
-            eta: self.eta.max(1.0 / self.eta),
-            film: self.film.map(|film| BoundaryFilm { entering: true, ..film }),
-            ..*self
-        };
-        transmitting + outside.fresnel(cos) * (1.0 - self.transmission)
-    }
-
-    /// The share of light that passes through the boundary at cosine `cos` of incidence, by colour.
-    pub fn transmittance(&self, cos: f64) -> Rgb {
-        (Rgb::ONE - self.fresnel(cos)) * self.transmission
-    }
-
-    /// The share of light that glass without an opaque base reflects.
-    fn fresnel(&self, cos: f64) -> Rgb {
-        let &DielectricBoundary { eta, f90, film, .. } = self;
+        let &DielectricBoundary { eta, f90, film } = self;
         let bare =
             Rgb::splat(if eta == 1.0 { 0.0 } else { fresnel_dielectric(cos, eta) as f32 * f90.min(1.0) });
         let Some(BoundaryFilm { film, share, entering }) = film else { return bare };

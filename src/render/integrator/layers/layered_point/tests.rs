@@ -387,7 +387,6 @@ fn films_reflect_as_much_on_both_sides_of_refracted_light() {
     let over = film.over(&dielectric_view(DVec3::Z, 0.0).layers);
     let boundary = |eta: f64, entering: bool| DielectricBoundary {
         eta,
-        transmission: 1.0,
         f90: 1.0,
         film: Some(BoundaryFilm { film: over, share: 1.0, entering }),
     };
