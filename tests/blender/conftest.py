@@ -46,6 +46,16 @@ def scene() -> Any:
 
 
 @pytest.fixture()
+def small_picture(scene: Any) -> Any:
+    """The scene, which blinn renders in 40 by 30 pixels at few samples, without a background."""
+    scene.render.engine = "BLINN"
+    scene.render.resolution_x, scene.render.resolution_y = 40, 30
+    scene.render.film_transparent = True
+    scene.blinn.samples, scene.blinn.indirect = 4, 0
+    return scene
+
+
+@pytest.fixture()
 def add_light(scene: Any) -> Callable[..., Any]:
     """A function that adds a light with attributes, and returns its object."""
 

@@ -14,12 +14,9 @@ SIZE = (40, 30)
 
 
 @pytest.fixture()
-def cubes(scene, add_light):
+def cubes(small_picture, add_light):
     """A scene of two cubes before an empty background, rendered by blinn."""
-    scene.render.engine = "BLINN"
-    scene.render.resolution_x, scene.render.resolution_y = SIZE
-    scene.render.film_transparent = True
-    scene.blinn.samples, scene.blinn.indirect = 4, 0
+    scene = small_picture
     scene.camera.location = (0.0, 0.0, 12.0)
     for i, name in enumerate(["Left", "Right"]):
         bpy.ops.mesh.primitive_cube_add(location=(4.0 * i - 2.0, 0.0, 0.0))

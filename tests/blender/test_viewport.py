@@ -15,12 +15,9 @@ SIZE = (40, 30)
 
 
 @pytest.fixture()
-def cube(scene, add_light):
+def cube(small_picture, add_light):
     """A cube before a camera that looks down on it from the side."""
-    scene.render.engine = "BLINN"
-    scene.render.resolution_x, scene.render.resolution_y = SIZE
-    scene.render.film_transparent = True
-    scene.blinn.samples, scene.blinn.indirect = 4, 0
+    scene = small_picture
     scene.camera.location, scene.camera.rotation_euler = (3.0, -5.0, 4.0), (0.9, 0.1, 0.5)
     bpy.ops.mesh.primitive_cube_add()
     add_light("SUN", energy=3.0).rotation_euler = (0.5, 0.2, 0.0)
