@@ -21,9 +21,9 @@ use crate::integrator::layers::facets::AnisotropicFacets;
 use crate::integrator::lobe_light::{LightReceiver, LobeLight};
 use crate::integrator::lobe_samples::mirrored_to_side;
 use crate::integrator::material::coefficients::Coefficients;
-use crate::integrator::material::ggx::{SMOOTH_GLASS_ALPHA, shadowing_ratio};
+use crate::integrator::material::ggx::SMOOTH_GLASS_ALPHA;
 use crate::integrator::material::ggx_lobe::{Lobe, MIN_COS};
-use crate::integrator::material::glass_albedo::GlassAlbedo;
+use crate::integrator::material::glass_albedo::BlockingFacets;
 use crate::integrator::media::{Crossing, MediumStack, Wavelength};
 use crate::integrator::paths::{AreaLightHits, Escape, PathState, PathStates, SecondaryRay, Wave};
 use crate::integrator::reflection_rays::{ReflectionRays, SEEN_ALPHA, SpawnedRays};
@@ -114,6 +114,13 @@ fn add_radiance(batch: &mut ShadingBatch, i: usize, light: Rgb) {
     set3(&mut block.radiance, lane, radiance.to_array());
 }
 
+/// The microfacets of rough glass.
+struct GlassFacets {
+    /// GGX α; of stretched facets that of round ones that are as rough.
+    alpha: f32,
+    stretched: Option<AnisotropicFacets>,
+}
+
 /// A ray that leaves the surface of a body.
 struct DielectricRay {
     /// Unit direction.
@@ -187,7 +194,11 @@ impl<'a, 's> PathVertex<'a, 's> {
     fn spawn_at_dielectric(&self, wave: &mut Wave) -> Rgb {
         let white = self.medium_crossing(self.state.wavelength);
         let splits = white.disperses && self.state.wavelength == Wavelength::White;
-        let m = self.sample_microfacet_normal();
+        let facets = self.facets();
+        let m = self.sample_microfacet_normal(facets.as_ref());
+        let blocking = facets.and_then(|facets| self.blocking_facets(&facets));
+        let compensation = |eta| blocking.map_or(Rgb::ONE, |facets| facets.compensation(eta));
+        let visible_share = |cos_out| blocking.map_or(1.0, |facets| facets.visible_share(cos_out));
         let cos = self.v.dot(m).clamp(0.0, 1.0);
         let crossings = Wavelength::CHANNELS.map(|wavelength| match splits {
             true => (wavelength, self.medium_crossing(wavelength)),
@@ -205,7 +216,8 @@ impl<'a, 's> PathVertex<'a, 's> {
         let normal_change = self.normal_change + self.k.layers.alpha * (PI * sample_share).sqrt();
         let [u_reflected, u_refracted] = self.stream.get_2d(self.path(), SampleDimension::Roulette);
         let mirrored = m * (2.0 * self.v.dot(m)) - self.v;
-        let visible = self.visible_share(self.n.dot(mirrored), white.eta);
+        let compensation_of_white = compensation(white.eta);
+        let visible = compensation_of_white * visible_share(self.n.dot(mirrored));
         let transmission = self.k.transmission_weight;
         let (block, lane) = self.batch.soa.lane(self.i);
         // The rest covers an opaque base, with what the base does not receive. It reflects alike on both sides.
@@ -226,7 +238,8 @@ impl<'a, 's> PathVertex<'a, 's> {
                 continue;
             }
             let direction = refract(self.v, m, cos, eta);
-            let visible = self.visible_share(-self.n.dot(direction), eta);
+            let compensation = if splits { compensation(eta) } else { compensation_of_white };
+            let visible = compensation * visible_share(-self.n.dot(direction));
             let refracted = DielectricRay {
                 direction,
                 weight: self.k.surface_tint() * (transmittance * transmission * visible),
@@ -241,45 +254,34 @@ impl<'a, 's> PathVertex<'a, 's> {
         environment_light
     }
 
-    /// The stretched facets of glass.
-    fn anisotropic_facets(&self) -> Option<AnisotropicFacets> {
-        let (block, lane) = self.batch.soa.lane(self.i);
-        layer_view(block, lane).and_then(|(point, view)| point.anisotropic_facets(&view))
-    }
-
-    /// The GGX α of the facets of rough glass; 0 for smooth glass.
-    fn glass_alpha(&self) -> f32 {
+    /// The microfacets of rough glass; `None` for smooth glass.
+    fn facets(&self) -> Option<GlassFacets> {
         let alpha = self.k.layers.alpha;
         if alpha < SMOOTH_GLASS_ALPHA {
-            return 0.0;
+            return None;
         }
-        self.anisotropic_facets().map_or(alpha, |facets| facets.mean_alpha())
+        let (block, lane) = self.batch.soa.lane(self.i);
+        let stretched = layer_view(block, lane).and_then(|(point, view)| point.anisotropic_facets(&view));
+        Some(GlassFacets { alpha: stretched.map_or(alpha, |facets| facets.mean_alpha()), stretched })
     }
 
     /// The normal of a microfacet of glass that is visible from the path; the shading normal of smooth glass.
-    fn sample_microfacet_normal(&self) -> DVec3 {
-        let alpha = self.k.layers.alpha;
-        if alpha < SMOOTH_GLASS_ALPHA {
-            return self.n;
-        }
+    fn sample_microfacet_normal(&self, facets: Option<&GlassFacets>) -> DVec3 {
+        let Some(facets) = facets else { return self.n };
         let u = self.stream.get_2d(self.path(), SampleDimension::Reflection).map(f64::from);
-        match self.anisotropic_facets() {
+        match facets.stretched {
             Some(facets) => facets.sample_normal(u),
-            None => Lobe { n: self.n, v: self.v, alpha: f64::from(alpha), f0: 1.0 }.sample_normal(u),
+            None => Lobe { n: self.n, v: self.v, alpha: f64::from(facets.alpha), f0: 1.0 }.sample_normal(u),
         }
     }
 
-    /// The share of a ray that leaves rough glass between other facets, scaled up by the light that they block of all rays.
-    /// `cos_out` is its cosine to the normal on its own side, and `eta` the index of refraction behind the surface over that in
-    /// front of it.
-    fn visible_share(&self, cos_out: f64, eta: f64) -> Rgb {
-        let alpha = f64::from(self.glass_alpha());
-        if alpha == 0.0 || !self.frame.traces_full_paths() {
-            return Rgb::ONE;
-        }
-        let cos = self.n.dot(self.v).clamp(MIN_COS, 1.0);
-        let compensation = GlassAlbedo::new(cos, alpha, eta).compensation(self.k.surface_tint());
-        compensation * shadowing_ratio(cos, cos_out, alpha) as f32
+    /// The facets that block rays of rough glass; `None` where blocked rays are mirrored to their side.
+    fn blocking_facets(&self, facets: &GlassFacets) -> Option<BlockingFacets> {
+        self.frame.traces_full_paths().then(|| BlockingFacets {
+            cos: self.n.dot(self.v).clamp(MIN_COS, 1.0),
+            alpha: f64::from(facets.alpha),
+            tint: self.k.surface_tint(),
+        })
     }
 
     /// Spawns a ray, or returns the environment's light in its direction instead.

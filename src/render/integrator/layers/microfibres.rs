@@ -5,6 +5,8 @@
 
 use glam::Vec3;
 
+use crate::integrator::material::table_place::table_place;
+
 /// Nodes by perceptual roughness, at k/10.
 const ROWS: usize = 11;
 /// Nodes by the cosine to the viewer, at (k/8)².
@@ -114,13 +116,8 @@ struct Place {
 
 impl Place {
     fn new(roughness: f32, cos: f32) -> Place {
-        let node = |x: f32, count: usize| {
-            let x = x.clamp(0.0, 1.0) * (count - 1) as f32;
-            // NaN becomes index 0.
-            let i = (x as usize).min(count - 2);
-            (i, x - i as f32)
-        };
-        let ((row, y), (column, x)) = (node(roughness, ROWS), node(cos.max(0.0).sqrt(), COLUMNS));
+        let (row, y) = table_place(roughness, ROWS);
+        let (column, x) = table_place(cos.max(0.0).sqrt(), COLUMNS);
         Place { row, column, y, x }
     }
 

@@ -7,6 +7,7 @@ use std::sync::OnceLock;
 use glam::Vec3;
 
 use crate::integrator::layers::microfibres::MicrofibreLobe;
+use crate::integrator::material::table_place::table_place;
 use blinn_core::geometry::Rgb;
 use blinn_scene::SheenModel;
 
@@ -164,13 +165,8 @@ fn albedo(cos: f32, roughness: f32) -> f32 {
     let table = TABLE.get_or_init(|| {
         (0..NODES * NODES).map(|k| Fibres::new(node(k / NODES)).albedo(node(k % NODES).powi(2))).collect()
     });
-    let place = |x: f32| {
-        let x = x.clamp(0.0, 1.0) * (NODES - 1) as f32;
-        // NaN becomes index 0.
-        let i = (x as usize).min(NODES - 2);
-        (i, x - i as f32)
-    };
-    let ((row, y), (column, x)) = (place(roughness), place(cos.max(0.0).sqrt()));
+    let (row, y) = table_place(roughness, NODES);
+    let (column, x) = table_place(cos.max(0.0).sqrt(), NODES);
     let at = |row: usize| {
         let nodes = &table[row * NODES + column..][..2];
         nodes[0] + (nodes[1] - nodes[0]) * x

@@ -6,11 +6,13 @@
 mod table;
 
 use self::table::{ALBEDO, COLUMNS, INDICES, MEAN, ROWS};
+use crate::integrator::material::ggx::shadowing_ratio;
+use crate::integrator::material::table_place::table_place;
 use blinn_core::geometry::Rgb;
 
-/// Rough glass seen from a direction.
+/// The albedo of rough glass seen from a direction.
 #[derive(Clone, Copy, Debug)]
-pub(crate) struct GlassAlbedo {
+struct GlassAlbedo {
     /// The share of light that leaves on the right side.
     albedo: f32,
     /// Its mean over the directions of viewers, weighted by their cosine.
@@ -20,14 +22,14 @@ pub(crate) struct GlassAlbedo {
 impl GlassAlbedo {
     /// The albedo at cosine `cos` to the viewer, for a GGX `alpha` and an index of refraction `eta` behind the surface over that in
     /// front of it.
-    pub fn new(cos: f64, alpha: f64, eta: f64) -> GlassAlbedo {
+    fn new(cos: f64, alpha: f64, eta: f64) -> GlassAlbedo {
         let r = reflectance(eta as f32);
         let above = INDICES[1..INDICES.len() - 1].iter().position(|&index| reflectance(index) > r);
         let i = above.unwrap_or(INDICES.len() - 2);
         let [from, to] = [INDICES[i], INDICES[i + 1]].map(reflectance);
         let z = ((r - from) / (to - from)).clamp(0.0, 1.0);
-        let (row, y) = node(alpha as f32, ROWS);
-        let (column, x) = node(cos as f32, COLUMNS);
+        let (row, y) = table_place((alpha as f32).max(0.0).sqrt(), ROWS);
+        let (column, x) = table_place((cos as f32).max(0.0).sqrt(), COLUMNS);
         let mix = |[a, b]: [f32; 2], t: f32| a + (b - a) * t;
         let in_row = |i: usize, row: usize| {
             mix([column, column + 1].map(|column| f32::from(ALBEDO[i][row][column])), x)
@@ -41,11 +43,35 @@ impl GlassAlbedo {
     }
 
     /// The factor of light that facets of a `tint` scatter once, for all that they scatter: at least 1.
-    pub fn compensation(&self, tint: Rgb) -> Rgb {
+    fn compensation(&self, tint: Rgb) -> Rgb {
         let GlassAlbedo { albedo, mean } = *self;
         let tint = tint.clamp(Rgb::ZERO, Rgb::ONE);
         let further = tint * mean / (Rgb::ONE - tint * (1.0 - mean));
         Rgb::ONE + further * ((1.0 - albedo) / albedo)
+    }
+}
+
+/// Facets of rough glass that block the light of others.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct BlockingFacets {
+    /// Cosine between the normal and the viewer, above 0.
+    pub cos: f64,
+    /// GGX α.
+    pub alpha: f64,
+    /// Tint of a surface.
+    pub tint: Rgb,
+}
+
+impl BlockingFacets {
+    /// The factor of all rays for the light that is blocked, by the index of refraction `eta` behind the surface over that in
+    /// front of it.
+    pub fn compensation(&self, eta: f64) -> Rgb {
+        GlassAlbedo::new(self.cos, self.alpha, eta).compensation(self.tint)
+    }
+
+    /// The share of a ray that leaves between other facets, at cosine `cos_out` to the normal on its own side.
+    pub fn visible_share(&self, cos_out: f64) -> f32 {
+        shadowing_ratio(self.cos, cos_out, self.alpha) as f32
     }
 }
 
@@ -54,21 +80,13 @@ fn reflectance(index: f32) -> f32 {
     (index - 1.0) / (index + 1.0)
 }
 
-/// The node before `x` of `count` nodes at the squares of k/(count − 1), and the way from it to the next.
-fn node(x: f32, count: usize) -> (usize, f32) {
-    let x = x.clamp(0.0, 1.0).sqrt() * (count - 1) as f32;
-    // NaN becomes index 0.
-    let i = (x as usize).min(count - 2);
-    (i, x - i as f32)
-}
-
 #[cfg(test)]
 mod tests {
     use glam::DVec3;
 
     use super::*;
     use crate::integrator::material::fresnel::fresnel_dielectric;
-    use crate::integrator::material::ggx::{sample_visible_normal, shadowing_ratio};
+    use crate::integrator::material::ggx::sample_visible_normal;
 
     /// The albedo as a mean over facets.
     fn mean_over_facets(cos: f64, alpha: f64, eta: f64) -> f64 {

@@ -19,3 +19,4 @@ pub(crate) mod material_inputs;
 pub(crate) mod opacity;
 pub(crate) mod specular_antialiasing;
 pub(crate) mod specular_layers;
+pub(crate) mod table_place;
