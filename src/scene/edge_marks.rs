@@ -1,4 +1,4 @@
-//! What a file says of the edges of a mesh.
+//! Marks and colours that a file has for the edges of a mesh.
 
 use glam::{Vec3, Vec4};
 

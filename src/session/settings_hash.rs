@@ -101,7 +101,7 @@ mod tests {
         assert!(distinct(&distances.map(with_distance)));
     }
 
-    /// What follows a path counts, too.
+    /// Settings behind a path count, too.
     #[cfg(unix)]
     #[test]
     fn paths_need_not_be_text() {

@@ -84,7 +84,7 @@ fn silhouettes_follow_the_normals_of_the_file() {
     let silhouettes = |file: &Fixture, warning: &str| drawn(&folder, file, "--edges silhouette", warning);
     for (normals, is_drawn) in [([[0i8, 0, 127], [0, 0, -127]], true), ([[0, 0, 127], [90, 0, 90]], false)] {
         let floats = normals.map(|n| n.map(|n| f32::from(n) / 127.0));
-        // Of the octahedron's square, the middle is up and the corners are down.
+        // The middle of the octahedron's square is up, and its corners are down.
         let packed: [u16; 2] = [0x8080, if is_drawn { 0xffff } else { 0x80bf }];
         let mut file = square();
         let accessors = [

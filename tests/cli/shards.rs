@@ -129,7 +129,7 @@ fn archives_are_resumed_as_a_whole() {
     assert!(String::from_utf8_lossy(&resumed.stderr).contains("kept a/0.jpg.tar\n"));
 }
 
-/// What was rendered without a warning is current for all, and what may have had one is not for `--strict`.
+/// Archives that were rendered without a warning are current for all, and those that may have had one are not for `--strict`.
 #[test]
 fn strict_archives_are_kept_without_strict() {
     let (_dir, at) = folder();

@@ -1,4 +1,4 @@
-//! What a plan is made of besides arguments: options, and the lists of scenes and cameras, which are read before.
+//! Inputs of a plan besides arguments: options, and the lists of scenes and cameras, which are read before.
 
 use std::sync::Arc;
 

@@ -59,7 +59,7 @@ struct CoveringPoint {
     shows_hidden: bool,
 }
 
-/// What covers samples.
+/// Edges over the samples of pixels.
 struct CoveredSamples {
     /// The opacity of edges at each sample; 0 where there is none.
     alphas: Vec<f32>,

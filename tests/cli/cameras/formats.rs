@@ -83,7 +83,7 @@ fn cameras_of_a_world_with_z_up_are_rotated_on_request_only() {
     refused(&at, "render cube.obj --world-up z", "--cameras");
 }
 
-/// What programs leave in lists: byte order marks, NaN, rounding, scale, keys of one axis, pictures without a pose.
+/// Leftovers of programs in lists: byte order marks, NaN, rounding, scale, keys of one axis, pictures without a pose.
 #[test]
 fn lists_of_other_programs_are_read() {
     let (_dir, at) = folder();
