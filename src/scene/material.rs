@@ -1,5 +1,7 @@
 //! Materials as files describe them. The integrator maps them to the lecture's k_a, k_d, k_s and p.
 
+use std::hint::black_box;
+
 use glam::Vec3;
 
 use super::{
@@ -250,7 +252,10 @@ impl Material {
             Reflectance::MetallicRoughness { .. } | Reflectance::SpecularGlossiness { .. }
         );
         let has_coat_normal = self.clearcoat.factor.factor > 0.0 && self.normal_maps().next().is_some();
-        let is_anisotropic = self.anisotropy.is_some_and(|anisotropy| anisotropy.strength > 0.0);
+        // Opaque to the compiler, which would else compare the strength before it is known to be there: arbitrary bytes, which may
+        // be subnormal numbers.
+        let is_anisotropic =
+            black_box(self.anisotropy.as_ref()).is_some_and(|anisotropy| anisotropy.strength > 0.0);
         let has_film = self.iridescence.factor.factor > 0.0;
         let transmits = self.diffuse_transmission.factor.factor > 0.0;
         is_physical && (has_coat_normal || is_anisotropic || has_film || transmits || self.has_sheen())

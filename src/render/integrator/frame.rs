@@ -1,5 +1,6 @@
 //! A frame: the posed scene, its acceleration structure, camera and lights, and how they are shaded.
 
+use std::hint::black_box;
 use std::sync::Arc;
 
 use glam::{DAffine3, DVec3, Vec3};
@@ -216,7 +217,14 @@ impl<'a> Frame<'a> {
         if self.indirect > 0 {
             return Rgb::ZERO;
         }
-        self.sky.map_or(self.ambient, |sky| sky.ambient(self.scene_to_world.matrix3 * n))
+        self.opaque_sky().map_or(self.ambient, |sky| sky.ambient(self.scene_to_world.matrix3 * n))
+    }
+
+    /// The sky, opaque to the compiler, which would else compute its constant term before a match, from arbitrary bytes if there
+    /// is none: subnormal numbers, which are slow.
+    #[inline]
+    pub(crate) fn opaque_sky(&self) -> Option<&SkyIrradiance> {
+        black_box(self.sky.as_ref())
     }
 
     /// Returns true if objects hide the environment from surfaces: with ambient occlusion or indirect light.

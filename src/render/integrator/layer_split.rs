@@ -1,7 +1,5 @@
 //! Splits the light at a surface among its specular layers and the base below them.
 
-use std::hint::black_box;
-
 use crate::integrator::frame::Frame;
 use crate::integrator::layers::block_layers::cover_layered_points;
 use crate::integrator::material::directional_albedo::{COAT_IOR, FacetAlbedos, FacetLobe};
@@ -62,9 +60,7 @@ impl AutovecKernel for SplitLight<'_> {
             }
         }
         let mut ambient = [[0.0; LANES]; 3];
-        // Opaque to the compiler, which would else compute its constant term before the match, from arbitrary bytes if there
-        // is none: subnormal numbers, which are slow.
-        match black_box(frame.sky.as_ref()) {
+        match frame.opaque_sky() {
             // Traced light takes the place of I_a.
             _ if frame.indirect > 0 => {}
             None => {
