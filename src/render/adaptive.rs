@@ -48,7 +48,7 @@ pub(super) fn render_adaptive(
     };
     // Another seed: other positions than the first samples'.
     let more_settings = RenderSettings { seed: settings.seed.wrapping_add(1), ..*settings };
-    let generator = SampleGenerator::new(&more_settings);
+    let generator = SampleGenerator::new(&more_settings, frame.camera.lens);
     let more_samples = settings.samples as f32;
     let all_samples = (FIRST_SAMPLES + settings.samples) as f32;
     render_tiles(memory, settings, monitor, |tile, scratch| {

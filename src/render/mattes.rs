@@ -59,7 +59,7 @@ pub fn render_mattes(
     settings: &RenderSettings,
     monitor: &dyn ProgressMonitor,
 ) -> Result<Vec<Matte>, Cancelled> {
-    let generator = SampleGenerator::new(settings);
+    let generator = SampleGenerator::new(settings, frame.camera.lens);
     let window = settings.window();
     let columns: Vec<u32> = (window.x..window.x + window.width).collect();
     let batch_pixels = (BATCH_SAMPLES / generator.samples_per_pixel()).max(1);

@@ -2,7 +2,7 @@
 
 use std::collections::BTreeMap;
 
-use glam::UVec2;
+use glam::{DVec2, UVec2};
 use rayon::prelude::*;
 
 use crate::integrator::{Frame, ObjectHit, Sample, Scratch, trace_objects};
@@ -100,5 +100,12 @@ fn row_masks(mut hits: Vec<(u32, i32, bool)>, y: i32) -> Vec<(u32, RowMask)> {
 fn centre_sample(settings: &RenderSettings, x: i32, y: i32) -> Sample {
     let film_x = (f64::from(x) + 0.5) / f64::from(settings.width);
     let down = (f64::from(y) + 0.5) / f64::from(settings.height);
-    Sample { x: film_x, y: 1.0 - down, footprint: [0.0; 2], pixel: UVec2::ZERO, index: 0 }
+    Sample {
+        x: film_x,
+        y: 1.0 - down,
+        footprint: [0.0; 2],
+        pixel: UVec2::ZERO,
+        index: 0,
+        aperture: DVec2::ZERO,
+    }
 }

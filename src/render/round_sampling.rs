@@ -3,7 +3,7 @@
 //! The eye rays of pixel centres are traced against points and lines alone, each at least a pixel wide. A pixel gets more
 //! samples if some of the nine centres around it hit and some miss. Inside of thick ones and of dense clouds nothing is ragged.
 
-use glam::UVec2;
+use glam::{DVec2, UVec2};
 
 use crate::film::PixelRect;
 use crate::integrator::{Frame, Sample};
@@ -44,11 +44,14 @@ impl<'s> PixelSampling<'s> {
         frame: &Frame,
     ) -> PixelSampling<'s> {
         let border = |settings: &'s RenderSettings| BorderSampling {
-            generator: SampleGenerator::new(settings),
+            generator: SampleGenerator::new(settings, frame.camera.lens),
             settings,
             sizes: of_a_pixel_or_more(frame, settings.height),
         };
-        PixelSampling { generator: SampleGenerator::new(settings), at_borders: at_borders.map(border) }
+        PixelSampling {
+            generator: SampleGenerator::new(settings, frame.camera.lens),
+            at_borders: at_borders.map(border),
+        }
     }
 
     /// Renders the pixels of a tile with `render`, in the order of [`PixelRect::pixels`].
@@ -86,6 +89,7 @@ impl BorderSampling<'_> {
             footprint: [0.0; 2],
             pixel: UVec2::ZERO,
             index: 0,
+            aperture: DVec2::ZERO,
         };
         let centres: Vec<Sample> = (0..width * height).map(centre).collect();
         let mut rays = RayBatch::default();

@@ -1,11 +1,12 @@
-//! Generates the samples of pixels: positions on the film drawn from the pixel filter.
+//! Generates the samples of pixels: positions on the film drawn from the pixel filter, and points of the aperture.
 
-use glam::UVec2;
+use glam::{DVec2, UVec2};
 
 use crate::filter::FilterSampler;
-use crate::integrator::{LowDiscrepancySampler, Sample};
+use crate::integrator::{LowDiscrepancySampler, Sample, SampleDimension};
 use crate::settings::RenderSettings;
 use blinn_core::simd::{AutovecKernel, SimdLevel};
+use blinn_scene::ThinLens;
 
 /// Generates the samples of the pixels of a picture.
 pub(super) struct SampleGenerator<'a> {
@@ -16,16 +17,19 @@ pub(super) struct SampleGenerator<'a> {
     pixel_size: [f64; 2],
     /// The part of the film that a sample covers.
     footprint: [f64; 2],
+    /// The lens whose aperture samples are spread over; `None`: all pass its centre.
+    lens: Option<ThinLens>,
 }
 
 impl SampleGenerator<'_> {
-    pub fn new(settings: &RenderSettings) -> SampleGenerator<'_> {
+    pub fn new(settings: &RenderSettings, lens: Option<ThinLens>) -> SampleGenerator<'_> {
         let filter = FilterSampler::new(settings.filter);
         SampleGenerator {
             settings,
             sampler: LowDiscrepancySampler { seed: settings.seed, count: settings.samples },
             footprint: sample_footprint(settings, filter.width()),
             filter,
+            lens,
             pixel_size: [1.0 / f64::from(settings.width), 1.0 / f64::from(settings.height)],
         }
     }
@@ -66,6 +70,12 @@ impl SampleGenerator<'_> {
             out.extend(pixels.iter().map(centre));
         } else {
             simd.run(GenerateSamples { generator: self, pixels, out });
+        }
+        if let Some(lens) = self.lens {
+            let pair = SampleDimension::Aperture.pair();
+            for sample in out {
+                sample.aperture = lens.aperture_point(self.sampler.get_2d(sample.pixel, sample.index, pair));
+            }
         }
     }
 }
@@ -120,6 +130,7 @@ impl AutovecKernel for GenerateSamples<'_, '_> {
                 pixel: pixel[i],
                 index: index[i],
                 footprint: *footprint,
+                aperture: DVec2::ZERO,
             }));
             remaining -= lanes;
         }

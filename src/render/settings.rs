@@ -1,6 +1,6 @@
 //! How a picture is sampled.
 
-use glam::UVec2;
+use glam::{DVec2, UVec2};
 
 use crate::film::PixelRect;
 use crate::filter::PixelFilter;
@@ -90,11 +90,11 @@ impl RenderSettings {
             && frame.has_rough_metals()
     }
 
-    /// A sample without footprint at the centre of a pixel.
+    /// A sample without footprint at the centre of a pixel, through the centre of the lens.
     #[inline(always)]
     pub(super) fn centre_sample(&self, pixel: UVec2) -> Sample {
         let x = (f64::from(pixel.x) + 0.5) / f64::from(self.width);
         let down = (f64::from(pixel.y) + 0.5) / f64::from(self.height);
-        Sample { x, y: 1.0 - down, footprint: [0.0; 2], pixel, index: 0 }
+        Sample { x, y: 1.0 - down, footprint: [0.0; 2], pixel, index: 0, aperture: DVec2::ZERO }
     }
 }

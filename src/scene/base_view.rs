@@ -5,7 +5,8 @@ use glam::{DVec2, DVec3};
 
 use super::framing::MARGIN;
 use super::{
-    ClipPlanes, DEFAULT_VIEW_DIR, DEFAULT_YFOV, FileProjection, PosedScene, Projection, View, ViewError,
+    ClipPlanes, DEFAULT_VIEW_DIR, DEFAULT_YFOV, FileProjection, PosedScene, Projection, ThinLens, View,
+    ViewError,
 };
 use blinn_core::geometry::{Basis, Sphere};
 
@@ -30,6 +31,8 @@ pub(super) struct BaseView<'a> {
     pub proj_distance: f64,
     pub projection: Projection,
     pub clip: ClipPlanes,
+    /// The lens of the file's camera.
+    pub lens: Option<ThinLens>,
 }
 
 impl View {
@@ -55,6 +58,7 @@ impl View {
                 proj_distance: 1.0,
                 projection: Projection::Perspective,
                 clip: ClipPlanes::OFF,
+                lens: None,
             });
         };
         let camera = &posed.cameras[index];
@@ -79,6 +83,8 @@ impl View {
                 FileProjection::Orthographic { .. } => Projection::Orthographic,
             },
             clip,
+            // Its focus belongs to the position of the camera, too.
+            lens: camera.lens.filter(|_| !orbit),
         })
     }
 

@@ -2,6 +2,7 @@
 
 use glam::{DMat3, DVec2, DVec3};
 
+use super::ThinLens;
 use blinn_core::geometry::{Basis, Ray, RayDifferential};
 
 /// How the view rectangle is projected.
@@ -46,10 +47,13 @@ pub struct Camera {
     pub projection: Projection,
     /// Clipping planes.
     pub clip: ClipPlanes,
+    /// The lens of a depth of field; `None` is a pinhole, which sees everything sharp.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub lens: Option<ThinLens>,
 }
 
 impl Camera {
-    /// Returns the eye ray through film position (x, y), relative to `centre`.
+    /// Returns the eye ray through the centre of the lens and film position (x, y), relative to `centre`.
     ///
     /// Both coordinates are in 0…1, x to the right and y *upward*: pixel (i, j) of n_x by n_y has its
     /// centre at ((i + ½)/n_x, (j + ½)/n_y).
@@ -70,6 +74,18 @@ impl Camera {
             Projection::Orthographic => (e + across, -self.basis.w),
         };
         Ray { o: o.as_vec3(), d: d.as_vec3() }
+    }
+
+    /// Returns the eye ray through film position (x, y) and a point of the aperture, in metres to the right and upward from the
+    /// centre of the lens. It meets [`Camera::eye_ray`] at the distance in focus, and has the same differential and the same
+    /// depth per t. Without a lens it is the same ray.
+    #[inline]
+    pub fn lens_ray(&self, x: f64, y: f64, aperture: DVec2, centre: DVec3) -> Ray {
+        let Ray { o, d } = self.eye_ray(x, y, centre);
+        let Some(lens) = &self.lens else { return Ray { o, d } };
+        let across = self.basis.u * aperture.x + self.basis.v * aperture.y;
+        let turned = d.as_dvec3() - across * (self.depth_per_t() / lens.focus_distance);
+        Ray { o: (o.as_dvec3() + across).as_vec3(), d: turned.as_vec3() }
     }
 
     /// Returns the differential of eye rays for a film step of `x` to the right and `y` upward, in the

@@ -2,6 +2,8 @@
 
 use glam::DVec2;
 
+use super::ThinLens;
+
 /// The extent of a file's camera that is kept where the picture has another aspect ratio than the camera.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Default, serde::Serialize)]
 pub enum SensorFit {
@@ -29,8 +31,8 @@ pub struct FileCamera {
     pub zfar: f64,
     /// Shift of the view rectangle to the right and up, in units of its larger side.
     pub shift: DVec2,
-    /// True if the file describes a depth of field, which is not rendered.
-    pub has_depth_of_field: bool,
+    /// The lens of its depth of field, where the file describes one.
+    pub lens: Option<ThinLens>,
 }
 
 /// The projection of a camera of the file.

@@ -47,6 +47,7 @@ mod source;
 mod spot_cone;
 mod standard_view;
 mod texture;
+mod thin_lens;
 mod turntable;
 mod view;
 mod view_rect;
@@ -109,8 +110,9 @@ pub use texture::srgb::{linear_to_srgb, linear_to_srgb8, srgb_to_linear};
 pub use texture::texels::{Channels, TexelSemantics, Texels, TextureChannel};
 pub use texture::uv_transform::UvTransform;
 pub use texture::wrap::Wrap;
+pub use thin_lens::ThinLens;
 pub use turntable::AxisRotation;
-pub use view::{Orbit, OrbitAngles, View, ViewError};
+pub use view::{Focus, Orbit, OrbitAngles, View, ViewError};
 pub use view_rect::{Intrinsics, ViewRect};
 pub use view_sampling::{
     DEFAULT_BASELINE, DistanceRange, LightRotation, SampledDistance, SampledView, StereoEye, ViewLayout,

@@ -3,7 +3,10 @@
 use glam::{DVec2, DVec3};
 
 use super::base_view::BaseView;
-use super::{Camera, FileCamera, OrbitAngles, PosedScene, Projection, Scene, View, ViewError, ViewRect};
+use super::{
+    Camera, FileCamera, Focus, OrbitAngles, PosedScene, Projection, Scene, ThinLens, View, ViewError,
+    ViewRect,
+};
 use blinn_core::geometry::Basis;
 
 /// Information beside the camera of a resolved view.
@@ -63,7 +66,8 @@ impl View {
     /// # Errors
     /// An unknown camera, an up direction parallel to the view, or values out of range.
     pub fn resolve(&self, posed: &PosedScene, n_x: u32, n_y: u32) -> Result<(Camera, ViewNotes), ViewError> {
-        if let Some(camera) = self.complete {
+        if let Some(mut camera) = self.complete {
+            camera.lens = self.lens(&camera, camera.lens, || posed.bounding_sphere().centre)?;
             let description = "a complete camera".to_string();
             return Ok((camera, ViewNotes { description, ..ViewNotes::default() }));
         }
@@ -105,6 +109,7 @@ impl View {
             proj_distance,
             projection,
             clip: self.clip.unwrap_or(base.clip),
+            lens: None,
         };
         if view_point.is_none() && base.view_point.is_none() {
             camera.frame_sphere(base.sphere());
@@ -112,7 +117,36 @@ impl View {
             camera.widen(base.sphere().radius);
         }
         self.orbit_and_zoom(&mut camera, &base);
+        camera.lens = self.lens(&camera, base.lens, || base.centre())?;
         Ok((camera, notes))
+    }
+
+    /// Returns the lens of a finished camera: `own` with what the view replaces. Without a focus, the point to look at is sharp,
+    /// else `centre`.
+    fn lens(
+        &self,
+        camera: &Camera,
+        own: Option<ThinLens>,
+        centre: impl FnOnce() -> DVec3,
+    ) -> Result<Option<ThinLens>, ViewError> {
+        let Some(aperture_radius) =
+            self.aperture_radius.or(own.map(|lens| lens.aperture_radius)).filter(|radius| *radius > 0.0)
+        else {
+            return Ok(None);
+        };
+        let depth = |p: DVec3| -camera.to_camera(p).z;
+        let focus_distance = match (self.focus, own) {
+            (Some(Focus::Distance(distance)), _) => distance,
+            (Some(Focus::Point(p)), _) => depth(p),
+            (None, Some(own)) => own.focus_distance,
+            (None, None) => depth(self.look_at.unwrap_or_else(centre)),
+        };
+        if !(focus_distance > 0.0 && focus_distance.is_finite()) {
+            return Err(ViewError::NothingInFocus(focus_distance));
+        }
+        let own = own.unwrap_or(ThinLens::round(aperture_radius, focus_distance));
+        let blades = self.aperture_blades.unwrap_or(own.blades);
+        Ok(Some(ThinLens { aperture_radius, focus_distance, blades, ..own }))
     }
 
     /// Returns width over height of a pixel: that of the file, where its camera is used.
@@ -132,6 +166,9 @@ impl View {
         positive("`view-width`", self.view_width)?;
         positive("`view-height`", self.view_height)?;
         positive("`zoom`", self.zoom)?;
+        if let Some(value) = self.aperture_radius.filter(|radius| !(*radius >= 0.0 && radius.is_finite())) {
+            return Err(ViewError::OutOfRange { what: "`aperture-radius`", rule: "0 or more", value });
+        }
         if let Some(k) = self.intrinsics {
             positive("the FX of `intrinsics`", Some(k.fx))?;
             positive("the FY of `intrinsics`", Some(k.fy))?;

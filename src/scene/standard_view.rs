@@ -68,6 +68,7 @@ impl StandardView {
             proj_distance: 1.0,
             projection: Projection::Orthographic,
             clip: ClipPlanes::OFF,
+            lens: None,
         }
     }
 }

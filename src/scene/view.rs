@@ -31,6 +31,9 @@ pub enum ViewError {
         "`intrinsics` describes a perspective camera, and {0} is orthographic; add `projection perspective`"
     )]
     OrthographicIntrinsics(String),
+    /// A depth of field without a distance in focus.
+    #[error("nothing in front of the camera is in focus: the distance is {0}; set `focus`")]
+    NothingInFocus(f64),
     /// A view rectangle without area.
     #[error("`view-rect {0}` must have L < R and B < T")]
     EmptyViewRect(ViewRect),
@@ -79,6 +82,15 @@ pub struct OrbitAngles {
     pub elevation: f64,
 }
 
+/// What is sharp in a depth of field.
+#[derive(Clone, Copy, Debug, PartialEq, serde::Serialize)]
+pub enum Focus {
+    /// The plane at this distance along the view direction.
+    Distance(f64),
+    /// The plane through this point, perpendicular to the view direction.
+    Point(DVec3),
+}
+
 /// A requested view, in the lecture's terms. Fields that are `None` come from the file's camera, or from
 /// framing the scene. Lengths are metres, angles radians; all coordinates are world coordinates.
 #[derive(Clone, Debug, Default, PartialEq, serde::Serialize)]
@@ -112,6 +124,16 @@ pub struct View {
     pub projection: Option<Projection>,
     /// Clipping planes.
     pub clip: Option<ClipPlanes>,
+    /// Radius of the aperture of a depth of field; 0 is a pinhole.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub aperture_radius: Option<f64>,
+    /// What is sharp in a depth of field. `None` for the distance of the file's camera; else the point to look at, or the centre
+    /// of the scene.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub focus: Option<Focus>,
+    /// Number of corners of the aperture; below 3 it is a disc.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub aperture_blades: Option<u32>,
     /// Extent of a file camera that is kept in pictures of another aspect ratio.
     pub fit: SensorFit,
     /// A position around the point to look at, or around the centre of the scene, in place of a view
@@ -121,7 +143,7 @@ pub struct View {
     pub orbit_by: OrbitAngles,
     /// Magnification about the centre of the picture.
     pub zoom: Option<f64>,
-    /// A complete camera. Where it is set, no other field has an effect.
+    /// A complete camera. Where it is set, no other field has an effect but those of the aperture.
     pub complete: Option<Camera>,
 }
 

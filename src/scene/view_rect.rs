@@ -34,6 +34,7 @@ impl ViewRect {
             proj_distance: 1.0,
             projection: Projection::Perspective,
             clip: ClipPlanes::OFF,
+            lens: None,
         }
     }
 

@@ -44,10 +44,6 @@ impl SessionPlan {
             missing.push(format!("view transform '{name}'"));
         }
         missing.extend(settings.unsupported.iter().cloned());
-        let camera = if self.cameras.is_some() { None } else { self.options.file_camera(scene) };
-        if camera.is_some_and(|camera| scene.cameras[camera].has_depth_of_field) {
-            missing.push("depth of field".into());
-        }
         if missing.is_empty() { Ok(()) } else { log.warn(Notice::UnsupportedSettings(missing)) }
     }
 }

@@ -189,7 +189,7 @@ fn usage_errors_are_one_line_with_a_hint() {
         ("bench --from c.json --rounds 3", "cannot be used with"),
         ("bench", "name scene files, or --suite, --scenes DIR or --from FILE.json"),
         ("compare a.glb b.glb", "unknown command 'compare': use blinn diff OLD NEW"),
-        ("render a.glb --dof", "unexpected argument '--dof': blinn has no depth of field"),
+        ("render a.glb --dof", "unexpected argument '--dof': use --aperture-radius"),
         ("render a.glb --ortho", "unexpected argument '--ortho': use --projection orthographic"),
         ("render a.glb --unlike", "unexpected argument '--unlike': see blinn render --help"),
         ("job slurm -o a.sh", "'blinn job slurm' requires a subcommand"),

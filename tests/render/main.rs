@@ -5,6 +5,7 @@
 //! - `area_lights`: area lights, glowing surfaces and bounced light against closed forms
 //! - `bump_maps`: bump maps of MTL against closed forms
 //! - `bvh`: every BVH query against brute force, bit for bit; refit against rebuild
+//! - `depth_of_field`: thin lenses against closed forms
 //! - `determinism`: the same bytes on any number of threads, tile size, BVH preset and SIMD level
 //! - `empty_tile_culling`: tiles that no ray can hit trace none
 //! - `environment`: environments as the background, and as light that ambient occlusion finds
@@ -35,6 +36,7 @@ mod bounced_light;
 mod bump_maps;
 mod bvh;
 mod denoise;
+mod depth_of_field;
 mod determinism;
 mod diffuse_transmission;
 mod dispersion;

@@ -19,6 +19,7 @@ pub struct CameraListArgs {
     #[arg(long, value_name = "FILE|FOLDER",
           conflicts_with_all = ["camera", "max-size", "view-point", "view-dir", "look-at", "view-up", "proj-distance",
                                 "view-width", "view-height", "yfov", "view-rect", "intrinsics", "shift",
+                                "aperture-radius", "focus", "aperture-blades",
                                 "projection", "camera-orthographic", "orbit", "zoom", "camera-azimuth-angle",
                                 "camera-elevation-angle", "camera-xml", "fit", "frame", "frames"])]
     pub cameras: Option<PathBuf>,

@@ -9,7 +9,7 @@ use super::command_tree::{built, find_command, innermost};
 use super::help;
 
 /// Flags that place a camera, without those that fit it to the scene. A resolved camera replaces them.
-pub const CAMERA_FLAGS: [&str; 19] = [
+pub const CAMERA_FLAGS: [&str; 22] = [
     "camera",
     "view-point",
     "view-dir",
@@ -22,6 +22,9 @@ pub const CAMERA_FLAGS: [&str; 19] = [
     "view-rect",
     "intrinsics",
     "shift",
+    "aperture-radius",
+    "focus",
+    "aperture-blades",
     "projection",
     "camera-orthographic",
     "orbit",

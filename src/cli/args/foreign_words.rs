@@ -1,13 +1,12 @@
 //! Flags and commands of f3d, Blender, Mitsuba and other programs, and their equivalents here.
 
-/// The equivalent of another program's flag: an option here, an explanation why none is needed, or what blinn lacks.
+/// The equivalent of another program's flag: an option here, or an explanation why none is needed.
 pub enum Equivalent {
     Use(&'static str),
     Unneeded(&'static str),
-    Missing(&'static str),
 }
 
-use Equivalent::{Missing, Unneeded, Use};
+use Equivalent::{Unneeded, Use};
 
 /// Looks up a command that other programs have, and returns how to do the same here.
 pub fn command(word: &str) -> Option<&'static str> {
@@ -31,7 +30,7 @@ pub fn flag(flag: &str) -> Option<&'static Equivalent> {
 }
 
 /// Flags of other programs. f3d's names of cameras and sizes are aliases and not listed.
-static FLAGS: [(&[&str], Equivalent); 55] = [
+static FLAGS: &[(&[&str], Equivalent)] = &[
     // f3d
     (&["--ambient-occlusion"], Use("--ao SAMPLES")),
     (&["--anti-aliasing", "--anti-aliasing-mode"], Use("-s SAMPLES")),
@@ -85,9 +84,11 @@ static FLAGS: [(&[&str], Equivalent); 55] = [
     (&["--cryptomatte"], Use("--aov cryptomatte")),
     (&["--exr"], Use("-o with the extension .exr")),
     (
-        &["--dof", "--aperture", "--f-stop", "--fstop", "--focus"],
-        Missing("blinn has no depth of field: all is in focus"),
+        &["--dof", "--depth-of-field", "--aperture", "--lens-radius", "--f-stop", "--fstop"],
+        Use("--aperture-radius METRES (focal length / 2 / f-number) with --focus DISTANCE"),
     ),
+    (&["--focus-distance", "--focal-distance", "--focus-point"], Use("--focus DISTANCE or X,Y,Z")),
+    (&["--blades"], Use("--aperture-blades N")),
     (&["--baseline"], Use("--compare OLD.json")),
     (&["--repeat", "--repetitions", "--iterations"], Use("--rounds N")),
     (&["--wireframe", "--wire", "--show-edges"], Use("--edges all")),
@@ -126,7 +127,7 @@ mod tests {
             })
         };
         let render = root.find_subcommand("render").unwrap();
-        for (names, equivalent) in &FLAGS {
+        for (names, equivalent) in FLAGS {
             if let Use(text) = equivalent {
                 for flag in text.split([' ', ',', ';']).filter(|word| word.starts_with('-')) {
                     assert!(exists(flag), "{flag}");

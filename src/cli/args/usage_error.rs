@@ -78,7 +78,6 @@ fn unknown_argument(flag: &str, argv: &[OsString]) -> String {
     let hint = match (foreign_words::flag(flag), suggestion) {
         (Some(Equivalent::Use(option)), _) => format!("use {option}"),
         (Some(Equivalent::Unneeded(reason)), _) => format!("not needed, {reason}"),
-        (Some(Equivalent::Missing(what)), _) => (*what).into(),
         _ if !other_commands.is_empty() => format!("it is an option of blinn {other_commands}"),
         (None, Some(similar)) => format!("did you mean {similar}?"),
         (None, None) => {

@@ -34,10 +34,9 @@ pub(super) fn camera(json: &Camera, index: usize, node: u32, warnings: &mut Warn
     };
     let znear = f64::from(znear).max(0.0);
     let zfar = if zfar > znear { zfar } else { f64::INFINITY };
-    let Lens { shift, has_depth_of_field } =
-        blinn_extras::lens(json.extras.as_ref().map(|raw| raw.get()), index, warnings);
+    let Lens { shift, lens } = blinn_extras::lens(json.extras.as_ref().map(|raw| raw.get()), index, warnings);
     let name = json.name.clone().unwrap_or_default();
-    Some(FileCamera { name, node, projection, znear, zfar, shift, has_depth_of_field })
+    Some(FileCamera { name, node, projection, znear, zfar, shift, lens })
 }
 
 /// Names of a light's radius in its `extras`: Blender's exporter writes the custom properties of a light there.

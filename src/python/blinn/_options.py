@@ -138,6 +138,17 @@ class RenderOptions(TypedDict, total=False):
     shift: Vector | None
     """Move the view rectangle to the right and up, in units of its larger side: Blender's lens shift."""
 
+    aperture_radius: Number | None
+    """Radius of the lens's aperture in metres, for a depth of field; 0: all is sharp [default: that of the file's camera,
+    else 0]"""
+
+    focus: Number | Vector | None
+    """What is sharp in a depth of field: a distance along the view direction in metres, or a point [default: as for the file's
+    camera, else the point of look_at or the centre of the scene]"""
+
+    aperture_blades: int | None
+    """Number of corners of the aperture, 3 or more, which out-of-focus highlights show; 0: a disc."""
+
     projection: Literal["perspective", "orthographic"] | None
     """Projection [default: perspective, or that of the file's camera]"""
 

@@ -29,7 +29,8 @@ pub(super) fn render(
     settings: &RenderSettings,
     monitor: &dyn ProgressMonitor,
 ) -> Result<Pixels, Cancelled> {
-    let generator = SampleGenerator::new(settings);
+    // Edges are drawn sharp, as seen through the centre of the lens.
+    let generator = SampleGenerator::new(settings, None);
     let pass = EdgePass { frame, style, grid, generator: &generator, settings };
     render_tiles(memory, settings, monitor, |tile, scratch| {
         let pixels: Vec<UVec2> = tile.pixels().collect();

@@ -35,7 +35,7 @@ pub(crate) struct Flow {
 impl FirstHit<'_> {
     /// Direction of the eye ray in the coordinates of the posed scene. It is not normalised: t counts its lengths.
     pub(crate) fn direction(&self, frame: &Frame) -> DVec3 {
-        frame.camera.eye_ray(self.sample.x, self.sample.y, frame.posed.centre).d.as_dvec3()
+        frame.eye_ray(&self.sample).d.as_dvec3()
     }
 
     /// Cost of the eye ray up to its first hit. Traces the ray again, because only this layer counts the steps.

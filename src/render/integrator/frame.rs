@@ -3,7 +3,7 @@
 use std::hint::black_box;
 use std::sync::Arc;
 
-use glam::{DAffine3, DVec3, Vec3};
+use glam::{DAffine3, DVec2, DVec3, Vec3};
 
 use crate::integrator::emitters::Emitters;
 use crate::integrator::material::coefficients::{Coefficients, MaterialOverrides};
@@ -11,7 +11,7 @@ use crate::integrator::media::{Crossing, Medium, MediumStack, Wavelength};
 use crate::integrator::sample::Sample;
 use crate::integrator::surface::triangle_plane::TrianglePlane;
 use blinn_accel::{Accel, Coherence, RayBatch, RoundSizes};
-use blinn_core::geometry::{HitId, RayDifferential, Rgb};
+use blinn_core::geometry::{HitId, Ray, RayDifferential, Rgb};
 use blinn_core::simd::SimdLevel;
 use blinn_scene::{
     Camera, Environment, Ground, Material, PosedAreaLight, PosedLight, PosedScene, Projection,
@@ -137,6 +137,12 @@ impl<'a> Frame<'a> {
         self.accel.simd()
     }
 
+    /// The eye ray of a sample.
+    #[inline]
+    pub(crate) fn eye_ray(&self, sample: &Sample) -> Ray {
+        self.camera.lens_ray(sample.x, sample.y, sample.aperture, self.posed.centre)
+    }
+
     /// Fills `rays` with the eye rays of `samples`, between the camera's clip planes.
     pub(crate) fn generate_eye_rays(&self, samples: &[Sample], rays: &mut RayBatch) {
         rays.clear();
@@ -146,11 +152,12 @@ impl<'a> Frame<'a> {
         rays.t_min = (self.camera.clip.near / depth_per_t) as f32;
         rays.t_max = (self.camera.clip.far / depth_per_t) as f32;
         for s in samples {
-            let ray = self.camera.eye_ray(s.x, s.y, self.posed.centre);
+            let ray = self.eye_ray(s);
             rays.push(ray.o, ray.d);
         }
-        rays.coherence = match (self.camera.projection, rays.is_empty()) {
-            (_, true) => Coherence::None,
+        let through_centre = samples.iter().all(|sample| sample.aperture == DVec2::ZERO);
+        rays.coherence = match (self.camera.projection, through_centre && !rays.is_empty()) {
+            (_, false) => Coherence::None,
             (Projection::Perspective, _) => Coherence::Origin(rays.origins[0]),
             (Projection::Orthographic, _) => Coherence::Direction(rays.directions[0]),
         };
@@ -159,7 +166,7 @@ impl<'a> Frame<'a> {
     /// The light of the background at a sample; `None` if there is none.
     pub(crate) fn background_radiance(&self, sample: &Sample) -> Option<Rgb> {
         let background = self.background.as_ref()?;
-        let d = self.camera.eye_ray(sample.x, sample.y, self.posed.centre).d.as_dvec3();
+        let d = self.eye_ray(sample).d.as_dvec3();
         let length = d.length();
         let [x, y] = self.camera.ray_differential(sample.footprint[0], sample.footprint[1]).d;
         // The part of the view rectangle that the sample covers, seen from the eye.
@@ -173,7 +180,8 @@ impl<'a> Frame<'a> {
         let ray = |x: f64, y: f64| self.camera.eye_ray(x, y, self.posed.centre);
         let corners =
             || [ray(low[0], low[1]), ray(high[0], low[1]), ray(high[0], high[1]), ray(low[0], high[1])];
-        self.background.is_some() || self.ground.is_some() || self.accel.may_intersect(&corners())
+        let has_lens = self.camera.lens.is_some();
+        has_lens || self.background.is_some() || self.ground.is_some() || self.accel.may_intersect(&corners())
     }
 
     /// True if whole paths of light are traced, as in Cycles: with indirect light.
@@ -201,7 +209,7 @@ impl<'a> Frame<'a> {
 
     /// True if pictures of the frame may be noisy: with other random numbers, more than edges and textures changes.
     pub fn may_be_noisy(&self) -> bool {
-        self.has_random_light() || self.has_rough_metals()
+        self.has_random_light() || self.has_rough_metals() || self.camera.lens.is_some()
     }
 
     /// True if random estimators find part of the light.

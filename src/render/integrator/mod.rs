@@ -75,6 +75,7 @@ pub use material::specular_layers::SpecularLayers;
 pub use object_hits::{ObjectHit, trace_objects};
 pub use phong::{Phong, Stage};
 pub use sample::Sample;
+pub(crate) use sample::SampleDimension;
 pub use sampler::{LowDiscrepancySampler, Sampler};
 pub use scratch::Scratch;
 pub use surface::round_hit::nearest_on_axis;

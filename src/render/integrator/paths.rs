@@ -321,7 +321,7 @@ impl PathStates<'_> {
 impl Frame<'_> {
     /// The state of the eye ray of a sample.
     fn eye_state(&self, sample: &Sample) -> PathState {
-        let ray = self.camera.eye_ray(sample.x, sample.y, self.posed.centre);
+        let ray = self.eye_ray(sample);
         let [width, spread] = match self.ray_differential(sample.footprint) {
             Some(RayDifferential { o, d }) => {
                 let length = |v: [DVec3; 2]| (v[0].length() * v[1].length()).sqrt();

@@ -1,6 +1,6 @@
 //! Samples of pixels, and the random numbers that belong to each.
 
-use glam::UVec2;
+use glam::{DVec2, UVec2};
 
 use crate::integrator::sampler::LowDiscrepancySampler;
 use blinn_core::simd::{AutovecKernel, SimdLevel};
@@ -19,6 +19,8 @@ pub struct Sample {
     /// Width and height of the part of the film that the sample covers, over which textures and highlights are filtered.
     /// 0 for a point.
     pub footprint: [f64; 2],
+    /// Point of the camera's aperture, in metres to the right and upward from the centre of the lens.
+    pub aperture: DVec2,
 }
 
 /// The uses of random numbers. Each use has a pair of sampler dimensions of its own; the first pair is the
@@ -43,10 +45,13 @@ pub(crate) enum SampleDimension {
     Diffuse,
     /// The choice of diffuse rays that are traced.
     DiffuseRoulette,
+    /// A point of the aperture.
+    Aperture,
 }
 
 impl SampleDimension {
-    fn pair(self) -> u32 {
+    /// The pair of sampler dimensions of eye rays.
+    pub fn pair(self) -> u32 {
         match self {
             SampleDimension::Ambient => 1,
             SampleDimension::Light(i) => 2 + i as u32,
@@ -57,6 +62,7 @@ impl SampleDimension {
             SampleDimension::DiffuseRoulette => FIRST_PATH_PAIR + 4,
             SampleDimension::EmitterChoice => FIRST_PATH_PAIR + 5,
             SampleDimension::LightChoice => FIRST_PATH_PAIR + 6,
+            SampleDimension::Aperture => FIRST_PATH_PAIR + 7,
         }
     }
 }

@@ -52,6 +52,7 @@ pub fn sees(frame: &Frame, targets: &[SurfaceTarget], scratch: &mut Scratch) -> 
         pixel: UVec2::ZERO,
         index: 0,
         footprint: [0.0; 2],
+        aperture: DVec2::ZERO,
     };
     let samples: Vec<Sample> = targets.iter().map(sample).collect();
     let hits = first_hits(frame, &samples, scratch);
@@ -69,7 +70,7 @@ fn is_target(frame: &Frame, first: &FirstHit, target: &SurfaceTarget) -> bool {
         return surface.front == target.front;
     }
     // At an edge, the ray may hit a neighbour.
-    let ray = frame.camera.eye_ray(target.film.x, target.film.y, frame.posed.centre);
+    let ray = frame.eye_ray(&first.sample);
     let distance = (target.p - ray.o.as_dvec3()).length();
     let hit_distance = f64::from(hit.t) * ray.d.as_dvec3().length();
     (hit_distance - distance).abs() <= SAME_DISTANCE * distance

@@ -163,6 +163,7 @@ fn cameras_are_placed_as_sampled() {
         proj_distance: 1.0,
         projection: Projection::Perspective,
         clip: ClipPlanes::OFF,
+        lens: None,
     };
     let placed = |change: &dyn Fn(&mut SampledView)| {
         let mut view = SampledView::at(orbit);

@@ -131,6 +131,35 @@ pub static CAMERA: &[OptionDef] = &[
         ..BASE
     },
     OptionDef {
+        name: "aperture-radius",
+        value_name: "R",
+        help: "Radius of the lens's aperture in metres, for a depth of field; 0: all is sharp \
+               [default: that of the file's camera, else 0]\n\n\
+               Of a photographic lens it is the focal length divided by twice the f-number: 0.009 for 50 mm at f/2.8. \
+               Layers are sharp, except Cryptomatte.",
+        effect: Effect::Value(|options, text| {
+            store(&mut options.view.aperture_radius, values::aperture_radius(text).map(Some))
+        }),
+        ..BASE
+    },
+    OptionDef {
+        name: "focus",
+        value_name: "D|X,Y,Z",
+        help: "What is sharp in a depth of field: a distance along the view direction in metres, or a point [default: as for \
+               the file's camera, else the point of `look-at` or the centre of the scene]",
+        effect: Effect::Value(|options, text| store(&mut options.view.focus, values::focus(text).map(Some))),
+        ..BASE
+    },
+    OptionDef {
+        name: "aperture-blades",
+        value_name: "N",
+        help: "Number of corners of the aperture, 3 or more, which out-of-focus highlights show; 0: a disc",
+        effect: Effect::Value(|options, text| {
+            store(&mut options.view.aperture_blades, values::aperture_blades(text).map(Some))
+        }),
+        ..BASE
+    },
+    OptionDef {
         name: "projection",
         value_name: "PROJECTION",
         choices: &names(&PROJECTIONS),

@@ -3,7 +3,7 @@
 use glam::{DVec2, DVec3};
 
 use super::numbers::{exactly, number, numbers, vector};
-use blinn_scene::{ClipPlanes, Intrinsics, Orbit, ViewRect};
+use blinn_scene::{ClipPlanes, Focus, Intrinsics, Orbit, ViewRect};
 
 const ELEVATION_RANGE: &str = "the elevation must be within ±90 degrees";
 
@@ -63,6 +63,31 @@ pub fn intrinsics(text: &str) -> Result<Intrinsics, String> {
 /// `X,Y`.
 pub fn shift(text: &str) -> Result<DVec2, String> {
     exactly::<2>(text, "X,Y").map(DVec2::from_array)
+}
+
+/// The radius of an aperture in metres, or 0.
+pub fn aperture_radius(text: &str) -> Result<f64, String> {
+    let radius = number(text)?;
+    if radius >= 0.0 { Ok(radius) } else { Err("must be 0 or more".into()) }
+}
+
+/// `D` or `X,Y,Z`.
+pub fn focus(text: &str) -> Result<Focus, String> {
+    match numbers(text)?[..] {
+        [distance] if distance > 0.0 => Ok(Focus::Distance(distance)),
+        [_] => Err("the distance must be greater than zero".into()),
+        [x, y, z] => Ok(Focus::Point(DVec3::new(x, y, z))),
+        _ => Err("expected a distance or a point X,Y,Z, such as 2.5".into()),
+    }
+}
+
+/// Number of corners of an aperture, or 0 for a disc.
+pub fn aperture_blades(text: &str) -> Result<u32, String> {
+    const MOST: u32 = 1000;
+    match text.parse() {
+        Ok(blades @ (0 | 3..=MOST)) => Ok(blades),
+        _ => Err(format!("expected 0 for a disc, or a number of corners from 3 to {MOST}")),
+    }
 }
 
 /// `NEAR,FAR` or `off`.

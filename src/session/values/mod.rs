@@ -6,7 +6,10 @@ mod image;
 mod lights;
 mod numbers;
 
-pub use camera::{axis, clip, elevation, field_of_view, intrinsics, orbit, shift, view_rect};
+pub use camera::{
+    aperture_blades, aperture_radius, axis, clip, elevation, field_of_view, focus, intrinsics, orbit, shift,
+    view_rect,
+};
 pub use color::color;
 pub use image::{aovs, background, crop, exposure, image_background, size};
 pub use lights::{ao, area_light, lights, point_light, radius, strength, sun};

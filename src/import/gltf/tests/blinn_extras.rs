@@ -6,7 +6,7 @@ use glam::{DVec2, Vec3};
 use serde_json::{Value, json};
 
 use super::super::fixture::Fixture;
-use blinn_scene::{AreaLightShape, FileFrames, FileSettings, LightUnits, PictureRegion, Scene};
+use blinn_scene::{AreaLightShape, FileFrames, FileSettings, LightUnits, PictureRegion, Scene, ThinLens};
 
 fn with_scene_extras(blinn: Value) -> Fixture {
     let mut fixture = Fixture::triangle();
@@ -146,7 +146,7 @@ fn a_picture_of_the_world_is_turned_and_scaled() {
 fn the_lens_and_the_active_camera_are_read() {
     let mut fixture = Fixture::triangle();
     let perspective = json!({"yfov": 1, "znear": 0.1});
-    let dof = json!({"focusDistance": 2, "apertureRadius": 0.01});
+    let dof = json!({"focusDistance": 2, "apertureRadius": 0.01, "blades": 6, "rotation": 0.5, "ratio": 2});
     let extras = json!({"blinn": {"shift": [0.25, -0.5], "depthOfField": dof}});
     fixture.push("cameras", json!({"type": "perspective", "perspective": perspective}));
     fixture.push("cameras", json!({"type": "perspective", "perspective": perspective, "extras": extras}));
@@ -156,9 +156,10 @@ fn the_lens_and_the_active_camera_are_read() {
     fixture.node(json!({"camera": 0, "extras": {"blinn": {"activeCamera": true}}}));
     let scene = load(&fixture);
     assert_eq!(scene.default_camera(), Some(1));
-    let lens = |i: usize| (scene.cameras[i].shift, scene.cameras[i].has_depth_of_field);
-    assert_eq!(lens(0), (DVec2::ZERO, false));
-    assert_eq!(lens(1), (DVec2::new(0.25, -0.5), true));
+    let lens = |i: usize| (scene.cameras[i].shift, scene.cameras[i].lens);
+    assert_eq!(lens(0), (DVec2::ZERO, None));
+    let thin = ThinLens { blades: 6, rotation: 0.5, ratio: 2.0, ..ThinLens::round(0.01, 2.0) };
+    assert_eq!(lens(1), (DVec2::new(0.25, -0.5), Some(thin)));
 
     fixture.json["cameras"][1]["extras"]["blinn"] = json!({"shift": 1, "depthOfField": true});
     fixture.json["nodes"][2]["extras"]["blinn"] = json!({"activeCamera": "yes"});

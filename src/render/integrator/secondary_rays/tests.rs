@@ -75,6 +75,7 @@ fn rays_by_wave(waves: u32) -> Vec<usize> {
         pixel: UVec2::new(i % 16, i / 16),
         index: 0,
         footprint: [0.0; 2],
+        aperture: glam::DVec2::ZERO,
     };
     let samples: Vec<Sample> = (0..256).map(sample).collect();
     let sampler = LowDiscrepancySampler { seed: 0, count: 1 };
