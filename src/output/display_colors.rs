@@ -2,7 +2,12 @@
 
 use std::borrow::Cow;
 
+use rayon::prelude::*;
+
 use super::picture::Picture;
+
+/// Pixels that are worth a task of their own.
+const TASK_PIXELS: usize = 1 << 16;
 
 /// Colours, row-major, row 0 on top.
 pub(super) enum DisplayColors<'p> {
@@ -23,11 +28,12 @@ impl DisplayColors<'_> {
     }
 
     fn from_rgba(rgba: Cow<[[u8; 4]]>) -> DisplayColors {
-        let is_opaque = rgba.iter().all(|p| p[3] == u8::MAX);
+        let pixels = rgba.par_iter().with_min_len(TASK_PIXELS);
+        let is_opaque = pixels.clone().all(|p| p[3] == u8::MAX);
         if !is_opaque {
             return DisplayColors::Rgba(rgba);
         }
-        DisplayColors::Rgb(rgba.iter().map(|&[r, g, b, _]| [r, g, b]).collect())
+        DisplayColors::Rgb(pixels.map(|&[r, g, b, _]| [r, g, b]).collect())
     }
 
     /// The channels of all pixels, interleaved.

@@ -8,6 +8,7 @@
 mod accents;
 mod animation;
 mod atomic;
+mod bit_string;
 mod canvas;
 mod checksum;
 pub mod compare;
@@ -26,6 +27,8 @@ mod page;
 mod picture;
 mod png;
 mod png_chunks;
+mod png_data;
+mod png_filter;
 mod preview;
 mod riff;
 mod save;

@@ -2,11 +2,12 @@
 
 use std::io;
 
-use ::png::{BitDepth, ColorType, Compression, Encoder, SrgbRenderingIntent};
+use ::png::{BitDepth, ColorType, Encoder, SrgbRenderingIntent, chunk};
 
 use super::display_colors::DisplayColors;
 use super::picture::FINGERPRINT_KEY;
 use super::png_chunks::chunks;
+use super::png_data::Rows;
 
 /// Texts that a file stores before its pixels.
 #[derive(Clone, Copy, Default)]
@@ -24,6 +25,9 @@ impl<'t> From<Option<&'t str>> for Texts<'t> {
 
 /// The key of [`Texts::names`].
 const NAMES_KEY: &str = "names";
+
+/// The largest chunk (PNG specification, section 5.3).
+const MAX_CHUNK_BYTES: usize = i32::MAX as usize;
 
 /// Encodes straight 8-bit sRGB with alpha, row-major, row 0 on top.
 ///
@@ -113,11 +117,16 @@ fn encode_with(
     texts: Texts,
     palette: Option<&[[u8; 3]]>,
 ) -> io::Result<Vec<u8>> {
+    let pixel_bytes = color.samples() * depth as usize / 8;
+    let row_bytes = pixel_bytes * width as usize;
+    if bytes.len() != row_bytes * height as usize {
+        let message = format!("{width}x{height} pixels do not have {} bytes", bytes.len());
+        return Err(io::Error::new(io::ErrorKind::InvalidInput, message));
+    }
     let mut out = Vec::new();
     let mut encoder = Encoder::new(&mut out, width, height);
     encoder.set_color(color);
     encoder.set_depth(depth);
-    encoder.set_compression(Compression::Fast);
     // Greyscale images are masks, depths and ids: data, which colour management must not change.
     if color != ColorType::Grayscale {
         encoder.set_source_srgb(SrgbRenderingIntent::Perceptual);
@@ -132,7 +141,10 @@ fn encode_with(
         encoder.add_itxt_chunk(NAMES_KEY.into(), names.into())?;
     }
     let mut writer = encoder.write_header()?;
-    writer.write_image_data(bytes)?;
+    let data = Rows { bytes, row_bytes, pixel_bytes }.compress()?;
+    for part in data.chunks(MAX_CHUNK_BYTES) {
+        writer.write_chunk(chunk::IDAT, part)?;
+    }
     writer.finish()?;
     Ok(out)
 }
@@ -147,7 +159,68 @@ pub(super) fn fingerprint(file: &[u8]) -> Option<Vec<u8>> {
 
 #[cfg(test)]
 mod tests {
+    use ::png::Compression;
+
     use super::*;
+
+    /// The file that the crate `png` encodes.
+    fn encoded_by_png(
+        (width, height): (u32, u32),
+        color: ColorType,
+        depth: BitDepth,
+        bytes: &[u8],
+    ) -> Vec<u8> {
+        let mut out = Vec::new();
+        let mut encoder = Encoder::new(&mut out, width, height);
+        encoder.set_color(color);
+        encoder.set_depth(depth);
+        encoder.set_compression(Compression::Fast);
+        if color != ColorType::Grayscale {
+            encoder.set_source_srgb(SrgbRenderingIntent::Perceptual);
+        }
+        let mut writer = encoder.write_header().unwrap();
+        writer.write_image_data(bytes).unwrap();
+        writer.finish().unwrap();
+        out
+    }
+
+    /// Small images are one block, large ones are compressed on all threads.
+    #[test]
+    fn files_are_those_of_the_crate_png_on_any_number_of_threads() {
+        let kinds = [
+            (ColorType::Rgb, BitDepth::Eight),
+            (ColorType::Rgba, BitDepth::Eight),
+            (ColorType::Grayscale, BitDepth::Eight),
+            (ColorType::Grayscale, BitDepth::Sixteen),
+            (ColorType::Rgba, BitDepth::Sixteen),
+        ];
+        for (color, depth) in kinds {
+            for size in [(1, 1), (37, 5), (520, 510)] {
+                let row = size.0 as usize * color.samples() * depth as usize / 8;
+                // Each filter is the best for some rows.
+                let byte = |i: usize| match i / row % 4 {
+                    0 => 0,
+                    1 => (i % row / 3) as u8,
+                    2 => (i % 251 * i % 17) as u8,
+                    _ => (i % row / 7 + i / row) as u8,
+                };
+                let bytes: Vec<u8> = (0..row * size.1 as usize).map(byte).collect();
+                let expected = encoded_by_png(size, color, depth, &bytes);
+                for threads in [1, 3] {
+                    let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
+                    let encoded = pool.install(|| encode(size, color, depth, &bytes, None).unwrap());
+                    assert!(encoded == expected, "{color:?} {depth:?} {size:?} {threads} threads");
+                }
+            }
+        }
+    }
+
+    #[test]
+    fn wrong_sizes_are_errors() {
+        for (size, count) in [((0, 0), 0), ((0, 5), 0), ((2, 2), 3), ((2, 2), 5)] {
+            assert!(encode_mask(size, &vec![0; count]).is_err(), "{size:?} {count}");
+        }
+    }
 
     /// Depths and masks that colour management would change are no pictures.
     #[test]
