@@ -68,6 +68,12 @@ pub fn render_moving_aovs(
     if monitor.is_cancelled() {
         return Err(Cancelled);
     }
-    let values = |i: usize| rows.iter().flat_map(|row| row[i].iter().copied()).collect();
-    Ok(aovs.iter().enumerate().map(|(i, &aov)| AovLayer { aov, values: values(i) }).collect())
+    let layer = |(i, &aov): (usize, &Aov)| {
+        let row_length = window.width as usize * aov.channel_count();
+        let mut values = vec![0f32; rows.len() * row_length];
+        let out = values.par_chunks_mut(row_length.max(1));
+        out.zip(&rows).for_each(|(out, row)| out.copy_from_slice(&row[i]));
+        AovLayer { aov, values }
+    };
+    Ok(aovs.iter().enumerate().map(layer).collect())
 }

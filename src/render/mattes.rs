@@ -50,6 +50,24 @@ const BATCH_SAMPLES: usize = 1 << 14;
 /// For each kind the ids that a pixel sees, with the sum of their coverage over its samples.
 type CoverageSums = [Vec<(u32, f64)>; MatteKind::ALL.len()];
 
+/// The part of a [`Matte`] of some pixels.
+#[derive(Default)]
+struct Ranks {
+    /// For each pixel the end of its part of `coverages`.
+    ends: Vec<usize>,
+    coverages: Vec<(u32, f32)>,
+}
+
+impl Ranks {
+    /// Adds a pixel whose coverages are summed over `samples`.
+    fn push(&mut self, mut sums: Vec<(u32, f64)>, samples: usize) {
+        sums.sort_by(|a, b| b.1.total_cmp(&a.1).then(a.0.cmp(&b.0)));
+        let mean = |&(id, sum): &(u32, f64)| (id, (sum / samples as f64) as f32);
+        self.coverages.extend(sums.iter().take(MATTE_RANKS).map(mean));
+        self.ends.push(self.coverages.len());
+    }
+}
+
 /// Renders mattes of every kind, with the same samples as the picture.
 ///
 /// # Errors
@@ -62,18 +80,22 @@ pub fn render_mattes(
     let generator = SampleGenerator::new(settings, frame.camera.lens);
     let window = settings.window();
     let columns: Vec<u32> = (window.x..window.x + window.width).collect();
-    let batch_pixels = (BATCH_SAMPLES / generator.samples_per_pixel()).max(1);
-    let rows: Vec<Vec<CoverageSums>> = (window.y..window.y + window.height)
+    let samples_per_pixel = generator.samples_per_pixel();
+    let batch_pixels = (BATCH_SAMPLES / samples_per_pixel).max(1);
+    let rows: Vec<[Ranks; MatteKind::ALL.len()]> = (window.y..window.y + window.height)
         .into_par_iter()
         .map_init(<(Scratch, Vec<Sample>)>::default, |(scratch, samples), y| {
-            let mut row = Vec::new();
+            let mut row = <[Ranks; MatteKind::ALL.len()]>::default();
             for batch in columns.chunks(batch_pixels) {
                 if monitor.is_cancelled() {
                     break;
                 }
                 let pixels: Vec<UVec2> = batch.iter().map(|&x| UVec2::new(x, y)).collect();
                 generator.generate(frame.simd(), &pixels, samples);
-                row.extend(sum_coverage(frame, samples, pixels.len(), scratch));
+                for sums in sum_coverage(frame, samples, pixels.len(), scratch) {
+                    let kinds = row.iter_mut().zip(sums);
+                    kinds.for_each(|(ranks, sums)| ranks.push(sums, samples_per_pixel));
+                }
             }
             row
         })
@@ -81,20 +103,16 @@ pub fn render_mattes(
     if monitor.is_cancelled() {
         return Err(Cancelled);
     }
-    let n = generator.samples_per_pixel();
     let matte = |(k, &kind): (usize, &MatteKind)| {
-        let mut ends = Vec::new();
-        let mut coverages = Vec::new();
-        for pixel in rows.iter().flatten() {
-            let mut ranked = pixel[k].clone();
-            ranked.sort_by(|a, b| b.1.total_cmp(&a.1).then(a.0.cmp(&b.0)));
-            let mean = |&(id, sum): &(u32, f64)| (id, (sum / n as f64) as f32);
-            coverages.extend(ranked.iter().take(MATTE_RANKS).map(mean));
-            ends.push(coverages.len());
+        let mut ends = Vec::with_capacity(rows.len() * columns.len());
+        let mut coverages = Vec::with_capacity(rows.iter().map(|row| row[k].coverages.len()).sum());
+        for Ranks { ends: row_ends, coverages: row_coverages } in rows.iter().map(|row| &row[k]) {
+            ends.extend(row_ends.iter().map(|end| coverages.len() + end));
+            coverages.extend_from_slice(row_coverages);
         }
         Matte { kind, names: names(frame.posed.scene, kind), ends, coverages }
     };
-    Ok(MatteKind::ALL.iter().enumerate().map(matte).collect())
+    Ok(MatteKind::ALL.par_iter().enumerate().map(matte).collect())
 }
 
 /// Sums the coverage of each pixel over its samples.
