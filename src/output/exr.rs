@@ -2,6 +2,7 @@
 
 use std::io::{self, Cursor};
 
+use exr::block::chunk::Chunk;
 use exr::block::lines::LineRefMut;
 use exr::block::writer::ChunksWriter;
 use exr::block::{BlockIndex, UncompressedBlock};
@@ -29,7 +30,7 @@ type Channels<'p> = SmallVec<[AnyChannel<Channel<'p>>; 4]>;
 /// are half floats.
 pub(super) fn encode(picture: &Picture, half: bool) -> io::Result<Vec<u8>> {
     let color_type = if half { SampleType::F16 } else { SampleType::F32 };
-    let mattes: Vec<_> = picture.mattes.iter().map(Cryptomatte::new).collect();
+    let mattes: Vec<_> = picture.mattes.par_iter().map(Cryptomatte::new).collect();
     let mut channels = color_channels(picture, color_type);
     for layer in &picture.layers {
         add_layer(layer, color_type, &mut channels);
@@ -156,7 +157,7 @@ impl SamplesWriter for ChannelLines<'_> {
     }
 }
 
-/// Blocks that are compressed in parallel before they are written: bounds the memory they hold.
+/// Blocks that are compressed in parallel while as many are written: bounds the memory they hold.
 const BLOCKS_IN_FLIGHT: usize = 32;
 
 /// Encodes an image on all threads. The bytes do not depend on the number of threads.
@@ -166,17 +167,30 @@ fn write_image<'i, L: WritableLayers<'i>>(image: &'i Image<L>) -> exr::error::Re
     let mut bytes = Cursor::new(Vec::new());
     exr::block::write(&mut bytes, headers, true, |meta, file| {
         let blocks: Vec<(usize, BlockIndex)> = meta.enumerate_ordered_header_block_indices().collect();
+        let mut compressed = Vec::new();
         for batch in blocks.chunks(BLOCKS_IN_FLIGHT) {
             let compress = |&(position, index): &(usize, BlockIndex)| {
                 let data = pixels.extract_uncompressed_block(&meta.headers, index);
                 (position, UncompressedBlock { index, data }.compress_to_chunk(&meta.headers))
             };
-            let compressed: Vec<_> = batch.par_iter().with_max_len(1).map(compress).collect();
-            compressed.into_iter().try_for_each(|(position, chunk)| file.write_chunk(position, chunk?))?;
+            let (written, next) = rayon::join(
+                || write_chunks(file, compressed),
+                || batch.par_iter().with_max_len(1).map(compress).collect::<Vec<_>>(),
+            );
+            written?;
+            compressed = next;
         }
-        Ok(())
+        write_chunks(file, compressed)
     })?;
     Ok(bytes.into_inner())
+}
+
+/// Writes chunks, each with its position in the file's table.
+fn write_chunks(
+    file: &mut impl ChunksWriter,
+    chunks: Vec<(usize, exr::error::Result<Chunk>)>,
+) -> exr::error::UnitResult {
+    chunks.into_iter().try_for_each(|(position, chunk)| file.write_chunk(position, chunk?))
 }
 
 #[cfg(test)]
