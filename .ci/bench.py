@@ -1,6 +1,6 @@
 #!/usr/bin/env python3
-"""Checks the results of `blinn bench` against their JSON Schema, their hashes across threads and SIMD levels, and the rays
-of `blinn rays` in NumPy.
+"""Checks the results of `blinn bench` and its bounds of traces against their JSON Schemas, hashes across threads and SIMD
+levels, and the rays of `blinn rays` in NumPy.
 
     bench.py BLINN
 
@@ -61,6 +61,34 @@ def schema():
             assert not validator.is_valid(results)
             del parent["undescribed"]
     print(f"bench-schema.json: {len(stages)} stages")
+
+
+def traces():
+    """Bounds of a job by its traces have all fields of their schema, and are in order."""
+    schema = read(os.path.join(ROOT, "docs/reference/trace-bound-schema.json"))
+    jsonschema.Draft202012Validator.check_schema(schema)
+    validator = jsonschema.Draft202012Validator(schema)
+    for threads in "12":
+        run(BLINN, "turntable", SCENE, *"--views 3 --size 64x36 -q -o turn/#.png".split(), "--threads", threads,
+            "--trace", f"trace{threads}.json")
+    for files in (["trace1.json"], ["trace2.json", "trace1.json"]):
+        run(BLINN, "bench", "--trace-bound", *files, "--json", "bound.json", "-q")
+        bound = read("bound.json")
+        validator.validate(bound)
+        assert bound["threads"] == [1, 2][:len(files)]
+        least, most, work = bound["span_seconds"]["least"], bound["span_seconds"]["most"], bound["work_seconds"]
+        assert 0 < least <= most <= work * (1 + 1e-9), bound
+        stages = {s["stage"]: s for s in bound["stages"]}
+        assert (stages["load"]["count"], stages["render"]["count"], stages["save"]["count"]) == (1, 3, 3), stages
+        assert abs(sum(s["work_seconds"] for s in bound["stages"]) + bound["outside_seconds"] - work) < 1e-6 * work
+        for s in bound["speed_ups"]:
+            assert 1 - 1e-9 <= s["at_least"] <= s["at_most"] + 1e-9 <= s["cores"] + 2e-9, s
+    for parent in (bound, bound["span_seconds"], bound["stages"][0], bound["speed_ups"][0]):
+        for key in list(parent):
+            value = parent.pop(key)
+            assert not validator.is_valid(bound), f"{key} is optional"
+            parent[key] = value
+    print(f"trace-bound-schema.json: {len(stages)} stages")
 
 
 def hashes():
@@ -130,5 +158,6 @@ if __name__ == "__main__":
     with tempfile.TemporaryDirectory() as folder:
         os.chdir(folder)
         schema()
+        traces()
         hashes()
         rays()

@@ -34,6 +34,7 @@ mod settings;
 mod stage;
 mod stage_record;
 mod stats;
+mod trace;
 mod work_hash;
 mod workload;
 
@@ -47,11 +48,12 @@ pub use rays::{MeanSteps, RaySet, RaySets, TileBatch, TileRays};
 pub use record::MeasureError;
 pub use report::{
     HeatMap, MachineResults, Table, comparison_table, different_work, format_duration, machines_page,
-    report_page, result_tables,
+    report_page, result_tables, trace_page, trace_tables,
 };
 pub use results::{BenchResults, BvhResults, Machine, RecordedSettings, SceneResults, StageResults};
 pub use results_file::ResultsError;
 pub use settings::{BenchObserver, BenchSettings};
 pub use stage::BenchStage;
+pub use trace::{SpanRange, SpeedUp, StageWork, Trace, TraceBound, TraceError};
 pub use work_hash::WorkHash;
 pub use workload::{Workload, WorkloadError, remove_generated_scenes, standard_suite};

@@ -187,7 +187,7 @@ fn usage_errors_are_one_line_with_a_hint() {
         ("man job xyzzy", "unknown command 'job xyzzy'"),
         ("bench a.glb --from c.json", "cannot be used with"),
         ("bench --from c.json --rounds 3", "cannot be used with"),
-        ("bench", "name scene files, or --suite, --scenes DIR or --from FILE.json"),
+        ("bench", "name scene files, or --suite, --scenes DIR, --from FILE.json or --trace-bound FILE.json"),
         ("compare a.glb b.glb", "unknown command 'compare': use blinn diff OLD NEW"),
         ("render a.glb --dof", "unexpected argument '--dof': use --aperture-radius"),
         ("render a.glb --ortho", "unexpected argument '--ortho': use --projection orthographic"),

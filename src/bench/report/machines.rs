@@ -1,6 +1,6 @@
 //! The results of one or of several machines side by side, as tables and as a page.
 
-use super::table::Table;
+use super::table::{Table, texts};
 use super::units::format_duration;
 use super::{date, page_head};
 use crate::bootstrap::ratio_interval;
@@ -114,10 +114,6 @@ fn all_scenes(machines: &[MachineResults]) -> Vec<&SceneResults> {
 
 fn find_stage<'s>(scene: &'s SceneResults, like: &StageResults) -> Option<&'s StageResults> {
     scene.stages.iter().find(|stage| stage.is_same_stage(like))
-}
-
-fn texts<const N: usize>(cells: [&str; N]) -> Vec<String> {
-    cells.map(str::to_string).to_vec()
 }
 
 fn machine_table(machines: &[MachineResults]) -> Table {

@@ -8,6 +8,7 @@ mod stage_plot;
 mod svg;
 mod table;
 mod tables;
+mod trace_tables;
 mod units;
 
 use super::compare::Comparison;
@@ -20,6 +21,7 @@ use stage_plot::stage_plot;
 pub use heat_map::HeatMap;
 pub use machines::{MachineResults, comparison_table, different_work, machines_page, result_tables};
 pub use table::Table;
+pub use trace_tables::{trace_page, trace_tables};
 pub use units::format_duration;
 
 /// The style of the plots, besides the style sheet of all pages.

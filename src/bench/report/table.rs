@@ -39,6 +39,11 @@ impl Table {
     }
 }
 
+/// Cells of these texts.
+pub(super) fn texts<const N: usize>(cells: [&str; N]) -> Vec<String> {
+    cells.map(str::to_string).to_vec()
+}
+
 /// Keeps text in its cell: no line breaks, column separators, markup or HTML.
 fn escape_markdown(text: &str) -> String {
     let mut out = String::new();

@@ -31,6 +31,12 @@ pub struct BenchArgs {
           conflicts_with_all = ["scenes", "suite", "scene_folder", "size", "samples", "rounds", "min_time", "threads",
                                 "stages"])]
     pub from: Vec<PathBuf>,
+    /// Read files of `blinn render --trace` of one command instead of measuring, one of them with --threads 1, and print
+    /// its work, its critical path and the speed-up that more cores could give
+    #[arg(long, value_name = "FILE.json", num_args = 1.., help_heading = "Scene",
+          conflicts_with_all = ["scenes", "suite", "scene_folder", "from", "compare", "size", "samples", "rounds",
+                                "min_time", "threads", "stages"])]
+    pub trace_bound: Vec<PathBuf>,
     /// Write all results as JSON
     #[arg(long, value_name = "FILE.json", help_heading = "Output")]
     pub json: Option<PathBuf>,
@@ -68,7 +74,7 @@ pub struct BenchArgs {
           value_parser = PossibleValuesParser::new(BenchStage::ALL.map(BenchStage::name)).map(|name| stage(&name)))]
     pub stages: Option<Vec<BenchStage>>,
     /// Run everything once and print the peak memory as JSON: run by `blinn bench` as a child process
-    #[arg(long, hide = true, conflicts_with_all = ["suite", "from", "json", "report", "markdown", "compare"])]
+    #[arg(long, hide = true, conflicts_with_all = ["suite", "from", "trace_bound", "json", "report", "markdown", "compare"])]
     pub memory: bool,
     /// Measure only the scene of --scenes with this name: run by `blinn bench` as a child process
     #[arg(long, value_name = "NAME", hide = true, requires = "scene_folder")]

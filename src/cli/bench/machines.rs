@@ -9,7 +9,7 @@ use blinn_bench::{MachineResults, Table, different_work, machines_page, result_t
 /// Prints and writes tables of several machines. Different hashes are an error: the machines did different work.
 pub fn show(args: &BenchArgs, machines: &[MachineResults], summary: &mut Summary) {
     let tables = result_tables(machines);
-    print(args, &table::machines(&tables), summary);
+    print(args, &table::text(&tables), summary);
     write(summary, args, args.report.as_deref(), || machines_page(machines));
     write(summary, args, args.markdown.as_deref(), || markdown(&tables));
     for text in different_work(machines) {

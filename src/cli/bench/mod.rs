@@ -6,6 +6,7 @@ mod observer;
 mod output;
 mod public_scenes;
 mod table;
+mod trace_bound;
 
 use std::path::{Path, PathBuf};
 
@@ -48,9 +49,13 @@ struct Measurement {
 }
 
 pub fn run(args: &BenchArgs) -> Result<Summary, UsageError> {
+    if !args.trace_bound.is_empty() {
+        return trace_bound::run(args);
+    }
     if args.scenes.is_empty() && args.suite.is_none() && args.scene_folder.is_none() && args.from.is_empty() {
         return Err(UsageError(
-            "bench: name scene files, or --suite, --scenes DIR or --from FILE.json".into(),
+            "bench: name scene files, or --suite, --scenes DIR, --from FILE.json or --trace-bound FILE.json"
+                .into(),
         ));
     }
     let settings = settings(args)?;
@@ -201,9 +206,9 @@ fn read_machines(args: &BenchArgs) -> Result<Vec<MachineResults>, UsageError> {
     Ok(machines)
 }
 
-/// Checks that the files of results can be written. The inner error is one of the file system.
-fn check_outputs(args: &BenchArgs, scenes: &[PathBuf]) -> Result<Result<()>, UsageError> {
-    let mut paths = PathConflicts::with_inputs(scenes);
+/// Checks that the files of results can be written, and are none of `inputs`. The inner error is one of the file system.
+fn check_outputs(args: &BenchArgs, inputs: &[PathBuf]) -> Result<Result<()>, UsageError> {
+    let mut paths = PathConflicts::with_inputs(inputs);
     for (flag, file) in output_files(args) {
         let Some(file) = file else { continue };
         paths.add_output(file, Writer::Flag(flag)).map_err(UsageError)?;

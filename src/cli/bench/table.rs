@@ -83,8 +83,8 @@ fn stage_row(s: &StageResults) -> Vec<String> {
     ]
 }
 
-/// The tables of several machines.
-pub fn machines(tables: &[Table]) -> String {
+/// Tables with their titles.
+pub fn text(tables: &[Table]) -> String {
     let mut out = String::new();
     for table in tables {
         let mut rows = vec![table.head.clone()];

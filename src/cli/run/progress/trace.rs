@@ -86,7 +86,8 @@ impl Trace {
         };
         let spans: Vec<Value> = events.spans.iter().map(span).collect();
         let trace = json!({
-            "traceEvents": spans, "displayTimeUnit": "ms", "otherData": {"lostEvents": events.lost},
+            "traceEvents": spans, "displayTimeUnit": "ms",
+            "otherData": {"threads": rayon::current_num_threads(), "lostEvents": events.lost},
         });
         let cannot_be_written = || format!("{} cannot be written", self.file.display());
         create_parent_folder(&self.file)?;
@@ -116,6 +117,7 @@ mod tests {
             (&first["name"], &first["ph"], &first["dur"]),
             (&json!("render"), &json!("X"), &json!(2000.0))
         );
+        assert_eq!(json["otherData"], json!({"threads": rayon::current_num_threads(), "lostEvents": 0}));
         assert!(first["ts"].as_f64().unwrap() >= 0.0 && first["tid"] != second["tid"]);
         assert_eq!(second["args"], json!({"scene": "a.glb", "index": 2, "detail": "64x64"}));
         assert!(trace.write().is_err(), "it must not be overwritten");

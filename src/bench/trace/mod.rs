@@ -1,0 +1,8 @@
+//! The speed-up that more cores could give a job, from traces of it (`blinn render --trace`).
+
+mod bound;
+mod file;
+mod job;
+
+pub use bound::{SpanRange, SpeedUp, StageWork, TraceBound};
+pub use file::{Trace, TraceError};
