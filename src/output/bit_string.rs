@@ -67,7 +67,7 @@ impl Bits<'_> {
         }
         let mut pending_length = offset;
         for bit in at..end {
-            pending |= u64::from(self.bytes[bit / 8] >> (bit % 8) & 1) << pending_length;
+            pending |= u64::from((self.bytes[bit / 8] >> (bit % 8)) & 1) << pending_length;
             pending_length += 1;
             if pending_length == 8 {
                 shifted.push(pending as u8);
@@ -88,7 +88,7 @@ mod tests {
     #[test]
     fn parts_follow_each_other_bit_by_bit() {
         let bytes: Vec<u8> = (0..100).map(|i: u32| (i * 151 % 256) as u8).collect();
-        let bit = |i: usize| bytes[i / 8] >> (i % 8) & 1;
+        let bit = |i: usize| (bytes[i / 8] >> (i % 8)) & 1;
         let ranges = [0..3, 1..2, 5..5, 4..200, 7..63, 8..64, 1..57, 100..797, 3..6, 0..800];
         let parts: Vec<Bits> =
             ranges.iter().map(|range| Bits { bytes: &bytes, range: range.clone() }).collect();
@@ -97,7 +97,7 @@ mod tests {
             let joined = join(&parts[..count]);
             let length: usize = ranges[..count].iter().map(Range::len).sum();
             assert_eq!(joined.len(), length.div_ceil(8));
-            let found = (0..8 * joined.len()).map(|i| joined[i / 8] >> (i % 8) & 1);
+            let found = (0..8 * joined.len()).map(|i| (joined[i / 8] >> (i % 8)) & 1);
             assert!(found.eq(expected[..length].iter().copied().chain(vec![0; 8 * joined.len() - length])));
         }
     }

@@ -97,7 +97,7 @@ impl Block {
     fn finish(compressor: Compressor<Vec<u8>>, length: usize) -> io::Result<Block> {
         let mut stream = compressor.finish()?;
         let adler = stream.split_off(stream.len() - ADLER_BYTES);
-        let adler = adler.into_iter().fold(0, |sum, byte| sum << 8 | u32::from(byte));
+        let adler = adler.into_iter().fold(0, |sum, byte| (sum << 8) | u32::from(byte));
         Ok(Block { stream, adler, length })
     }
 
@@ -140,7 +140,7 @@ fn join_adler(first: u32, second: u32, length: usize) -> u32 {
     let offset = (a + MODULUS - 1) % MODULUS;
     let sum = (offset + other_a) % MODULUS;
     let sum_of_sums = (b + other_b + offset * (length as u64 % MODULUS)) % MODULUS;
-    (sum_of_sums << 16 | sum) as u32
+    ((sum_of_sums << 16) | sum) as u32
 }
 
 #[cfg(test)]
