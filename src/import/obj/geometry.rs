@@ -73,9 +73,11 @@ impl ObjGeometry {
         for (i, chunk) in chunks.iter().enumerate() {
             state.apply_chunk(i, chunk, &mut out);
         }
-        out.positions = concat_lists(&mut chunks, |b| std::mem::take(&mut b.positions));
-        out.uvs = concat_lists(&mut chunks, |b| std::mem::take(&mut b.uvs));
-        out.normals = concat_lists(&mut chunks, |b| std::mem::take(&mut b.normals));
+        let positions = take_lists(&mut chunks, |b| &mut b.positions);
+        let uvs = take_lists(&mut chunks, |b| &mut b.uvs);
+        let normals = take_lists(&mut chunks, |b| &mut b.normals);
+        (out.positions, (out.uvs, out.normals)) =
+            rayon::join(|| concat(positions), || rayon::join(|| concat(uvs), || concat(normals)));
         if chunks.iter().any(|b| !b.colors.is_empty()) {
             for (chunk, before) in chunks.iter_mut().zip(&before) {
                 out.colors.resize(before[0], NO_COLOR);
@@ -125,11 +127,6 @@ impl ObjGeometry {
         let rounds = self.rounds.groups.iter().flat_map(|group| &group.vertices);
         let vertices = self.triangles.iter().flatten().map(|corner| corner.v).chain(rounds.copied());
         vertices.map(|v| self.positions[v as usize])
-    }
-
-    /// Returns the triangles of a segment.
-    pub fn triangles_of(&self, segment: &Segment) -> &[[Corner; 3]] {
-        &self.triangles[segment.chunk].as_chunks::<3>().0[segment.range.clone()]
     }
 }
 
@@ -181,9 +178,13 @@ fn triangulate_chunk(
     }
 }
 
-/// Concatenates one list of every chunk, without a copy if there is only one chunk.
-fn concat_lists<T: Copy>(chunks: &mut [Chunk], mut list: impl FnMut(&mut Chunk) -> Vec<T>) -> Vec<T> {
-    let lists: Vec<Vec<T>> = chunks.iter_mut().map(&mut list).collect();
+/// Takes one list of every chunk.
+fn take_lists<T>(chunks: &mut [Chunk], list: impl Fn(&mut Chunk) -> &mut Vec<T>) -> Vec<Vec<T>> {
+    chunks.iter_mut().map(|chunk| std::mem::take(list(chunk))).collect()
+}
+
+/// Concatenates lists, without a copy if there is only one.
+fn concat<T: Copy>(lists: Vec<Vec<T>>) -> Vec<T> {
     match <[Vec<T>; 1]>::try_from(lists) {
         Ok([only]) => only,
         Err(lists) => lists.concat(),

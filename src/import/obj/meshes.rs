@@ -2,13 +2,14 @@
 
 use std::collections::HashMap;
 
-use glam::{DVec3, Vec2, Vec3};
+use glam::{Vec2, Vec3};
 use rayon::prelude::*;
 
 use super::super::{Limits, LoadError};
-use super::chunk::{Corner, NO_INDEX};
+use super::chunk::NO_INDEX;
 use super::geometry::ObjGeometry;
 use super::segment::Segment;
+use super::welding::Welder;
 use crate::polygons::used_vertices::UsedVertices;
 use crate::polygons::vertex_dedup::VertexDeduplicator;
 use blinn_scene::Mesh;
@@ -84,12 +85,6 @@ fn normalize_or_zero(n: Vec3) -> Vec3 {
     if unit == Vec3::ZERO { n.as_dvec3().normalize_or_zero().as_vec3() } else { unit }
 }
 
-/// Returns the normal of a triangle, or `None` if it has no area.
-fn face_normal(corners: &[Corner; 3], positions: &[Vec3]) -> Option<DVec3> {
-    let [a, b, c] = corners.map(|c| positions[c.v as usize].as_dvec3());
-    (b - a).cross(c - a).try_normalize()
-}
-
 /// Welds corners with the same position, texture coordinate and normal into one vertex. A corner whose normal
 /// is zero gets the triangle's normal and a vertex of its own.
 fn weld<'g>(
@@ -100,31 +95,9 @@ fn weld<'g>(
     vertices: &mut VertexDeduplicator,
 ) -> Mesh {
     let mut mesh = Mesh { name: geometry.objects[key.object as usize].clone(), ..Default::default() };
-    mesh.triangles.reserve_exact(segments.clone().map(|s| s.range.len()).sum());
-    let mut face_normals: Vec<(u32, Vec3)> = Vec::new();
-    let numbered =
-        |s: &'g Segment| s.range.clone().zip(geometry.triangles_of(s)).map(|(i, t)| (s.chunk, i, t));
-    let mut begins_polygon = true;
-    for (chunk, index, t) in segments.flat_map(numbered) {
-        begins_polygon |= !geometry.polygons[chunk].is_joined(index);
-        let [a, b, c] = t;
-        // The triangle has no area.
-        if a.v == b.v || b.v == c.v || c.v == a.v {
-            continue;
-        }
-        if !std::mem::take(&mut begins_polygon) {
-            mesh.polygons.join(mesh.triangles.len());
-        }
-        mesh.triangles.push(t.map(|c| {
-            if any_zero_normal && c.vn != NO_INDEX && geometry.normals[c.vn as usize] == Vec3::ZERO {
-                let vertex = vertices.add_unique(c.v, c.vt, c.vn);
-                let normal = face_normal(t, &geometry.positions).unwrap_or(DVec3::Y);
-                face_normals.push((vertex, normal.as_vec3()));
-                return vertex;
-            }
-            vertices.number_of(c.v, c.vt, c.vn)
-        }));
-    }
+    let parts = segments.map(|segment| (segment.chunk, segment.range.clone()));
+    let welded = Welder::new(geometry, any_zero_normal).weld(parts, vertices);
+    (mesh.triangles, mesh.polygons) = (welded.triangles, welded.polygons);
     let keys = vertices.keys().par_iter().with_min_len(1 << 14);
     mesh.positions = keys.clone().map(|k| geometry.positions[k.v as usize]).collect();
     if key.has_uv {
@@ -134,7 +107,7 @@ fn weld<'g>(
     }
     if !key.flat {
         mesh.normals = keys.clone().map(|k| geometry.normals[k.b as usize]).collect();
-        face_normals.into_iter().for_each(|(vertex, n)| mesh.normals[vertex as usize] = n);
+        welded.face_normals.into_iter().for_each(|(vertex, n)| mesh.normals[vertex as usize] = n);
     }
     if !geometry.colors.is_empty() {
         mesh.colors = keys.map(|k| geometry.colors[k.v as usize]).collect();

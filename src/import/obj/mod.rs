@@ -3,7 +3,7 @@
 //! Two parsers turn text into [chunks](chunk) of numbers, faces and statements: a [fast](fast_parser) one for
 //! well-formed text, and a [lenient](lenient_parser) one for everything else, which also reports what is wrong.
 //! Everything after that is shared: [polygon triangulation](polygon), [smoothing groups](smoothing),
-//! [vertex welding](meshes), [material libraries](material_libraries) and [textures].
+//! [vertex welding](welding), [meshes], [material libraries](material_libraries) and [textures].
 
 mod chunk;
 mod colors;
@@ -32,6 +32,7 @@ mod texture_map;
 mod textured_materials;
 mod textures;
 mod vertex_numbering;
+mod welding;
 
 use std::collections::HashMap;
 use std::io::{self, Read};

@@ -46,6 +46,11 @@ impl VertexDeduplicator {
         &self.keys
     }
 
+    /// Returns all keys by number.
+    pub fn into_keys(self) -> Vec<VertexKey> {
+        self.keys
+    }
+
     /// Returns the number of a key, and adds the key if it is new.
     #[inline(always)]
     pub fn number_of(&mut self, v: u32, a: u32, b: u32) -> u32 {
