@@ -1,12 +1,14 @@
 //! Remarks about pictures that are dark although lights exist, or white.
 
 use glam::Vec3;
+use rayon::prelude::*;
 
 use crate::exposure::ResolvedExposure;
 use crate::light_advice::LightAdvice;
 use crate::notice::{EnclosedLight, Notice};
 use crate::surroundings::{is_enclosed, surroundings};
 use blinn_accel::Accel;
+use blinn_core::geometry::Rgba;
 use blinn_render::Pixels;
 use blinn_render::display::ViewTransform;
 use blinn_render::integrator::Frame;
@@ -18,6 +20,8 @@ const DARK: f32 = 0.005;
 const DARK_SHARE: f64 = 0.95;
 /// Share of the covered pixels that are white in a white picture.
 const WHITE_SHARE: f64 = 0.5;
+/// Pixels that are counted in a task.
+const TASK_PIXELS: usize = 1 << 16;
 /// Distance to a surface that encloses a light like a bulb, relative to the radius of the scene.
 const BULB_SIZE: f64 = 0.1;
 
@@ -68,19 +72,24 @@ impl ImageLight<'_> {
 /// Returns true if nearly all that a picture shows of the scene is black at an exposure of `ev` stops.
 fn is_dark(pixels: &Pixels, ev: f64) -> bool {
     let scale = libm::exp2(ev) as f32;
-    let covered = pixels.colors.iter().filter(|color| color.w > 0.0);
-    let dark = covered.clone().filter(|color| color.truncate().max_element() * scale < DARK).count();
-    let covered = covered.count();
-    covered > 0 && dark as f64 >= DARK_SHARE * covered as f64
+    holds_for(DARK_SHARE, pixels, |color| color.truncate().max_element() * scale < DARK)
 }
 
 /// Returns true if most that a picture shows of the scene is white at an exposure of `ev` stops.
 fn is_white(pixels: &Pixels, ev: f64) -> bool {
     let scale = libm::exp2(ev) as f32;
-    let covered = pixels.colors.iter().filter(|color| color.w > 0.0);
-    let white = covered.clone().filter(|color| color.truncate().min_element() * scale >= color.w).count();
-    let covered = covered.count();
-    covered > 0 && white as f64 >= WHITE_SHARE * covered as f64
+    holds_for(WHITE_SHARE, pixels, |color| color.truncate().min_element() * scale >= color.w)
+}
+
+/// Returns true if `is` holds for at least this share of the pixels that show the scene, and some do.
+fn holds_for(share: f64, pixels: &Pixels, is: impl Fn(&Rgba) -> bool + Sync) -> bool {
+    let count = |colors: &[Rgba]| {
+        let covered = colors.iter().filter(|color| color.w > 0.0);
+        (covered.clone().filter(|color| is(color)).count(), covered.count())
+    };
+    let counts = pixels.colors.par_chunks(TASK_PIXELS).map(count);
+    let (found, covered) = counts.reduce(|| (0, 0), |a, b| (a.0 + b.0, a.1 + b.1));
+    covered > 0 && found as f64 >= share * covered as f64
 }
 
 /// Returns true if surfaces of the material show mainly their surroundings: metal or glass.
