@@ -94,13 +94,12 @@ fn sum(seconds: &[f64]) -> f64 {
     seconds.iter().sum()
 }
 
-/// Indices of spans by thread and start; of those that start together, the one that holds the others first.
+/// Indices of spans by their start; of those that start together, the one that holds the others first.
 fn by_start(spans: &[Span]) -> Vec<usize> {
     let mut order: Vec<usize> = (0..spans.len()).collect();
-    let key = |span: &Span| (span.start, -span.seconds);
     order.sort_by(|&a, &b| {
-        let ((start_a, length_a), (start_b, length_b)) = (key(&spans[a]), key(&spans[b]));
-        start_a.total_cmp(&start_b).then(length_a.total_cmp(&length_b))
+        let (a, b) = (&spans[a], &spans[b]);
+        a.start.total_cmp(&b.start).then(b.seconds.total_cmp(&a.seconds))
     });
     order
 }
