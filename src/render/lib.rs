@@ -13,6 +13,7 @@ mod edges;
 mod film;
 mod filter;
 pub mod integrator;
+mod lens_blur;
 mod light_layers;
 mod mask_outlines;
 mod mattes;
@@ -31,6 +32,7 @@ mod surface_tracks;
 mod tiles;
 
 use crate::integrator::{Frame, Integrator};
+use crate::lens_blur::LensBlur;
 use crate::reconstruction::AllLight;
 use crate::rough_reflections::RoughReflections;
 use crate::strips::render_in_strips;
@@ -77,7 +79,9 @@ pub fn render_with_memory(
 ) -> Result<Pixels, Cancelled> {
     let PixelRect { width, height, .. } = settings.window();
     let picture = |colors| Pixels { width, height, colors };
-    if settings.filters_all_light(frame) {
+    if settings.filters_lens_blur(frame) {
+        render_in_strips::<LensBlur>(memory, frame, integrator, settings, monitor).map(picture)
+    } else if settings.filters_all_light(frame) {
         render_in_strips::<AllLight>(memory, frame, integrator, settings, monitor).map(picture)
     } else if settings.filters_rough_reflections(frame) {
         render_in_strips::<RoughReflections>(memory, frame, integrator, settings, monitor).map(picture)

@@ -112,16 +112,16 @@ impl Reconstruction for LayersOfAllLight {
         pixels: &[FilteredPixel],
         held: PixelRect,
         rows: Range<usize>,
-        samples: u32,
+        settings: &RenderSettings,
         frame: &Frame,
         monitor: &dyn ProgressMonitor,
     ) -> Result<Vec<LightLayers>, Cancelled> {
         let width = held.width as usize;
         let wanted = &pixels[rows.start * width..rows.end * width];
         let mut parts: Vec<PixelParts> = pixels.iter().map(|pixel| pixel.parts).collect();
-        let all = filter_light(&parts, held, rows.clone(), samples, frame, monitor)?;
+        let all = filter_light(&parts, held, rows.clone(), settings.samples, frame, monitor)?;
         parts.iter_mut().zip(pixels).for_each(|(parts, pixel)| parts.noisy = pixel.direct);
-        let direct = filter_light(&parts, held, rows, samples, frame, monitor)?;
+        let direct = filter_light(&parts, held, rows, settings.samples, frame, monitor)?;
         let layers = |((pixel, all), direct): ((&FilteredPixel, NoisyLight), NoisyLight)| {
             let mut layers = pixel.exact;
             add_light(&mut layers, &all, &direct);
@@ -174,19 +174,19 @@ impl Reconstruction for LayersWithRoughReflections {
         pixels: &[SmoothedPixel],
         held: PixelRect,
         rows: Range<usize>,
-        samples: u32,
+        settings: &RenderSettings,
         frame: &Frame,
         monitor: &dyn ProgressMonitor,
     ) -> Result<Vec<LightLayers>, Cancelled> {
         let width = held.width as usize;
         let wanted = &pixels[rows.start * width..rows.end * width];
         let mut reflecting: Vec<ReflectingPixel> = pixels.iter().map(|pixel| pixel.reflecting).collect();
-        let all = smooth_reflections(&reflecting, held, rows.clone(), samples, frame.simd());
+        let all = smooth_reflections(&reflecting, held, rows.clone(), settings.samples, frame.simd());
         if monitor.is_cancelled() {
             return Err(Cancelled);
         }
         reflecting.iter_mut().zip(pixels).for_each(|(reflecting, pixel)| reflecting.halves = pixel.direct);
-        let direct = smooth_reflections(&reflecting, held, rows, samples, frame.simd());
+        let direct = smooth_reflections(&reflecting, held, rows, settings.samples, frame.simd());
         let noisy = |specular: Rgb| NoisyLight { specular, ..NoisyLight::default() };
         let layers = |((pixel, all), direct): ((&SmoothedPixel, Rgb), Rgb)| {
             let mut layers = pixel.exact;
@@ -227,7 +227,7 @@ impl Reconstruction for UnfilteredLayers {
         pixels: &[LightLayers],
         held: PixelRect,
         rows: Range<usize>,
-        _samples: u32,
+        _settings: &RenderSettings,
         _frame: &Frame,
         _monitor: &dyn ProgressMonitor,
     ) -> Result<Vec<LightLayers>, Cancelled> {

@@ -11,6 +11,7 @@ use crate::integrator::{
     SeenFeatures, SurfaceFeatures,
 };
 use crate::progress::ProgressMonitor;
+use crate::settings::RenderSettings;
 use crate::strips::Reconstruction;
 use blinn_core::cancellation::Cancelled;
 use blinn_core::geometry::{Rgb, Rgba};
@@ -112,13 +113,13 @@ impl Reconstruction for AllLight {
         parts: &[PixelParts],
         held: PixelRect,
         strip: Range<usize>,
-        samples: u32,
+        settings: &RenderSettings,
         frame: &Frame,
         monitor: &dyn ProgressMonitor,
     ) -> Result<Vec<Rgba>, Cancelled> {
         let width = held.width as usize;
         let strip_parts = &parts[strip.start * width..strip.end * width];
-        let light = filter_light(parts, held, strip, samples, frame, monitor)?;
+        let light = filter_light(parts, held, strip, settings.samples, frame, monitor)?;
         let color = |(pixel, light): (&PixelParts, NoisyLight)| {
             let NoisyLight { direct, indirect, specular } = light;
             pixel.exact + direct.extend(0.0) + indirect.extend(0.0) + specular.extend(0.0)
@@ -185,7 +186,7 @@ fn filter_band(
         if parts.iter().all(is_dark) {
             continue;
         }
-        let divisor = |pixel: &PixelParts| color_of(&pixel.surface, kind).max(Rgb::splat(MIN_COLOR));
+        let divisor = |pixel: &PixelParts| divisor_of(color_of(&pixel.surface, kind));
         let half =
             |i: usize| parts.iter().map(|pixel| light_of(&pixel.noisy[i], kind) / divisor(pixel)).collect();
         let reliability = parts.iter().map(|pixel| reliability(color_of(&pixel.surface, kind))).collect();
@@ -212,14 +213,19 @@ fn light_of(light: &NoisyLight, kind: PartKind) -> Rgb {
     }
 }
 
-/// The colour that a part of the light is divided by.
-fn color_of(surface: &SurfaceFeatures, kind: PartKind) -> Rgb {
+/// The colour of surfaces that a part of the light is divided by.
+pub(super) fn color_of(surface: &SurfaceFeatures, kind: PartKind) -> Rgb {
     match kind {
         PartKind::DirectDiffuse => surface.diffuse_color,
         // Bounced light reaches the fibres of a sheen as it reaches the base; their highlights are among the reflections.
         PartKind::IndirectDiffuse => surface.diffuse_color + surface.sheen_color,
         PartKind::Specular => surface.specular_color + surface.sheen_color,
     }
+}
+
+/// A colour that is not too dark to divide by.
+pub(super) fn divisor_of(color: Rgb) -> Rgb {
+    color.max(Rgb::splat(MIN_COLOR))
 }
 
 /// How far a pixel counts for its neighbours: less where light was divided by a colour that is nearly black.

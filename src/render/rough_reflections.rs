@@ -4,16 +4,17 @@ use std::ops::Range;
 
 use glam::Vec3;
 
-use crate::denoise::{RoughLight, WAVELET_MARGIN, smooth_rough_light};
+use crate::denoise::{SmoothKind, WAVELET_MARGIN, WaveletLight, smooth_light};
 use crate::film::PixelRect;
 use crate::integrator::{Frame, Integrator, LightSplit, LowDiscrepancySampler, Sample, SampleParts, Scratch};
 use crate::progress::ProgressMonitor;
+use crate::settings::RenderSettings;
 use crate::strips::Reconstruction;
 use blinn_core::cancellation::Cancelled;
 use blinn_core::geometry::{Rgb, Rgba};
 use blinn_core::simd::SimdLevel;
 
-/// Reconstruction of reflections by [`smooth_rough_light`].
+/// Reconstruction of reflections by [`smooth_light`].
 pub(super) struct RoughReflections;
 
 /// Least colour that light is divided by.
@@ -61,7 +62,7 @@ impl Reconstruction for RoughReflections {
         pixels: &[ReflectingPixel],
         held: PixelRect,
         rows: Range<usize>,
-        samples: u32,
+        settings: &RenderSettings,
         frame: &Frame,
         monitor: &dyn ProgressMonitor,
     ) -> Result<Vec<Rgba>, Cancelled> {
@@ -70,7 +71,7 @@ impl Reconstruction for RoughReflections {
         }
         let width = held.width as usize;
         let wanted = &pixels[rows.start * width..rows.end * width];
-        let smooth = smooth_reflections(pixels, held, rows, samples, frame.simd());
+        let smooth = smooth_reflections(pixels, held, rows, settings.samples, frame.simd());
         Ok(wanted.iter().zip(smooth).map(|(pixel, light)| pixel.exact + light.extend(0.0)).collect())
     }
 }
@@ -121,15 +122,16 @@ pub(super) fn smooth_reflections(
     }
     let divisor = |pixel: &ReflectingPixel| pixel.color.max(Rgb::splat(MIN_COLOR));
     let half = |i: usize| pixels.iter().map(|pixel| pixel.halves[i] / divisor(pixel)).collect();
-    let light = RoughLight {
+    let light = WaveletLight {
+        kind: SmoothKind::RoughReflections,
         width,
         samples,
         halves: [half(0), half(1)],
-        is_rough: pixels.iter().map(is_rough).collect(),
+        is_noisy: pixels.iter().map(is_rough).collect(),
         normal: pixels.iter().map(|pixel| pixel.normal).collect(),
         position: pixels.iter().map(|pixel| pixel.position).collect(),
         alpha: pixels.iter().map(|pixel| pixel.alpha).collect(),
     };
-    let smooth = smooth_rough_light(&light, simd, rows);
+    let smooth = smooth_light(&light, simd, rows);
     wanted.iter().zip(smooth).map(|(pixel, light)| light * divisor(pixel)).collect()
 }

@@ -90,6 +90,12 @@ impl RenderSettings {
             && frame.has_rough_metals()
     }
 
+    /// True if what the camera's lens blurs is reconstructed.
+    pub(crate) fn filters_lens_blur(&self, frame: &Frame) -> bool {
+        let is_filtered = self.denoise != Denoise::Off && self.adaptive.is_none() && self.samples > 1;
+        is_filtered && frame.camera.lens.is_some()
+    }
+
     /// A sample without footprint at the centre of a pixel, through the centre of the lens.
     #[inline(always)]
     pub(super) fn centre_sample(&self, pixel: UVec2) -> Sample {

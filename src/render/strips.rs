@@ -42,7 +42,7 @@ pub(super) trait Reconstruction {
     /// The pixel of these samples.
     fn pixel(samples: &[Self::Sample]) -> Self::Pixel;
 
-    /// `rows` of the pixels in `held`.
+    /// `rows` of the pixels in `held`, of a picture with these settings.
     ///
     /// # Errors
     /// [`Cancelled`] if `monitor` cancels.
@@ -50,7 +50,7 @@ pub(super) trait Reconstruction {
         pixels: &[Self::Pixel],
         held: PixelRect,
         rows: Range<usize>,
-        samples: u32,
+        settings: &RenderSettings,
         frame: &Frame,
         monitor: &dyn ProgressMonitor,
     ) -> Result<Vec<Self::Output>, Cancelled>;
@@ -87,7 +87,7 @@ pub(super) fn render_in_strips<R: Reconstruction>(
         pixels.resize(known + rows.width as usize * rows.height as usize, R::Pixel::default());
         render_rows::<R>(memory, frame, integrator, &of_rows, window, &mut pixels[known..], monitor)?;
         let strip = (first - held.y) as usize..(end - held.y) as usize;
-        let reconstructed = R::reconstruct(&pixels, held, strip, settings.samples, frame, monitor)?;
+        let reconstructed = R::reconstruct(&pixels, held, strip, settings, frame, monitor)?;
         let left = (window.x - rendered.x) as usize;
         for row in reconstructed.chunks_exact(rendered.width as usize) {
             picture.extend_from_slice(&row[left..left + window.width as usize]);

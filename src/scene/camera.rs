@@ -118,6 +118,18 @@ impl Camera {
         (p.z < 0.0 && film.is_finite()).then_some(film)
     }
 
+    /// Returns the radius of the circle that a point at this depth is blurred to, in heights of the picture: 0 without a lens. The
+    /// depth may be infinite.
+    pub fn circle_of_confusion(&self, depth: f64) -> f64 {
+        let Some(lens) = self.lens else { return 0.0 };
+        let at_view_rectangle = match self.projection {
+            // |1/depth − 1/focus|, seen at the projection distance.
+            Projection::Perspective => (1.0 / depth - 1.0 / lens.focus_distance).abs() * self.proj_distance,
+            Projection::Orthographic => (1.0 - depth / lens.focus_distance).abs(),
+        };
+        lens.aperture_radius * at_view_rectangle / self.view_height
+    }
+
     /// Returns this camera with 0 in place of −0.
     pub fn with_positive_zeros(&self) -> Camera {
         let Basis { u, v, w } = self.basis;

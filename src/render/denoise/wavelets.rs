@@ -1,8 +1,8 @@
-//! Smoothing of reflections by edge-avoiding à-trous wavelets (Dammertz, Sewtz, Hanika and Lensch, “Edge-Avoiding À-Trous
+//! Smoothing of light by edge-avoiding à-trous wavelets (Dammertz, Sewtz, Hanika and Lensch, “Edge-Avoiding À-Trous
 //! Wavelet Transform for fast Global Illumination Filtering”, 2010; with variance as in SVGF: Schied et al. 2017).
 //!
 //! Each level averages 5 × 5 pixels that lie twice as far apart as those of the level before. It is simpler and faster than
-//! [`denoise`](super::denoise), and suits reflections in rough metals, which are smooth.
+//! [`denoise`](super::denoise), and suits light that is smooth: reflections in rough metals, and what is out of focus.
 
 use std::ops::Range;
 
@@ -28,25 +28,54 @@ const NORMAL_TOLERANCE: f32 = 1.0;
 const MIN_NORMAL_TOLERANCE: f32 = 0.01;
 /// Squared sine of the angle to the tangent plane up to which positions count as equal.
 const PLANE_TOLERANCE: f32 = 0.04;
-/// Luminance counts as equal up to so many variances, by level. A few samples of a rough lobe see either this or that: the first
-/// level averages both.
-const LIGHT_TOLERANCE: [f32; 4] = [200.0, 64.0, 32.0, 16.0];
+
+/// Kinds of light that are smoothed differently.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum SmoothKind {
+    /// What rough surfaces reflect.
+    RoughReflections,
+    /// What is out of focus.
+    OutOfFocus,
+}
+
+impl SmoothKind {
+    /// Luminance counts as equal up to so many variances, by level. A few samples of a rough lobe, or of a blurred edge, see either
+    /// this or that: the first level averages both.
+    fn light_tolerance(self) -> [f32; 4] {
+        match self {
+            SmoothKind::RoughReflections => [200.0, 64.0, 32.0, 16.0],
+            SmoothKind::OutOfFocus => [64.0, 16.0, 8.0, 4.0],
+        }
+    }
+
+    /// Returns the mean of the channels as differences are measured: out-of-focus highlights from 0 to 1, so that a bright one
+    /// does not spread.
+    #[inline(always)]
+    fn luminance(self, sum: f32) -> f32 {
+        let mean = sum * (1.0 / 3.0);
+        match self {
+            SmoothKind::RoughReflections => mean,
+            SmoothKind::OutOfFocus => mean / (1.0 + mean),
+        }
+    }
+}
 
 /// Greater differences count as this one: smaller weights than its 1e-8 would be lost, and lead to subnormal numbers.
 const MAX_DIFFERENCE: f32 = 100.0;
 /// Smaller heights over the tangent plane are rounding errors, and their squares subnormal numbers.
 const MIN_HEIGHT: f32 = 1e-15;
 
-/// Light that rough surfaces reflect, in pixels, row by row from the top.
-pub(crate) struct RoughLight {
+/// Noisy light, in pixels, row by row from the top.
+pub(crate) struct WaveletLight {
+    pub kind: SmoothKind,
     /// Width in pixels.
     pub width: usize,
-    /// Means of the even and of the odd samples, divided by the reflecting colour.
+    /// Means of the even and of the odd samples; reflections are divided by the reflecting colour.
     pub halves: [Vec<Rgb>; 2],
     /// Samples per pixel.
     pub samples: u32,
-    /// True for pixels with a rough surface.
-    pub is_rough: Vec<bool>,
+    /// True for pixels that are smoothed.
+    pub is_noisy: Vec<bool>,
     /// Mean shading normals.
     pub normal: Vec<Vec3>,
     /// Mean positions.
@@ -55,22 +84,23 @@ pub(crate) struct RoughLight {
     pub alpha: Vec<f32>,
 }
 
-/// Smooths the light of `rows`, and returns it from the first of them on. Pixels without a rough surface keep theirs.
+/// Smooths the light of `rows`, and returns it from the first of them on. Pixels that are not smoothed keep theirs.
 ///
 /// The result has the same bits for any number of threads and at any SIMD level.
-pub(crate) fn smooth_rough_light(light: &RoughLight, simd: SimdLevel, rows: Range<usize>) -> Vec<Rgb> {
+pub(crate) fn smooth_light(light: &WaveletLight, simd: SimdLevel, rows: Range<usize>) -> Vec<Rgb> {
     let width = light.width;
     let guides = Guides::new(light);
     let mut planes = Planes::new(light);
     let height = guides.height;
     let mut reach: usize = STEPS.iter().map(|step| 2 * step).sum();
-    for (step, tolerance) in STEPS.into_iter().zip(LIGHT_TOLERANCE) {
+    for (step, tolerance) in STEPS.into_iter().zip(light.kind.light_tolerance()) {
         reach -= 2 * step;
         let needed = rows.start.saturating_sub(reach)..(rows.end + reach).min(height);
         let smooth = |y: usize| {
-            guides.has_rough[y].then(|| {
+            guides.has_noisy[y].then(|| {
                 let mut row: [Vec<f32>; 4] = std::array::from_fn(|_| vec![0.0; width]);
                 simd.run(SmoothRow {
+                    kind: light.kind,
                     guides: &guides,
                     planes: &planes,
                     y,
@@ -107,18 +137,18 @@ struct Guides {
     height: usize,
     /// Width of the planes.
     stride: usize,
-    /// 1 for a rough surface, else 0.
+    /// 1 for a pixel that is smoothed, else 0.
     weight: Vec<f32>,
     normal: [Vec<f32>; 3],
     position: [Vec<f32>; 3],
     /// 1 over the squared tolerance of normals.
     sharpness: Vec<f32>,
-    /// True for rows with a rough surface.
-    has_rough: Vec<bool>,
+    /// True for rows with such pixels.
+    has_noisy: Vec<bool>,
 }
 
 impl Guides {
-    fn new(light: &RoughLight) -> Guides {
+    fn new(light: &WaveletLight) -> Guides {
         let width = light.width;
         let height = light.normal.len() / width.max(1);
         let padded = |value: &(dyn Fn(usize) -> f32 + Sync)| plane(width, height, value);
@@ -130,11 +160,11 @@ impl Guides {
         Guides {
             height,
             stride: width + 2 * PADDING,
-            weight: padded(&|i| f32::from(light.is_rough[i])),
+            weight: padded(&|i| f32::from(light.is_noisy[i])),
             normal: [0, 1, 2].map(|c| axis(&light.normal, c)),
             position: [0, 1, 2].map(|c| axis(&light.position, c)),
             sharpness: padded(&sharpness),
-            has_rough: light.is_rough.chunks(width.max(1)).map(|row| row.contains(&true)).collect(),
+            has_noisy: light.is_noisy.chunks(width.max(1)).map(|row| row.contains(&true)).collect(),
         }
     }
 
@@ -160,16 +190,24 @@ struct Planes {
 }
 
 impl Planes {
-    fn new(light: &RoughLight) -> Planes {
+    fn new(light: &WaveletLight) -> Planes {
         let width = light.width;
         let height = light.normal.len() / width.max(1);
         let [even, odd] = NoisyPart::shares(light.samples);
         let mean = |i: usize| light.halves[0][i] * even + light.halves[1][i] * odd;
         let difference = |i: usize| {
-            if !light.is_rough[i] {
+            if !light.is_noisy[i] {
                 return [0.0; 2];
             }
-            let d = (light.halves[0][i] - light.halves[1][i]).element_sum() * (1.0 / 6.0);
+            let d = match light.kind {
+                SmoothKind::RoughReflections => {
+                    (light.halves[0][i] - light.halves[1][i]).element_sum() * (1.0 / 6.0)
+                }
+                kind @ SmoothKind::OutOfFocus => {
+                    let [a, b] = [0, 1].map(|half| kind.luminance(light.halves[half][i].element_sum()));
+                    0.5 * (a - b)
+                }
+            };
             [d * d, 1.0]
         };
         // Two halves tell little of the variance: its mean over the pixels around does.
@@ -197,6 +235,7 @@ fn sum_around(at: usize, len: usize, value: impl Fn(usize) -> [f32; 2]) -> [f32;
 
 /// Smooths a row of pixels.
 struct SmoothRow<'a> {
+    kind: SmoothKind,
     guides: &'a Guides,
     planes: &'a Planes,
     y: usize,
@@ -211,7 +250,7 @@ struct SmoothRow<'a> {
 impl AutovecKernel for SmoothRow<'_> {
     #[inline(always)]
     fn run(self) {
-        let SmoothRow { guides, planes, y, step, tolerance, width: n, out } = self;
+        let SmoothRow { kind, guides, planes, y, step, tolerance, width: n, out } = self;
         let [r, g, b, variance] = out;
         let [r, g, b, variance] = [r, g, b, variance].map(|row| &mut row[..n]);
         let mut weights = vec![0.0f32; n];
@@ -220,7 +259,7 @@ impl AutovecKernel for SmoothRow<'_> {
             planes.each_ref().map(|plane| &plane[from..from + n])
         }
         let ([nx, ny, nz], [px, py, pz]) = (at(&guides.normal, p, n), at(&guides.position, p, n));
-        let (sharpness, rough) = (&guides.sharpness[p..p + n], &guides.weight[p..p + n]);
+        let (sharpness, noisy) = (&guides.sharpness[p..p + n], &guides.weight[p..p + n]);
         let ([lr, lg, lb], v) = (at(&planes.light, p, n), &planes.variance[p..p + n]);
         for dy in 0..5usize {
             let Some(row) = (y + dy * step).checked_sub(2 * step).filter(|row| *row < guides.height) else {
@@ -240,7 +279,14 @@ impl AutovecKernel for SmoothRow<'_> {
                     let height = if height.abs() < MIN_HEIGHT { 0.0 } else { height };
                     let distance2 = bx * bx + by * by + bz * bz;
                     let of_planes = height * height / (PLANE_TOLERANCE * distance2 + 1e-30);
-                    let d = (lr[x] + lg[x] + lb[x] - qr[x] - qg[x] - qb[x]) * (1.0 / 3.0);
+                    let d = match kind {
+                        SmoothKind::RoughReflections => {
+                            (lr[x] + lg[x] + lb[x] - qr[x] - qg[x] - qb[x]) * (1.0 / 3.0)
+                        }
+                        SmoothKind::OutOfFocus => {
+                            kind.luminance(lr[x] + lg[x] + lb[x]) - kind.luminance(qr[x] + qg[x] + qb[x])
+                        }
+                    };
                     let of_light = d * d / (tolerance * v[x] + 1e-12);
                     let fade = 1.0 / (1.0 + (of_normals + of_planes + of_light).min(MAX_DIFFERENCE));
                     let fade2 = fade * fade;
@@ -255,7 +301,7 @@ impl AutovecKernel for SmoothRow<'_> {
         }
         for x in 0..n {
             // Only the pixel's own weight is sure to count.
-            let is_smoothed = rough[x] > 0.0 && weights[x] > 0.0;
+            let is_smoothed = noisy[x] > 0.0 && weights[x] > 0.0;
             let scale = if is_smoothed { 1.0 / weights[x] } else { 1.0 };
             r[x] = if is_smoothed { r[x] * scale } else { lr[x] };
             g[x] = if is_smoothed { g[x] * scale } else { lg[x] };
