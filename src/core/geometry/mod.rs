@@ -7,6 +7,7 @@ mod aabb;
 mod basis;
 mod hit;
 mod morton;
+mod polynomial;
 mod power;
 mod rounding_error;
 mod sampling;

@@ -2,6 +2,8 @@
 
 use std::f64::consts::{LN_2, LOG2_E, SQRT_2};
 
+use super::polynomial::polynomial;
+
 /// Returns `(1 − x)^p` for x in 0…1 and p ≥ 0, with a relative error below 1e-9. Returns 0 below
 /// e⁻⁶⁴, 1.6·10⁻²⁸, which no light makes visible: products with it are normal f32, and subnormal ones are slow.
 ///
@@ -33,9 +35,7 @@ fn ln_one_minus(x: f64) -> f64 {
     let (above, below, e) = if near_zero { (-x, 2.0 - x, 0.0) } else { (m - 1.0, m + 1.0, e) };
     let s = above / below;
     let z = s * s;
-    let artanh = 1.0
-        + z * (1.0 / 3.0
-            + z * (1.0 / 5.0 + z * (1.0 / 7.0 + z * (1.0 / 9.0 + z * (1.0 / 11.0 + z * (1.0 / 13.0))))));
+    let artanh = polynomial(z, [1.0, 1.0 / 3.0, 1.0 / 5.0, 1.0 / 7.0, 1.0 / 9.0, 1.0 / 11.0, 1.0 / 13.0]);
     let ln = 2.0 * s * artanh + e * LN_2;
     if x < 1.0 { ln } else { f64::NEG_INFINITY }
 }
@@ -54,14 +54,21 @@ fn exp(y: f64) -> f64 {
     const ROUNDING: f64 = 1.5 * TWO_POW_52;
     let rounded = y * LOG2_E + ROUNDING;
     let r = y - (rounded - ROUNDING) * LN_2;
-    let series = 1.0
-        + r * (1.0
-            + r * (1.0 / 2.0
-                + r * (1.0 / 6.0
-                    + r * (1.0 / 24.0
-                        + r * (1.0 / 120.0
-                            + r * (1.0 / 720.0
-                                + r * (1.0 / 5040.0 + r * (1.0 / 40320.0 + r * (1.0 / 362_880.0)))))))));
+    let series = polynomial(
+        r,
+        [
+            1.0,
+            1.0,
+            1.0 / 2.0,
+            1.0 / 6.0,
+            1.0 / 24.0,
+            1.0 / 120.0,
+            1.0 / 720.0,
+            1.0 / 5040.0,
+            1.0 / 40320.0,
+            1.0 / 362_880.0,
+        ],
+    );
     series * f64::from_bits(rounded.to_bits().wrapping_add(1023) << 52)
 }
 

@@ -2,6 +2,8 @@
 
 use std::f64::consts::TAU;
 
+use super::polynomial::polynomial;
+
 /// Returns the cosine and the sine of `angle` radians, −π/4…π/4, with an error below 3e-16.
 ///
 /// There are no branches, so that compilers can vectorise loops over many angles.
@@ -9,21 +11,33 @@ use std::f64::consts::TAU;
 pub(crate) fn cos_sin_of_eighth(angle: f64) -> [f64; 2] {
     // Taylor series: the first omitted terms are below 1e-16.
     let x2 = angle * angle;
-    let cos = 1.0
-        - x2 * (1.0 / 2.0
-            - x2 * (1.0 / 24.0
-                - x2 * (1.0 / 720.0
-                    - x2 * (1.0 / 40_320.0
-                        - x2 * (1.0 / 3_628_800.0
-                            - x2 * (1.0 / 479_001_600.0
-                                - x2 * (1.0 / 87_178_291_200.0 - x2 * (1.0 / 20_922_789_888_000.0))))))));
-    let sin = 1.0
-        - x2 * (1.0 / 6.0
-            - x2 * (1.0 / 120.0
-                - x2 * (1.0 / 5040.0
-                    - x2 * (1.0 / 362_880.0
-                        - x2 * (1.0 / 39_916_800.0
-                            - x2 * (1.0 / 6_227_020_800.0 - x2 * (1.0 / 1_307_674_368_000.0)))))));
+    let cos = polynomial(
+        -x2,
+        [
+            1.0,
+            1.0 / 2.0,
+            1.0 / 24.0,
+            1.0 / 720.0,
+            1.0 / 40_320.0,
+            1.0 / 3_628_800.0,
+            1.0 / 479_001_600.0,
+            1.0 / 87_178_291_200.0,
+            1.0 / 20_922_789_888_000.0,
+        ],
+    );
+    let sin = polynomial(
+        -x2,
+        [
+            1.0,
+            1.0 / 6.0,
+            1.0 / 120.0,
+            1.0 / 5040.0,
+            1.0 / 362_880.0,
+            1.0 / 39_916_800.0,
+            1.0 / 6_227_020_800.0,
+            1.0 / 1_307_674_368_000.0,
+        ],
+    );
     [cos, angle * sin]
 }
 
