@@ -45,7 +45,7 @@ pub use canvas::{Anchor, Canvas, TextStyle};
 pub use escape::escape_html;
 pub use fingerprint::read_fingerprint;
 pub use format::{BitDepth, ImageFormat, JPEG_QUALITY};
-pub use layer_folder::LayerFolder;
+pub use layer_folder::{LayerFolder, sample_file};
 pub use page::PAGE_STYLE;
 pub use picture::{CropWindow, IdNames, Picture};
 pub use png::{encode_mask, encode_png};

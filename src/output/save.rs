@@ -45,7 +45,7 @@ pub fn save_with_layers(
     let previews = preview_paths(picture, path, layers, format);
     check_overwrite(path, overwrite)?;
     previews.iter().try_for_each(|file| check_overwrite(file, overwrite))?;
-    encode_in(picture, path, layers, format, depth)
+    encode_files(picture, path, layers, format, depth)
         .map(|file| {
             let EncodedFile { path, bytes } = file?;
             write_atomically(&path, &bytes, overwrite).map_err(|e| SaveError::new(&path, e))?;
@@ -63,30 +63,21 @@ pub struct EncodedFile {
     pub bytes: Vec<u8>,
 }
 
-/// Encodes the files that [`save`] writes, one after the other: the image, then the previews of its layers.
+/// Encodes the files that [`save_with_layers`] writes, one after the other: the image, then the previews of its layers.
 pub fn encode_files<'p>(
     picture: &'p Picture,
     path: &'p Path,
-    format: ImageFormat,
-    depth: BitDepth,
-) -> impl Iterator<Item = Result<EncodedFile, SaveError>> + 'p {
-    encode_in(picture, path, LayerFolder::Beside, format, depth)
-}
-
-fn encode_in<'p>(
-    picture: &'p Picture,
-    path: &'p Path,
-    folder: LayerFolder,
+    layers: LayerFolder,
     format: ImageFormat,
     depth: BitDepth,
 ) -> impl Iterator<Item = Result<EncodedFile, SaveError>> + 'p {
     let image = std::iter::once_with(move || (path.to_path_buf(), format.encode(picture, depth)));
-    let layers = picture.layers.iter().map(|layer| encode_layer(picture, layer));
+    let encoded = picture.layers.iter().map(|layer| encode_layer(picture, layer));
     let mattes = picture.mattes.iter().map(|matte| {
         let colors = preview_matte(matte);
         png::encode_colors(picture.size(), &colors[..].into(), picture.fingerprint.as_deref())
     });
-    let previews = preview_paths(picture, path, folder, format).into_iter().zip(layers.chain(mattes));
+    let previews = preview_paths(picture, path, layers, format).into_iter().zip(encoded.chain(mattes));
     image.chain(previews).map(|(path, bytes)| match bytes {
         Ok(bytes) => Ok(EncodedFile { path, bytes }),
         Err(cause) => Err(SaveError { path, cause }),

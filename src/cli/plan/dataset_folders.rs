@@ -60,6 +60,15 @@ impl DatasetFolders {
         }
     }
 
+    /// The folders of the `index`-th scene, counted from 1, whose images go into an archive of BOP in `archives`.
+    pub fn of_archive(transforms: PathBuf, archives: &ArchiveFolder, index: usize) -> DatasetFolders {
+        DatasetFolders {
+            models_info: archives.scene_models_info(index),
+            bop_models: archives.models.clone(),
+            ..DatasetFolders::of_scene(transforms)
+        }
+    }
+
     /// The files that describe all views in these formats.
     pub fn files(&self, formats: &FormatsPlan) -> Vec<PathBuf> {
         let mut files = Vec::new();
@@ -78,6 +87,11 @@ impl DatasetFolders {
             files.push(self.models_info.clone());
         }
         files
+    }
+
+    /// BOP's model of an object.
+    pub fn model(&self, object: u32) -> PathBuf {
+        self.bop_models.join(format!("obj_{object:06}.ply"))
     }
 
     /// A path that only scenes with a file in common share.
@@ -162,6 +176,46 @@ impl MergedFolder {
     }
 }
 
+/// What archives of BOP have beside them.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct ArchiveFolder {
+    /// The archive of each image, by its number.
+    pub key_to_shard: PathBuf,
+    /// BOP's `ROOT/models`.
+    pub models: PathBuf,
+}
+
+/// Beginnings of the names of BOP's splits: `ROOT/train_pbr` and the like.
+const BOP_SPLITS: [&str; 3] = ["train", "val", "test"];
+
+impl ArchiveFolder {
+    /// What archives in `archives` have beside them. The models of a folder that is named as a split of BOP are in the folder
+    /// above.
+    pub fn of(archives: &Path) -> ArchiveFolder {
+        let name = archives.file_name().unwrap_or_default().to_string_lossy();
+        let is_split = BOP_SPLITS.iter().any(|split| {
+            name.strip_prefix(*split).is_some_and(|rest| rest.is_empty() || rest.starts_with('_'))
+        });
+        let root = if is_split { folder(archives) } else { archives.to_path_buf() };
+        ArchiveFolder { key_to_shard: archives.join("key_to_shard.json"), models: root.join("models") }
+    }
+
+    /// The extents of the models of the `index`-th scene, counted from 1.
+    pub fn scene_models_info(&self, index: usize) -> PathBuf {
+        self.models.join(format!("scenes/{index:06}.json"))
+    }
+
+    /// The extents of the models of all scenes.
+    pub fn models_info(&self) -> PathBuf {
+        self.models.join(MODELS_INFO)
+    }
+
+    /// The files that describe all archives.
+    pub fn files(&self) -> [PathBuf; 2] {
+        [self.key_to_shard.clone(), self.models_info()]
+    }
+}
+
 fn folder(path: &Path) -> PathBuf {
     path.parent().unwrap_or(Path::new("")).to_path_buf()
 }
@@ -180,5 +234,21 @@ mod tests {
         let tower = of("tower/train/000001/rgb/transforms.json");
         assert_eq!((tower.bop_scene, tower.bop_models), ("tower/train/000001".into(), "tower/models".into()));
         assert_eq!(of("train/000001/rgb/transforms.json").bop_models, Path::new("models"));
+    }
+
+    #[test]
+    fn archives_of_a_split_have_their_models_above() {
+        for (folder, models) in [
+            ("data/train_web", "data/models"),
+            ("test", "models"),
+            ("data/training", "data/training/models"),
+            ("", "models"),
+        ] {
+            let archives = ArchiveFolder::of(Path::new(folder));
+            let scene = DatasetFolders::of_archive("transforms.json".into(), &archives, 12);
+            assert_eq!(archives.key_to_shard, Path::new(folder).join("key_to_shard.json"));
+            assert_eq!(scene.bop_models, Path::new(models), "{folder}");
+            assert_eq!(scene.models_info, Path::new(models).join("scenes/000012.json"));
+        }
     }
 }

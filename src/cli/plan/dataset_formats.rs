@@ -3,10 +3,10 @@
 use std::path::Path;
 
 use super::outputs::{OutputKind, Outputs, Target};
+use super::shards::ShardPlan;
 use crate::args::TurnArgs;
 use crate::args::values::{CategoryRule, DatasetFormat, DatasetFormats};
 use crate::usage::UsageError;
-use blinn_output::LayerFolder;
 use blinn_output::datasets::{CocoMasks, ColmapForm};
 use blinn_session::{DatasetPlan, ImageKind, PlannedFrame};
 
@@ -60,11 +60,6 @@ impl FormatsPlan {
         }
     }
 
-    /// Where layers are: BOP's tools take every file in the folder of images as an image.
-    pub fn layer_folder(&self) -> LayerFolder {
-        if self.has(DatasetFormat::Bop) { LayerFolder::Layers } else { LayerFolder::Beside }
-    }
-
     /// The form of COLMAP's model, if the dataset has one.
     pub fn colmap_form(&self) -> Option<ColmapForm> {
         match () {
@@ -81,6 +76,11 @@ impl FormatsPlan {
             () if self.has(DatasetFormat::CocoPolygons) => Some(CocoMasks::Polygons),
             () => None,
         }
+    }
+
+    /// True if samples of an archive have files of these formats beside their cameras.
+    pub fn describes_samples(&self) -> bool {
+        self.coco_masks().is_some() || self.has(DatasetFormat::Bop)
     }
 
     /// Checks that the formats support the names and folders of images. Names in COLMAP's model are relative to
@@ -109,17 +109,16 @@ impl FormatsPlan {
         Ok(())
     }
 
-    /// Returns an error if the formats do not suit what is written: archives have transforms and COCO's annotations, sample
-    /// by sample, and normalized scenes neither COLMAP's models nor BOP's poses. COCO's annotations have no coordinates of
+    /// Returns an error if the formats do not suit what is written: archives have transforms, COCO's annotations and BOP's
+    /// poses, sample by sample, and normalized scenes neither COLMAP's models nor BOP's poses. COCO's annotations have no coordinates of
     /// the scene.
     pub fn check_outputs(&self, outputs: &Outputs, is_normalized: bool) -> Result<(), UsageError> {
         let has_others = self.formats.0.iter().any(|format| *format != DatasetFormat::Nerf);
         let text = match () {
             () if !has_others => return Ok(()),
-            () if outputs.shards.is_some()
-                && (self.has(DatasetFormat::Bop) || self.colmap_form().is_some()) =>
-            {
-                "an archive holds images, their cameras and annotations; use --dataset nerf,coco"
+            () if outputs.shards.is_some() && self.colmap_form().is_some() => {
+                "an archive describes each image by itself, and COLMAP's models all images of a scene; use --dataset \
+                 nerf,coco,bop"
             }
             () if outputs.shards.is_some() && self.is_merged => {
                 "an archive describes each image by itself; remove --merge"
@@ -127,7 +126,12 @@ impl FormatsPlan {
             () if is_normalized && (self.has(DatasetFormat::Bop) || self.colmap_form().is_some()) => {
                 "bop and colmap have the scene's own coordinates; remove --normalize, or use nerf and coco"
             }
-            () => return Ok(()),
+            () => {
+                return match &outputs.shards {
+                    Some(shards) if self.has(DatasetFormat::Bop) => check_bop_archives(shards, outputs),
+                    _ => Ok(()),
+                };
+            }
         };
         Err(UsageError(format!("--dataset: {text}")))
     }
@@ -142,6 +146,22 @@ fn check_colmap_name(name: &Path) -> Result<(), UsageError> {
         return Err(UsageError(text));
     }
     Ok(())
+}
+
+/// Returns an error for archives that BOP's tools do not read.
+fn check_bop_archives(shards: &ShardPlan, outputs: &Outputs) -> Result<(), UsageError> {
+    let text = match outputs.member_extension().as_str() {
+        "png" | "jpg" if shards.folder().is_some() => return Ok(()),
+        "png" | "jpg" => {
+            "the models of all scenes are beside the archives; set -o to a name with {shard:06} in its last part, such as \
+             train_web/shard-{shard:06}.tar"
+        }
+        _ => {
+            "BOP's tools read .png and .jpg in archives; set -o to a name such as shard-{shard:06}.tar or \
+             shard-{shard:06}.jpg.tar"
+        }
+    };
+    Err(UsageError(format!("--dataset bop: {text}")))
 }
 
 fn check_bop_name(image: &Path, number: i64, outputs: &Outputs) -> Result<(), UsageError> {

@@ -24,6 +24,7 @@ use std::ops::Range;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
+use super::args::values::DatasetFormat;
 use super::args::{ProcessArgs, RenderArgs, TurntableArgs};
 use super::console::is_stdout;
 use super::usage::UsageError;
@@ -36,7 +37,7 @@ use blinn_session::{
 pub use animation_output::{AnimationOutput, check_animation};
 pub use check::CheckPlan;
 pub use command_files::NumberedScene;
-pub use dataset_folders::{DatasetFolders, MergedFolder};
+pub use dataset_folders::{ArchiveFolder, DatasetFolders, MergedFolder};
 pub use dataset_formats::FormatsPlan;
 pub use frames::{FrameSet, frames_of_file};
 pub use images::ImagePolicy;
@@ -44,7 +45,7 @@ pub use inputs::PlanInputs;
 pub use outputs::{OutputKind, Outputs, Target};
 pub use path_conflicts::{PathConflicts, Writer};
 pub use scene_list::{SceneList, scene_list};
-pub use shards::{ShardPlan, sample_key};
+pub use shards::{ShardPlan, scene_of_key};
 
 use camera_checks::check_cameras;
 use command_files::OptionFiles;
@@ -147,7 +148,8 @@ impl RenderPlan {
             ..turntable::sequence_info(&args.turn, chunk.frames)
         };
         let outputs = Outputs::new(&args.output, &sequence, &frames, &options)?;
-        let outputs = outputs.with_layers_in(formats.layer_folder());
+        let has_bop = formats.has(DatasetFormat::Bop);
+        let outputs = if has_bop { outputs.with_bop_names() } else { outputs };
         chunk.check_shards(&outputs)?;
         if args.turn.fps.is_some() && !matches!(outputs.kind, OutputKind::Animation(_)) {
             return Err(outputs::animation_only("--fps"));
@@ -192,9 +194,9 @@ impl RenderPlan {
         }
         let dataset = self.session.dataset.map(|dataset| (dataset.count, dataset.up));
         let settings = (self.settings_hash(frame).hash(), dataset);
-        let hash = match self.formats.coco_masks() {
-            Some(_) => SettingsHash::of(&(settings, &self.formats)),
-            None => SettingsHash::of(&settings),
+        let hash = match self.formats.describes_samples() {
+            true => SettingsHash::of(&(settings, &self.formats)),
+            false => SettingsHash::of(&settings),
         };
         Some(hash.strict(self.strict))
     }
@@ -259,11 +261,20 @@ impl RenderPlan {
     /// The folders of the dataset of the `index`-th scene, counted from 1.
     pub fn dataset_folders(&self, scene: &Path, index: usize) -> DatasetFolders {
         let transforms = self.outputs.transforms_file(scene, index);
+        if let Some(archives) = self.archive_folder() {
+            return DatasetFolders::of_archive(transforms, &archives, index);
+        }
         let merged = self.formats.is_merged.then(|| MergedFolder::of(&transforms, &self.formats));
         match merged {
             Some(Ok(merged)) => DatasetFolders::of_merged(transforms, &merged, index),
             _ => DatasetFolders::of_scene(transforms),
         }
+    }
+
+    /// What archives of BOP have beside them; `None` for other outputs.
+    pub fn archive_folder(&self) -> Option<ArchiveFolder> {
+        let shards = self.outputs.shards.as_ref().filter(|_| self.formats.has(DatasetFormat::Bop))?;
+        shards.folder().map(|folder| ArchiveFolder::of(&folder))
     }
 
     /// Number of images in the scenes before the `index`-th of a merged dataset, in which each has as many; 0 in others.

@@ -8,7 +8,7 @@ use std::path::{Path, PathBuf};
 use super::command_files::{NumberedScene, OptionFiles};
 use super::dataset::check_folder;
 use super::path_conflicts::{PathConflicts, Writer};
-use super::{FrameSet, MergedFolder, Outputs, RenderPlan, ShardPlan, Target};
+use super::{ArchiveFolder, FrameSet, MergedFolder, Outputs, RenderPlan, ShardPlan, Target};
 use crate::usage::UsageError;
 use blinn_import::has_tar_extension;
 use blinn_session::PlannedFrame;
@@ -109,6 +109,9 @@ impl RenderPlan {
         for shard in 0..count {
             let first = shards.scenes(shard..shard + 1, self.scenes.len()).start + 1;
             paths.add_output(&shards.file(first), Writer::Flag("-o")).map_err(UsageError)?;
+        }
+        for file in self.archive_folder().iter().flat_map(ArchiveFolder::files) {
+            paths.add_output(&file, Writer::Flag("--dataset")).map_err(UsageError)?;
         }
         for (flag, file) in &options.outputs {
             paths.add_output(file, Writer::Flag(flag)).map_err(UsageError)?;

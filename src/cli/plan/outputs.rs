@@ -6,7 +6,7 @@ use std::sync::Arc;
 use super::animation_output::{AnimationOutput, animation_format};
 use super::frames::FrameSet;
 use super::sequence_info::SequenceInfo;
-use super::shards::{self, ShardPlan};
+use super::shards::{self, SampleNames, ShardPlan};
 use crate::args::OutputArgs;
 use crate::console::is_stdout;
 use crate::usage::UsageError;
@@ -150,15 +150,18 @@ impl Outputs {
         Outputs { cameras: cameras.cloned(), ..self }
     }
 
-    /// Writes the layers of images to a folder.
-    pub fn with_layers_in(self, layer_folder: LayerFolder) -> Outputs {
-        Outputs { layer_folder, ..self }
+    /// Names files as BOP's tools read them: in archives by their samples, else with layers in a folder of their own, as the
+    /// tools take every file in the folder of images as an image.
+    pub fn with_bop_names(self) -> Outputs {
+        let layer_folder = if self.shards.is_some() { LayerFolder::Sample } else { LayerFolder::Layers };
+        let shards = self.shards.map(|shards| shards.with_names(SampleNames::Bop));
+        Outputs { shards, layer_folder, ..self }
     }
 
     /// Where a frame of the `index`-th scene, counted from 1, is written.
     pub fn target(&self, scene: &Path, index: usize, frame: &PlannedFrame) -> Target {
-        if self.shards.is_some() {
-            return Target::File(self.member(scene, index, frame));
+        if let Some(shards) = &self.shards {
+            return Target::File(shards.image(scene, index, frame.number, &self.member_extension()));
         }
         match &self.template {
             Some(template) => {
@@ -177,14 +180,11 @@ impl Outputs {
         }
     }
 
-    /// The name of an image in its archive.
-    fn member(&self, scene: &Path, index: usize, frame: &PlannedFrame) -> PathBuf {
-        let extension = self.template.as_ref().map(|template| {
-            let fields = TemplateFields { scene, index, frame: 0, camera: "", shard: 0 };
-            template.expand(&fields).extension().unwrap_or_default().to_os_string()
-        });
-        let key = shards::sample_key(scene, index, frame.number);
-        Path::new(&format!("{key}.")).with_extension(extension.unwrap_or_default())
+    /// The extension of images in archives.
+    pub fn member_extension(&self) -> String {
+        let fields = TemplateFields { scene: Path::new(""), index: 0, frame: 0, camera: "", shard: 0 };
+        let name = self.template.as_ref().map(|template| template.expand(&fields)).unwrap_or_default();
+        name.extension().unwrap_or_default().to_string_lossy().into_owned()
     }
 
     /// The files of an image: itself and its previews.

@@ -19,6 +19,17 @@ pub struct ShardPlan {
     scenes_per_shard: usize,
     /// The most bytes of an archive, if they decide how many scenes it holds.
     max_bytes: Option<u64>,
+    names: SampleNames,
+}
+
+/// How samples are named.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum SampleNames {
+    /// After number and name of the scene, as in `00000012-tower-0003.png`.
+    #[default]
+    Scene,
+    /// As in BOP's archives: after the numbers of scene and image, as in `000012_000003.rgb.png`.
+    Bop,
 }
 
 impl ShardPlan {
@@ -62,7 +73,42 @@ impl ShardPlan {
             ShardSize::Images(count) => (count as usize / frames.len().max(1), None),
             ShardSize::Bytes(bytes) => (1, Some(bytes)),
         };
-        Ok(Some(ShardPlan { template, scenes_per_shard: scenes_per_shard.max(1), max_bytes }))
+        let scenes_per_shard = scenes_per_shard.max(1);
+        Ok(Some(ShardPlan { template, scenes_per_shard, max_bytes, names: SampleNames::default() }))
+    }
+
+    /// Names samples in another way.
+    pub fn with_names(self, names: SampleNames) -> ShardPlan {
+        ShardPlan { names, ..self }
+    }
+
+    /// The name of an image with `extension`.
+    pub fn image(&self, scene: &Path, index: usize, frame: i64, extension: &str) -> PathBuf {
+        let key = self.sample_key(scene, index, frame);
+        let name = match self.names {
+            SampleNames::Scene => format!("{key}.{extension}"),
+            SampleNames::Bop => format!("{key}.rgb.{extension}"),
+        };
+        name.into()
+    }
+
+    /// The name that the files of a sample share: WebDataset separates it from the rest at the first dot.
+    pub fn sample_key(&self, scene: &Path, index: usize, frame: i64) -> String {
+        match self.names {
+            SampleNames::Scene => {
+                let stem = scene.file_stem().unwrap_or_default().to_string_lossy();
+                let plain = |c: char| if c.is_ascii_alphanumeric() || c == '-' { c } else { '_' };
+                let stem: String = stem.chars().take(40).map(plain).collect();
+                format!("{index:08}-{stem}-{frame:04}")
+            }
+            SampleNames::Bop => format!("{index:06}_{frame:06}"),
+        }
+    }
+
+    /// The folder of all archives; `None` if they have several.
+    pub fn folder(&self) -> Option<PathBuf> {
+        let folder = |shard| self.numbered(shard).parent().map(Path::to_path_buf);
+        folder(0).filter(|first| folder(1).as_ref() == Some(first))
     }
 
     /// The most bytes of an archive, if they decide how many scenes it holds. Then the archive of a scene is not known before
@@ -114,12 +160,9 @@ pub fn image_name(pattern: &str) -> String {
     }
 }
 
-/// The name that the files of a sample share: WebDataset separates it from the rest at the first dot.
-pub fn sample_key(scene: &Path, index: usize, frame: i64) -> String {
-    let stem = scene.file_stem().unwrap_or_default().to_string_lossy();
-    let plain = |c: char| if c.is_ascii_alphanumeric() || c == '-' { c } else { '_' };
-    let stem: String = stem.chars().take(40).map(plain).collect();
-    format!("{index:08}-{stem}-{frame:04}")
+/// The number of the scene in the key of a sample.
+pub fn scene_of_key(key: &str) -> Option<usize> {
+    key.split(['-', '_']).next()?.parse().ok()
 }
 
 #[cfg(test)]
@@ -157,11 +200,28 @@ mod tests {
 
     #[test]
     fn keys_have_no_dots_and_are_distinct() {
-        let key = |scene: &str, index, frame| sample_key(Path::new(scene), index, frame);
+        let frames = FrameSet::List(vec![PlannedFrame::at(1, 0.0)]);
+        let plan = ShardPlan::new("{shard}.tar", None, &frames).unwrap().unwrap();
+        let key = |scene: &str, index, frame| plan.sample_key(Path::new(scene), index, frame);
         assert_eq!(key("a/tower.v2.glb", 12, 3), "00000012-tower_v2-0003");
         assert_eq!(key("ä/stühle 1.obj", 1, -3), "00000001-st_hle_1--003");
         assert_ne!(key("a.glb", 1, 11), key("a.glb", 11, 1));
         assert!(key(&"x".repeat(500), usize::MAX, i64::MIN).len() < 100);
+        assert_eq!(plan.image(Path::new("a.glb"), 1, 2, "jpg"), Path::new("00000001-a-0002.jpg"));
+        assert_eq!(scene_of_key(&key("7_8.glb", 12, 3)), Some(12));
+        let bop = plan.clone().with_names(SampleNames::Bop);
+        assert_eq!(bop.image(Path::new("tower.v2.glb"), 12, 3, "png"), Path::new("000012_000003.rgb.png"));
+        assert_eq!(scene_of_key(&bop.sample_key(Path::new("a.glb"), 1_000_000, 3)), Some(1_000_000));
+        assert_eq!((scene_of_key("a_1"), scene_of_key("")), (None, None));
+    }
+
+    #[test]
+    fn archives_may_share_a_folder() {
+        let frames = FrameSet::List(vec![PlannedFrame::at(1, 0.0)]);
+        let folder = |pattern: &str| ShardPlan::new(pattern, None, &frames).unwrap().unwrap().folder();
+        assert_eq!(folder("a/b/{shard}.tar"), Some("a/b".into()));
+        assert_eq!(folder("{shard}.tar"), Some("".into()));
+        assert_eq!(folder("a/{shard}/{shard}.tar"), None);
     }
 
     #[test]

@@ -4,8 +4,9 @@ use std::path::{Path, PathBuf};
 use std::sync::atomic::AtomicBool;
 use std::time::Duration;
 
-use anyhow::{Error, Result};
+use anyhow::{Context, Error, Result};
 
+use super::archive_index::write_archive_index;
 use super::golden_check::GoldenNames;
 use super::ledger::{LedgerEntry, PastOutcome};
 use super::merged_dataset::{merged_files, write_merged};
@@ -14,7 +15,7 @@ use super::report::Report;
 use super::scene_ledger::SceneLedger;
 use super::scene_task::{RenderedScene, SceneTask};
 use crate::console::{print_stdout, scene_error, single_line};
-use crate::plan::{NumberedScene, RenderPlan};
+use crate::plan::{ArchiveFolder, NumberedScene, RenderPlan};
 use crate::summary::Summary;
 use blinn_core::cancellation::CancelToken;
 use blinn_output::{SaveError, ShardWriter};
@@ -128,13 +129,17 @@ impl<'a> Batch<'a> {
         self.reporter.scene_done(scene.number, &scene.path);
     }
 
-    /// Writes the files of a merged dataset, or prints their names in a dry run.
-    fn finish_merged(&self) -> Result<()> {
+    /// Writes the files that scenes of a dataset have in common, or prints their names in a dry run.
+    fn finish_dataset(&self) -> Result<()> {
         if self.plan.dry_run {
-            let lines = merged_files(self.plan)?.into_iter().map(|file| format!("{}\n", file.display()));
+            let archives = self.plan.archive_folder();
+            let files = archives.iter().flat_map(ArchiveFolder::files).chain(merged_files(self.plan)?);
+            let lines = files.map(|file| format!("{}\n", file.display()));
             return print_stdout(lines.collect::<String>().as_bytes());
         }
-        write_merged(self.plan, self.reporter)?.iter().for_each(|file| self.reporter.wrote(None, file));
+        let mut written = write_merged(self.plan, self.reporter).context("--merge")?;
+        written.extend(write_archive_index(self.plan, self.reporter).context("--dataset")?);
+        written.iter().for_each(|file| self.reporter.wrote(None, file));
         Ok(())
     }
 
@@ -145,9 +150,9 @@ impl<'a> Batch<'a> {
             self.goldens.warn(check, self.reporter);
         }
         if self.summary.not_started == 0
-            && let Err(error) = self.finish_merged()
+            && let Err(error) = self.finish_dataset()
         {
-            fail(self.summary, self.reporter, &error.context("--merge"));
+            fail(self.summary, self.reporter, &error);
         }
         match self.report.map(Report::finish) {
             None | Some(Ok(None)) => {}

@@ -2,19 +2,17 @@
 //!
 //! They are written after the scenes, from what is on the disk, so that scenes of earlier runs and of other shares are in them.
 
-use std::fs;
-use std::io::{self, BufWriter, Write};
+use std::io;
 use std::path::{Path, PathBuf};
 
-use anyhow::{Context, Result, anyhow, bail};
-use serde_json::{Map, Value};
+use anyhow::{Context, Result, anyhow};
 
+use super::common_files::{merge_models_info, read_text, warn_of_missing, write_common_file};
 use super::progress::Reporter;
 use crate::args::values::DatasetFormat;
-use crate::files::{create_parent_folder, with_slashes};
+use crate::files::with_slashes;
 use crate::plan::{DatasetFolders, MergedFolder, NumberedScene, RenderPlan};
 use blinn_output::datasets::{CocoMerge, CocoPart};
-use blinn_output::{Overwrite, SaveError, write_atomically_with};
 
 /// Writes the files of a merged dataset and returns them; none if the plan has no such dataset.
 ///
@@ -82,15 +80,15 @@ impl MergedDataset<'_> {
         let scenes = self.scenes_with(&file, |folders| &folders.annotations);
         let mut merge = CocoMerge::default();
         for scene in &scenes {
-            let text = read(&scene.folders.annotations)?;
+            let text = read_text(&scene.folders.annotations)?;
             merge
                 .add_images(scene.part(&text))
                 .with_context(|| format!("{} cannot be merged", scene.folders.annotations.display()))?;
         }
-        let written = self.write(&file, |out| {
+        let written = write_common_file(&file, self.plan.outputs.replace, |out| {
             merge.begin(out)?;
             for scene in &scenes {
-                let text = read(&scene.folders.annotations).map_err(io::Error::other)?;
+                let text = read_text(&scene.folders.annotations).map_err(io::Error::other)?;
                 merge.add_annotations(scene.part(&text), out)?;
             }
             merge.finish(out)
@@ -104,63 +102,16 @@ impl MergedDataset<'_> {
     /// Writes the extents of the models of all scenes.
     fn write_models_info(&self) -> Result<Option<PathBuf>> {
         let file = self.folder.models_info();
-        let mut models: Vec<(u64, Value)> = Vec::new();
-        for scene in self.scenes_with(&file, |folders| &folders.models_info) {
-            let path = &scene.folders.models_info;
-            let info: Map<String, Value> = serde_json::from_str(&read(path)?)
-                .with_context(|| format!("{} cannot be merged", path.display()))?;
-            for (object, value) in info {
-                let number = object.parse();
-                models.push((number.with_context(|| format!("{}: \"{object}\"", path.display()))?, value));
-            }
-        }
-        models.sort_by_key(|(number, _)| *number);
-        let lines: Vec<String> =
-            models.iter().map(|(number, info)| format!("  \"{number}\": {info}")).collect();
-        self.write(&file, |out| write!(out, "{{\n{}\n}}\n", lines.join(",\n")))
+        let scenes = self.scenes_with(&file, |folders| &folders.models_info);
+        let text = merge_models_info(scenes.iter().map(|scene| scene.folders.models_info.as_path()))?;
+        write_common_file(&file, self.plan.outputs.replace, |out| out.write_all(text.as_bytes()))
     }
 
     /// The scenes whose part of a file exists. Says how many are missing.
     fn scenes_with(&self, file: &Path, part: impl Fn(&DatasetFolders) -> &PathBuf) -> Vec<&MergedScene> {
         let scenes: Vec<&MergedScene> =
             self.scenes.iter().filter(|scene| part(&scene.folders).exists()).collect();
-        let missing = self.scenes.len() - scenes.len();
-        if missing > 0 {
-            let text = format!(
-                "{missing} of {} scenes are missing: they failed, or other shares have not rendered them; --resume adds them",
-                self.scenes.len()
-            );
-            self.reporter.warn(file, &text);
-        }
+        warn_of_missing(self.reporter, file, self.scenes.len() - scenes.len(), self.scenes.len());
         scenes
     }
-
-    /// Writes a file, unless --no-overwrite keeps one with the same content.
-    fn write(
-        &self,
-        file: &Path,
-        write: impl FnOnce(&mut dyn Write) -> io::Result<()>,
-    ) -> Result<Option<PathBuf>> {
-        let replace = self.plan.outputs.replace;
-        if replace == Overwrite::No && file.exists() {
-            let mut bytes = Vec::new();
-            write(&mut bytes).with_context(|| format!("{} cannot be merged", file.display()))?;
-            if fs::read(file).is_ok_and(|known| known == bytes) {
-                return Ok(None);
-            }
-            bail!("{} exists, and --no-overwrite keeps it; run again with --resume instead", file.display());
-        }
-        create_parent_folder(file)?;
-        let written = write_atomically_with(file, replace, |target| {
-            let mut out = BufWriter::new(target);
-            write(&mut out)?;
-            out.flush()
-        });
-        written.map_err(|cause| SaveError { path: file.to_path_buf(), cause })?;
-        Ok(Some(file.to_path_buf()))
-    }
-}
-
-fn read(file: &Path) -> Result<String> {
-    fs::read_to_string(file).with_context(|| format!("{} cannot be read", file.display()))
 }

@@ -1,9 +1,11 @@
 //! Executes a plan: renders each scene, writes its files and reports progress.
 
 pub(super) mod animation_writer;
+mod archive_index;
 mod archived_scenes;
 pub(super) mod assemble;
 pub(super) mod batch;
+mod common_files;
 mod dataset;
 mod dataset_files;
 mod fill_shard;

@@ -8,7 +8,7 @@ use std::time::Instant;
 use anyhow::{Context, Error, Result, bail};
 
 use super::dataset::{TransformsFile, note_view};
-use super::dataset_files::{DatasetFiles, categories};
+use super::dataset_files::{DatasetFiles, SampleFiles, categories};
 use super::frame_filter::FrameFilter;
 use super::golden_check;
 use super::image_sink::{AnimationSink, ArchiveSink, FileSink, ImageSink, SceneOutput, WrittenFiles};
@@ -128,11 +128,18 @@ impl<'a> SceneJob<'a> {
 
     /// Writes the files that describe all images.
     fn write_files(&mut self, scene: &Scene, views: Option<&DatasetViews>) -> Result<()> {
-        let Some(transforms) = self.transforms_file(scene, views) else { return Ok(()) };
-        let mut files = DatasetFiles { transforms: &transforms, log: self.log }.write(&self.cancel)?;
-        // transforms.json comes last: if it exists, all images do.
-        if self.plan.formats.has(DatasetFormat::Nerf) {
-            files.extend(transforms.write(&self.views_shown)?);
+        let Some(views) = views else { return Ok(()) };
+        let transforms = TransformsFile { plan: self.plan, views, scene, path: self.path, index: self.index };
+        let dataset_files = DatasetFiles { transforms: &transforms, log: self.log };
+        let mut files = Vec::new();
+        if self.shard.is_some() {
+            files.extend(dataset_files.write_archive_models()?);
+        } else {
+            files.extend(dataset_files.write(&self.cancel)?);
+            // transforms.json comes last: if it exists, all images do.
+            if self.plan.formats.has(DatasetFormat::Nerf) {
+                files.extend(transforms.write(&self.views_shown)?);
+            }
         }
         let mut written = WrittenFiles::default();
         for file in files {
@@ -199,7 +206,7 @@ impl<'a> SceneJob<'a> {
     /// Renders frames in a pipeline: while one frame is rendered, the next is posed and its BVH built, and the
     /// previous one is encoded and written.
     fn render(&mut self, scene: &Scene, views: Option<&DatasetViews>, frames: &[PlannedFrame]) -> Result<()> {
-        let annotations = self.annotations(scene, views)?;
+        let sample_files = self.sample_files(scene, views)?;
         self.log.begin_frames(frames.len());
         let (renderer, start) = SceneRenderer::new(
             &self.plan.session,
@@ -220,7 +227,7 @@ impl<'a> SceneJob<'a> {
                 (_, _, Some(shard)) => {
                     let dataset =
                         views.map(|views| TransformsFile { plan, views, scene, path, index }.describe());
-                    Box::new(ArchiveSink { output, shard, dataset: dataset.transpose()?, annotations })
+                    Box::new(ArchiveSink { output, shard, dataset: dataset.transpose()?, sample_files })
                 }
                 _ => Box::new(FileSink { output, report, views_shown: &mut self.views_shown }),
             };
@@ -262,10 +269,14 @@ impl<'a> SceneJob<'a> {
     }
 
     /// The annotations that go into an archive, beside the images. They are made first, as the files of a sample stand together.
-    fn annotations(&self, scene: &Scene, views: Option<&DatasetViews>) -> Result<BTreeMap<i64, String>> {
+    fn sample_files(
+        &self,
+        scene: &Scene,
+        views: Option<&DatasetViews>,
+    ) -> Result<BTreeMap<i64, SampleFiles>> {
         let (Some(views), Some(_)) = (views, &self.shard) else { return Ok(BTreeMap::new()) };
         let transforms = TransformsFile { plan: self.plan, views, scene, path: self.path, index: self.index };
-        DatasetFiles { transforms: &transforms, log: self.log }.sample_annotations(&self.cancel)
+        DatasetFiles { transforms: &transforms, log: self.log }.sample_files(&self.cancel)
     }
 
     fn filter(&self) -> FrameFilter<'a> {

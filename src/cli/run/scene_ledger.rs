@@ -5,7 +5,7 @@ use std::time::Instant;
 
 use anyhow::Result;
 
-use super::dataset_files::has_bop_images;
+use super::dataset_files::has_bop_files;
 use super::ledger::{ImageCounts, Ledger, LedgerEntry, PastOutcome, SceneKey};
 use crate::args::ProcessArgs;
 use crate::args::values::DatasetFormat;
@@ -72,7 +72,7 @@ impl<'a> SceneLedger<'a> {
             && files.iter().all(|file| file.is_file())
             && (plan.session.dataset.is_none()
                 || !plan.formats.has(DatasetFormat::Bop)
-                || has_bop_images(&plan.dataset_folders(path, index), &frames))
+                || has_bop_files(plan, path, index, &frames))
     }
 
     /// Adds a line about a scene, and appends it unless the images go into an archive.

@@ -6,7 +6,7 @@ use serde_json::{Map, Value, json};
 
 use super::pinhole::{Pinhole, RigidPose};
 use blinn_core::geometry::Aabb;
-use blinn_render::MaskRect;
+use blinn_render::{MaskRect, PixelMask};
 
 /// The file with the extents of models, beside them.
 pub const MODELS_INFO: &str = "models_info.json";
@@ -40,25 +40,29 @@ pub struct BopObject {
     pub visible_bounds: Option<MaskRect>,
 }
 
-impl BopScene {
-    /// Adds an image. `depth_step` is the size in metres of a step of its depth image.
-    pub fn add_image(
-        &mut self,
-        id: i64,
+/// The camera of an image and the poses of its objects.
+#[derive(Clone, Debug)]
+pub struct BopImage {
+    camera: Value,
+    poses: Value,
+    info: Value,
+}
+
+impl BopImage {
+    /// Describes an image. `depth_step` is the size in metres of a step of its depth image.
+    pub fn new(
         pinhole: &Pinhole,
         world_to_camera: &RigidPose,
         depth_step: f64,
         objects: &[BopObject],
-    ) {
+    ) -> BopImage {
         let Pinhole { fx, fy, cx, cy, .. } = *pinhole;
-        let key = id.to_string();
         let camera = json!({
             "cam_K": [fx, 0.0, cx, 0.0, fy, cy, 0.0, 0.0, 1.0],
             "cam_R_w2c": world_to_camera.rows(),
             "cam_t_w2c": millimetres(world_to_camera.translation),
             "depth_scale": depth_step * MILLIMETRES,
         });
-        self.cameras.insert(key.clone(), camera);
         let pose = |object: &BopObject| {
             json!({
                 "cam_R_m2c": object.model_to_camera.rows(),
@@ -66,7 +70,6 @@ impl BopScene {
                 "obj_id": object.object,
             })
         };
-        self.poses.insert(key.clone(), objects.iter().map(pose).collect());
         let info = |object: &BopObject| {
             json!({
                 "bbox_obj": bbox(object.bounds),
@@ -77,7 +80,44 @@ impl BopScene {
                 "visib_fract": object.visible_pixels as f64 / object.all_pixels.max(1) as f64,
             })
         };
-        self.info.insert(key, objects.iter().map(info).collect());
+        BopImage {
+            camera,
+            poses: objects.iter().map(pose).collect(),
+            info: objects.iter().map(info).collect(),
+        }
+    }
+
+    /// Extensions and texts of the files that describe the image alone, as a sample of an archive has them.
+    pub fn sample_files(&self) -> [(&'static str, String); 3] {
+        [
+            ("camera.json", format!("{}\n", self.camera)),
+            ("gt.json", format!("{}\n", self.poses)),
+            ("gt_info.json", format!("{}\n", self.info)),
+        ]
+    }
+}
+
+/// Returns the masks of an image's objects as one text, as a sample of an archive has them: the run lengths of each by its
+/// index in `gt.json`. They are lists of numbers, as BOP's toolkit writes them and reads them without pycocotools.
+pub fn bop_sample_masks<'m>(
+    (width, height): (u32, u32),
+    masks: impl IntoIterator<Item = &'m PixelMask>,
+) -> String {
+    let entry = |(i, mask): (usize, &PixelMask)| {
+        let runs = json!({"counts": mask.column_runs(width, height), "size": [height, width]});
+        format!("\"{i}\": {runs}")
+    };
+    let entries: Vec<String> = masks.into_iter().enumerate().map(entry).collect();
+    format!("{{{}}}\n", entries.join(",\n"))
+}
+
+impl BopScene {
+    /// Adds an image.
+    pub fn add_image(&mut self, id: i64, image: BopImage) {
+        let key = id.to_string();
+        self.cameras.insert(key.clone(), image.camera);
+        self.poses.insert(key.clone(), image.poses);
+        self.info.insert(key, image.info);
     }
 
     /// Names and texts of the files.
@@ -211,6 +251,18 @@ mod tests {
         let ply = model.to_ply();
         assert!(ply.starts_with(b"ply\nformat binary_little_endian 1.0\nelement vertex 8\n"));
         assert_eq!(ply[ply.len() - 13..], [3, 0, 0, 0, 0, 1, 0, 0, 0, 2, 0, 0, 0]);
+    }
+
+    /// The decoder of BOP's toolkit: runs outside and inside of the mask in turn, down the columns.
+    #[test]
+    fn masks_of_samples_are_run_lengths_by_index() {
+        let mut mask = PixelMask::default();
+        [(0, 0), (2, 0), (2, 1)].into_iter().for_each(|(x, y)| mask.add(x, y));
+        let text = bop_sample_masks((3, 2), [&PixelMask::default(), &mask]);
+        let masks: Value = serde_json::from_str(&text).unwrap();
+        assert_eq!(masks["0"], json!({"counts": [6], "size": [2, 3]}));
+        assert_eq!(masks["1"], json!({"counts": [0, 1, 3, 2], "size": [2, 3]}));
+        assert_eq!(bop_sample_masks((3, 2), []), "{}\n");
     }
 
     #[test]

@@ -12,7 +12,7 @@ mod pinhole;
 mod transforms;
 mod world_up;
 
-pub use bop::{BopModel, BopObject, BopScene, MODELS_INFO};
+pub use bop::{BopImage, BopModel, BopObject, BopScene, MODELS_INFO, bop_sample_masks};
 pub use bop_models::{PosedObject, posed_objects};
 pub use coco::{CocoDataset, CocoMasks, CocoObject};
 pub use coco_merge::{CocoMerge, CocoPart, CocoPartError};

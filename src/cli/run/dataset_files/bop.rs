@@ -1,34 +1,26 @@
 //! The files of BOP: cameras and poses, masks, depth, and models.
 
-use std::collections::BTreeMap;
 use std::fs;
 use std::path::PathBuf;
 
-use anyhow::{Context, Result, bail};
+use anyhow::{Context, Result};
 use glam::{DVec2, DVec3};
 use rayon::prelude::*;
-use serde_json::{Map, Value};
 
+use super::bop_objects::BopObjects;
 use super::context::{DatasetContext, DatasetFiles, ImageMasks};
 use crate::plan::DatasetFolders;
-use blinn_output::datasets::{
-    BopObject, BopScene, DatasetView, Pinhole, PosedObject, RigidPose, WorldUp, posed_objects,
-};
+use blinn_output::datasets::{BopScene, DatasetView};
 use blinn_output::{LayerFolder, encode_mask};
 use blinn_render::integrator::{Aov, Frame};
 use blinn_render::{MaskRect, PixelMask, RenderSettings};
-
-/// Numbers of objects that each scene of a merged dataset has: scene 2 has objects from 2001 on.
-const OBJECTS_PER_SCENE: u32 = 1000;
 
 /// Writes the files of a scene.
 pub struct BopWriter<'a> {
     files: &'a DatasetFiles<'a>,
     context: &'a DatasetContext<'a>,
     folders: DatasetFolders,
-    /// Added to the numbers of objects: each scene of a merged dataset has a thousand of its own.
-    first_object: u32,
-    objects: BTreeMap<u32, PosedObject>,
+    objects: BopObjects<'a>,
     scene: BopScene,
 }
 
@@ -38,26 +30,8 @@ impl<'a> BopWriter<'a> {
     /// # Errors
     /// The scene has too many objects for a merged dataset.
     pub fn new(files: &'a DatasetFiles<'a>, context: &'a DatasetContext<'a>) -> Result<BopWriter<'a>> {
-        let objects = posed_objects(context.frame.posed);
-        let is_merged = files.transforms.plan.formats.is_merged;
-        let last = objects.last_key_value().map_or(0, |(object, _)| *object);
-        if is_merged && last >= OBJECTS_PER_SCENE {
-            bail!(
-                "--merge: the scene has {last} objects, but a merged dataset of BOP numbers only {} in each; \
-                 remove --merge",
-                OBJECTS_PER_SCENE - 1
-            );
-        }
-        let index = if is_merged { files.transforms.index } else { 0 };
-        let first_object = u32::try_from(index).ok().and_then(|index| index.checked_mul(OBJECTS_PER_SCENE));
-        Ok(BopWriter {
-            files,
-            context,
-            folders: files.folders(),
-            first_object: first_object.context("--merge: there are too many scenes")?,
-            objects,
-            scene: BopScene::default(),
-        })
+        let objects = BopObjects::new(files, context.frame.posed)?;
+        Ok(BopWriter { files, context, folders: files.folders(), objects, scene: BopScene::default() })
     }
 
     /// Adds a view. Writes its masks and depth image if it is one of this task, and returns the files that were written.
@@ -69,28 +43,11 @@ impl<'a> BopWriter<'a> {
         is_own: bool,
     ) -> Result<Vec<PathBuf>> {
         let dataset = &self.context.dataset;
-        let pinhole = Pinhole::new(&view.camera, dataset.size, dataset.window);
-        let world_to_camera = RigidPose::world_to_camera(&view.camera, dataset.up);
-        let to_world = |pose: &RigidPose| in_world(pose, dataset.up);
-        let object = |mask: &ImageMasks| {
-            let pose = to_world(&self.objects.get(&mask.object)?.pose);
-            Some(BopObject {
-                object: self.first_object.saturating_add(mask.object),
-                model_to_camera: world_to_camera.after(&pose),
-                all_pixels: mask.all_pixels,
-                valid_pixels: mask.amodal.area(),
-                visible_pixels: mask.visible.area(),
-                bounds: mask.all_bounds,
-                visible_bounds: mask.visible.bounds(),
-            })
-        };
-        let objects: Vec<BopObject> = masks.iter().filter_map(object).collect();
-        let step = dataset.depth_step.unwrap_or(1.0);
-        self.scene.add_image(number, &pinhole, &world_to_camera, step, &objects);
+        self.scene.add_image(number, self.objects.image(dataset, view, masks));
         if !is_own {
             return Ok(Vec::new());
         }
-        let size = (pinhole.width, pinhole.height);
+        let size = (dataset.window.width, dataset.window.height);
         let write_masks = |(k, mask): (usize, &ImageMasks)| {
             let name = format!("{number:06}_{k:06}.png");
             let write = |folder: &str, pixels: &PixelMask| {
@@ -115,30 +72,12 @@ impl<'a> BopWriter<'a> {
 
     /// Writes the models and the files that describe all views. Returns those that were written.
     pub fn finish(self) -> Result<Vec<PathBuf>> {
-        let mut written = Vec::new();
-        let mut info = Map::new();
-        for (object, posed) in &self.objects {
-            let model = posed.model(self.context.frame.posed);
-            if model.triangles.is_empty() {
-                continue;
-            }
-            let object = self.first_object.saturating_add(*object);
-            info.insert(object.to_string(), model.info());
-            let file = self.folders.bop_models.join(format!("obj_{object:06}.ply"));
-            written.extend(self.files.update_file(&file, &model.to_ply())?);
-        }
-        let info = format!("{:#}\n", Value::Object(info));
-        written.extend(self.files.write_file(&self.folders.models_info, info.as_bytes())?);
+        let mut written = self.objects.write_models()?;
         for (name, text) in self.scene.files() {
             written.extend(self.files.write_file(&self.folders.bop_scene.join(name), text.as_bytes())?);
         }
         Ok(written)
     }
-}
-
-/// The pose in the dataset's world of an object with a pose in blinn's.
-fn in_world(pose: &RigidPose, up: WorldUp) -> RigidPose {
-    RigidPose { rotation: up.rotation() * pose.rotation, translation: up.rotation() * pose.translation }
 }
 
 /// The pixels in which amodal masks are traced: those of the image, and beyond it what the scene's bounds cover, up to

@@ -4,10 +4,11 @@
 //! that all tasks of a farm write the same files. Only masks and depth images belong to the views of a task.
 
 mod bop;
-mod bop_images;
+mod bop_objects;
 mod categories;
 mod colmap;
 mod context;
+mod existing_bop_files;
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::path::{Path, PathBuf};
@@ -16,6 +17,7 @@ use std::time::Instant;
 use anyhow::Result;
 
 use self::bop::BopWriter;
+use self::bop_objects::BopObjects;
 use self::categories::ObjectCategories;
 use self::context::{DatasetContext, ImageMasks, NumberedView};
 use crate::args::values::DatasetFormat;
@@ -23,14 +25,17 @@ use crate::plan::{DatasetFolders, RenderPlan};
 use crate::run::dataset::TransformsFile;
 use blinn_accel::Accel;
 use blinn_core::cancellation::CancelToken;
-use blinn_output::datasets::{CocoDataset, CocoObject};
+use blinn_output::datasets::{CocoDataset, CocoObject, bop_sample_masks};
 use blinn_render::MaskRect;
 use blinn_render::integrator::Frame;
 use blinn_scene::{Camera, PosedScene, Scene};
 use blinn_session::BackFaceCulling;
 
-pub use self::bop_images::has_bop_images;
 pub use self::context::DatasetFiles;
+pub use self::existing_bop_files::has_bop_files;
+
+/// Extensions and texts of the files that a sample of an archive has beside its image and its camera.
+pub type SampleFiles = Vec<(&'static str, String)>;
 
 /// The categories of the objects of the scene in a file.
 ///
@@ -66,28 +71,56 @@ impl DatasetFiles<'_> {
         Ok(written)
     }
 
-    /// Returns COCO's annotations of each view, by its number, in files of their own: those of samples in an archive. Ids of
-    /// images count through all scenes.
-    pub fn sample_annotations(&self, cancel: &CancelToken) -> Result<BTreeMap<i64, String>> {
+    /// Returns the files of the views in an archive, by their number: COCO's annotations, in which ids of images count through
+    /// all scenes, and BOP's poses and masks.
+    pub fn sample_files(&self, cancel: &CancelToken) -> Result<BTreeMap<i64, SampleFiles>> {
         let TransformsFile { plan, path, scene, index, .. } = *self.transforms;
-        let Some(form) = plan.formats.coco_masks() else { return Ok(BTreeMap::new()) };
+        if !plan.formats.describes_samples() {
+            return Ok(BTreeMap::new());
+        }
         let start = Instant::now();
         let categories = categories(plan, scene, path)?;
         let posed = self.transforms.views.posed();
         let (accel, _) = Accel::build_cancellable(posed, &plan.session.build, cancel)?;
         let Some(context) = self.context(posed, &accel, cancel)? else { return Ok(BTreeMap::new()) };
         let window = MaskRect::from(context.dataset.window);
+        let size = (window.width, window.height);
+        let bop = match plan.formats.has(DatasetFormat::Bop) {
+            true => Some(BopObjects::new(self, posed)?),
+            false => None,
+        };
         let before = context.views.len().saturating_mul(index.saturating_sub(1)) as i64;
         let mut samples = BTreeMap::new();
         for NumberedView { number, view } in &context.views {
-            let masks = context.masks(view, window, window)?;
-            let mut coco = CocoDataset::new((window.width, window.height), categories.names.clone(), form);
-            coco.depth_step = context.dataset.depth_step;
-            coco.add_image(before + number, &view.file, objects(&masks, scene, &categories));
-            samples.insert(*number, coco.to_json());
+            let traced =
+                if bop.is_some() { bop::canvas(&context.seen(view), &context.settings) } else { window };
+            let masks = context.masks(view, traced, window)?;
+            let mut files = SampleFiles::new();
+            if let Some(form) = plan.formats.coco_masks() {
+                let mut coco = CocoDataset::new(size, categories.names.clone(), form);
+                coco.depth_step = context.dataset.depth_step;
+                coco.add_image(before + number, &view.file, objects(&masks, scene, &categories));
+                files.push(("coco.json", coco.to_json()));
+            }
+            if let Some(bop) = &bop {
+                files.extend(bop.image(&context.dataset, view, &masks).sample_files());
+                let amodal = masks.iter().map(|mask| &mask.amodal);
+                files.push(("mask.json", bop_sample_masks(size, amodal)));
+                let visible = masks.iter().map(|mask| &mask.visible);
+                files.push(("mask_visib.json", bop_sample_masks(size, visible)));
+            }
+            samples.insert(*number, files);
         }
         self.log.stage_since("dataset", start, &format!("{} views", samples.len()));
         Ok(samples)
+    }
+
+    /// Writes the models of a scene whose images go into an archive of BOP, and returns their files; none for other formats.
+    pub fn write_archive_models(&self) -> Result<Vec<PathBuf>> {
+        if !self.transforms.plan.formats.has(DatasetFormat::Bop) {
+            return Ok(Vec::new());
+        }
+        BopObjects::new(self, self.transforms.views.posed())?.write_models()
     }
 
     /// The scene and the views for the formats; `None` without views.

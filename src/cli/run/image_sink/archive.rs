@@ -8,8 +8,9 @@ use serde_json::json;
 
 use super::{ImageSink, SceneOutput, WrittenFiles};
 use crate::plan::{OutputKind, Target};
+use crate::run::dataset_files::SampleFiles;
 use blinn_output::datasets::{Dataset, DatasetView};
-use blinn_output::{EncodedFile, SaveError, ShardWriter, encode_files};
+use blinn_output::{EncodedFile, SaveError, ShardWriter, encode_files, sample_file};
 use blinn_session::{ImageKind, PlannedFrame, RenderedImage, fingerprint};
 
 /// Adds each image with its layers and its description to an archive.
@@ -18,8 +19,8 @@ pub struct ArchiveSink<'a> {
     pub shard: &'a mut ShardWriter,
     /// The views of a dataset, which descriptions have.
     pub dataset: Option<(Dataset, Vec<DatasetView>)>,
-    /// COCO's annotations of the images by their number; empty without.
-    pub annotations: BTreeMap<i64, String>,
+    /// The annotations of the images by their number; empty without.
+    pub sample_files: BTreeMap<i64, SampleFiles>,
 }
 
 impl ImageSink for ArchiveSink<'_> {
@@ -42,16 +43,15 @@ impl ImageSink for ArchiveSink<'_> {
         // Readers of archives infer the columns from the first samples.
         description["empty"] = json!(image.empty.is_some());
         description["fingerprint"] = json!(own_fingerprint);
-        let description = EncodedFile {
-            path: name.with_extension("json"),
-            bytes: format!("{description:#}\n").into_bytes(),
-        };
-        let annotations = self.annotations.get(&frame.number).map(|text| EncodedFile {
-            path: name.with_extension("coco.json"),
-            bytes: text.clone().into_bytes(),
-        });
-        let others = [Some(description), annotations].into_iter().flatten().map(Ok);
-        for file in encode_files(&image.picture, &name, format, depth).chain(others) {
+        // A frame comes once.
+        let annotations = self.sample_files.remove(&frame.number).unwrap_or_default();
+        let others = [("json", format!("{description:#}\n"))].into_iter().chain(annotations).map(
+            |(extension, text)| {
+                Ok(EncodedFile { path: sample_file(&name, extension), bytes: text.into_bytes() })
+            },
+        );
+        let layers = plan.outputs.layer_folder;
+        for file in encode_files(&image.picture, &name, layers, format, depth).chain(others) {
             let EncodedFile { path, bytes } = file?;
             let added = self.shard.add(&path.to_string_lossy(), &bytes);
             added.map_err(|cause| SaveError { path: self.shard.path().join(&path), cause })?;
