@@ -1,5 +1,5 @@
 """Renders 60 objects from 4 sides, kills the run several times and resumes it: the files must be those of an undisturbed run.
-Reads archives of the same images with the package webdataset.
+Reads archives of the same images with the package webdataset, and archives of BOP as its toolkit does.
 
     python .ci/objects.py BLINN
 """
@@ -9,6 +9,7 @@ import json
 import struct
 import subprocess
 import sys
+import tarfile
 import tempfile
 import time
 from pathlib import Path
@@ -114,6 +115,56 @@ def check_shards(blinn: str, folder: Path) -> None:
     print(f"{len(samples)} samples in {len(whole)} archives")
 
 
+def decode_mask(runs: dict) -> np.ndarray:
+    """The decoder of BOP's toolkit: runs outside and inside of the mask in turn, down the columns."""
+    flat = np.zeros(np.prod(runs["size"]), bool)
+    ends = np.cumsum(runs["counts"])
+    assert ends[-1] == flat.size
+    for start, end in zip(ends[0::2], ends[1::2]):
+        flat[start:end] = True
+    return flat.reshape(*runs["size"], order="F")
+
+
+def check_bop(blinn: str, folder: Path) -> None:
+    """Compares archives of BOP with the folders of the same dataset, read as bop_toolkit_lib/dataset/bop_webdataset.py reads them."""
+    views, objects = 2, sorted((folder / "objects").glob("*.glb"))[:5]
+    command = [blinn, "turntable", *objects, "--views", str(views), "--size", f"{SIZE}x{SIZE}", "-s", "1", "-q", "--dataset", "bop"]
+    web = folder / "bop" / "train_web"
+    subprocess.run([*command, "-o", web / "shard-{shard:06}.tar", "--shard-size", "4"], check=True)
+    subprocess.run([*command, "--merge", "-o", f"{folder / 'bop-folders'}/"], check=True)
+    root = folder / "bop-folders"
+    models = sorted(path.name for path in (root / "models").iterdir())
+    assert models == sorted(path.name for path in (folder / "bop" / "models").iterdir() if path.is_file())
+    for name in models:
+        assert (folder / "bop" / "models" / name).read_bytes() == (root / "models" / name).read_bytes(), name
+    shards = json.loads((web / "key_to_shard.json").read_text())
+    assert len(shards) == len(objects) * views and max(shards.values()) == 2
+    masks = 0
+    for key, shard in shards.items():
+        scene, image = (int(word) for word in key.split("_"))
+        whole = root / "train" / f"{scene:06}"
+        with tarfile.open(web / f"shard-{shard:06}.tar") as tar:
+            def read(extension: str) -> bytes:
+                return tar.extractfile(f"{key}.{extension}").read()
+
+            for extension, name in [("camera", "scene_camera"), ("gt", "scene_gt"), ("gt_info", "scene_gt_info")]:
+                expected = json.loads((whole / f"{name}.json").read_text())[str(image)]
+                assert json.loads(read(f"{extension}.json")) == expected, (key, extension)
+            for extension, kind in [("rgb.png", "rgb"), ("depth.png", "depth")]:
+                pixels = [np.array(Image.open(file)) for file in (io.BytesIO(read(extension)), whole / kind / f"{image:06}.png")]
+                assert pixels[0].dtype == pixels[1].dtype and (pixels[0] == pixels[1]).all(), (key, kind)
+            count = len(json.loads(read("gt.json")))
+            for kind in ("mask", "mask_visib"):
+                runs = json.loads(read(f"{kind}.json"))
+                assert sorted(map(int, runs)) == list(range(count)), (key, kind)
+                for i in range(count):
+                    expected = np.array(Image.open(whole / kind / f"{image:06}_{i:06}.png")) > 0
+                    assert (decode_mask(runs[str(i)]) == expected).all(), (key, kind, i)
+                    masks += expected.any()
+    assert masks >= 2 * len(shards), masks
+    print(f"{len(shards)} samples of BOP with {masks} masks equal the folders of the dataset")
+
+
 def main() -> None:
     blinn = str(Path(sys.argv[1]).resolve())
     start = time.time()
@@ -124,6 +175,7 @@ def main() -> None:
             write_glb(folder / "objects" / f"{i:03}.glb", i)
         check_tree(blinn, folder)
         check_shards(blinn, folder)
+        check_bop(blinn, folder)
     print(f"{time.time() - start:.1f} s")
 
 

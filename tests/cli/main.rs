@@ -6,6 +6,7 @@
 //! - `batches`: folders and lists of scenes, `--chunk`, `--ledger` and `--timeout`, after kills too
 //! - `bench`: what `blinn bench` counts, writes, reads and compares
 //! - `blend_files`: .blend files and the programs that convert them
+//! - `bop_archives`: `turntable --dataset bop` into archives
 //! - `camera`: `--orbit`, `--zoom`, f3d's camera flags, `--hide`, `--only-objects`
 //! - `cameras`: lists of cameras in each format
 //! - `dataset_formats`: `turntable --dataset`: COLMAP, BOP and COCO
@@ -49,6 +50,7 @@ mod bench;
 mod benchmark_scenes;
 #[cfg(unix)]
 mod blend_files;
+mod bop_archives;
 mod camera;
 mod cameras;
 mod dataset_formats;

@@ -21,7 +21,7 @@ fn write_objects(at: &Path) {
 }
 
 /// The files in an archive, in order.
-fn members(file: &Path) -> Vec<(String, Vec<u8>)> {
+pub fn members(file: &Path) -> Vec<(String, Vec<u8>)> {
     let bytes = fs::read(file).unwrap();
     let mut rest = &bytes[..];
     let mut all = Vec::new();
@@ -284,5 +284,5 @@ fn samples_have_annotations() {
     assert!(resumed("coco").contains("kept s/0.tar"));
     assert!(resumed("coco-polygons").contains("wrote s/0.tar"));
     assert!(resumed("nerf").contains("wrote s/0.tar"));
-    refused(&at, &format!("{line},bop -o s/{{shard}}.tar"), "use --dataset nerf,coco");
+    refused(&at, &format!("{line},colmap -o s/{{shard}}.tar"), "use --dataset nerf,coco,bop");
 }
