@@ -23,7 +23,8 @@ pub struct OutputArgs {
     /// Most images, or bytes, in each archive of -o NAME{shard:05}.tar: 1000, 512MB; archives hold whole scenes [default:
     /// 1000]
     ///
-    /// Each image has its layers and a .json beside it, as WebDataset reads them. NAME{shard:05}.jpg.tar holds JPEG.
+    /// Each image has its layers and a .json beside it, as WebDataset reads them. NAME{shard:05}.jpg.tar holds JPEG. Samples of
+    /// --dataset bop are named as BOP's tools read them, with models beside the archives.
     #[arg(long, value_name = "N|BYTES", value_parser = values::shard_size)]
     pub shard_size: Option<ShardSize>,
     /// Bits per channel: 8 or 16 for PNG, 16 or 32 for EXR
