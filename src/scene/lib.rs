@@ -100,7 +100,7 @@ pub use select::{Glob, NoMatch, Selection};
 pub use skin::Skin;
 pub use source::{Source, SourceFile, SourceFormat, UpAxis, is_blender_generator};
 pub use spot_cone::SpotCone;
-pub use standard_view::StandardView;
+pub use standard_view::{StandardView, orthographic_camera, projected_extent};
 pub use texture::anisotropic::Footprint;
 pub use texture::batch::SampleCoords;
 pub use texture::image::Image;

@@ -49,27 +49,35 @@ impl StandardView {
 
     /// Returns the width and height of a box as the view shows it, in metres.
     pub fn projected_extent(self, bounds: &Aabb) -> DVec2 {
-        let Basis { u, v, .. } = self.basis();
-        let extent = bounds.extent();
-        DVec2::new(u.abs().dot(extent), v.abs().dot(extent))
+        projected_extent(&self.basis(), bounds)
     }
 
     /// Returns the orthographic camera that shows `bounds` in the middle of a view rectangle of `size` metres.
     pub fn camera(self, bounds: &Aabb, size: DVec2) -> Camera {
-        let basis = self.basis();
-        let diagonal = bounds.extent().length();
-        let distance = if diagonal > 0.0 { diagonal } else { size.max_element() };
-        Camera {
-            view_point: bounds.centre() + basis.w * distance,
-            basis,
-            view_width: size.x,
-            view_height: size.y,
-            view_centre: DVec2::ZERO,
-            proj_distance: 1.0,
-            projection: Projection::Orthographic,
-            clip: ClipPlanes::OFF,
-            lens: None,
-        }
+        orthographic_camera(self.basis(), bounds, size)
+    }
+}
+
+/// Returns the width and height of a box along u and v, in metres.
+pub fn projected_extent(basis: &Basis, bounds: &Aabb) -> DVec2 {
+    let extent = bounds.extent();
+    DVec2::new(basis.u.abs().dot(extent), basis.v.abs().dot(extent))
+}
+
+/// Returns the orthographic camera along −w that shows `bounds` in the middle of a view rectangle of `size` metres.
+pub fn orthographic_camera(basis: Basis, bounds: &Aabb, size: DVec2) -> Camera {
+    let diagonal = bounds.extent().length();
+    let distance = if diagonal > 0.0 { diagonal } else { size.max_element() };
+    Camera {
+        view_point: bounds.centre() + basis.w * distance,
+        basis,
+        view_width: size.x,
+        view_height: size.y,
+        view_centre: DVec2::ZERO,
+        proj_distance: 1.0,
+        projection: Projection::Orthographic,
+        clip: ClipPlanes::OFF,
+        lens: None,
     }
 }
 

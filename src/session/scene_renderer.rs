@@ -302,7 +302,8 @@ impl<'a> SceneRenderer<'a> {
         self.render_camera(&self.plain_camera(camera), planned, posed_frame, monitor)
     }
 
-    fn render_camera(
+    /// Renders an image of any size from any camera, as [`SceneRenderer::render`] does.
+    pub fn render_camera(
         &self,
         view: &ImageCamera,
         planned: &PlannedFrame,

@@ -4,6 +4,7 @@ use std::sync::Arc;
 
 use anyhow::{Result, anyhow, bail};
 
+use super::inputs::check_only;
 use crate::args::{CameraListArgs, FrameArgs, TimeArgs};
 use crate::usage::UsageError;
 use blinn_scene::{FileFrames, Scene};
@@ -53,13 +54,9 @@ impl FrameSet {
         cameras: &Arc<CameraList>,
         chunk: Option<Chunk>,
     ) -> Result<FrameSet, UsageError> {
-        let (count, only) = (cameras.len() as i64, args.only.clone());
-        let mut numbers = only.iter().flat_map(|list| list.frames());
-        if let Some(outside) = numbers.find(|number| !(1..=count).contains(*number)) {
-            return Err(UsageError(format!("--only {outside}: the cameras are 1 to {count}")));
-        }
+        check_only(args.only.as_ref(), cameras.len())?;
         let time = time.time.unwrap_or(0.0);
-        Ok(FrameSet::Cameras { cameras: cameras.clone(), time, only, chunk })
+        Ok(FrameSet::Cameras { cameras: cameras.clone(), time, only: args.only.clone(), chunk })
     }
 
     /// Resolves frames or times. `chunk` is the part of them to render.

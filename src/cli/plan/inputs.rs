@@ -1,5 +1,6 @@
 //! Inputs of a plan besides arguments: options, and the lists of scenes and cameras, which are read before.
 
+use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
 use super::scene_list::{SceneList, scene_list};
@@ -10,7 +11,7 @@ use crate::args::{
 use crate::usage::UsageError;
 use blinn_import::Limits;
 use blinn_scene::UpAxis;
-use blinn_session::{CameraList, Options, ReplacedCameraFields, load_limits};
+use blinn_session::{CameraList, FrameList, Options, ReplacedCameraFields, load_limits};
 
 /// The options of pictures and the lists of a command line.
 #[derive(Debug)]
@@ -28,7 +29,12 @@ impl PlanInputs {
     /// The options suit no picture, or a list cannot be read.
     pub fn of_render(args: &RenderArgs) -> Result<PlanInputs, UsageError> {
         let options = picture_options(&args.scene, &args.options, &args.time, &args.common)?;
-        let cameras = open_cameras(&args.cameras, &options, &load_limits(args.process.max_memory))?;
+        let replaced =
+            ReplacedCameraFields { size: options.size, crop: options.crop, clip: options.view.clip };
+        let CameraListArgs { cameras, world_up, .. } = &args.cameras;
+        let limits = load_limits(args.process.max_memory);
+        let open = |path: &PathBuf| open_cameras(path, *world_up, replaced, &limits);
+        let cameras = cameras.as_ref().map(open).transpose()?;
         let scenes = Arc::new(scene_list(&args.scene.scenes)?);
         Ok(PlanInputs { options, scenes, cameras: cameras.map(Arc::new) })
     }
@@ -54,18 +60,32 @@ fn picture_options(
     Ok(named_options(groups)?.finish()?)
 }
 
-/// Opens the list of --cameras, if there is one.
-fn open_cameras(
-    args: &CameraListArgs,
-    options: &Options,
+/// Opens the list of --cameras.
+///
+/// # Errors
+/// It cannot be read.
+pub fn open_cameras(
+    path: &Path,
+    world_up: Option<UpArg>,
+    replaced: ReplacedCameraFields,
     limits: &Limits,
-) -> Result<Option<CameraList>, UsageError> {
-    let Some(path) = &args.cameras else { return Ok(None) };
-    let up = args.world_up.map(|up| match up {
+) -> Result<CameraList, UsageError> {
+    let up = world_up.map(|up| match up {
         UpArg::Z => UpAxis::Z,
         UpArg::Y => UpAxis::Y,
     });
-    let replaced = ReplacedCameraFields { size: options.size, crop: options.crop, clip: options.view.clip };
-    let list = CameraList::open(path, up, replaced, limits);
-    list.map(Some).map_err(|e| UsageError(format!("--cameras: {e}")))
+    CameraList::open(path, up, replaced, limits).map_err(|e| UsageError(format!("--cameras: {e}")))
+}
+
+/// Checks that the numbers of --only are those of cameras in a list of `count`.
+///
+/// # Errors
+/// There is no camera of a number.
+pub fn check_only(only: Option<&FrameList>, count: usize) -> Result<(), UsageError> {
+    let count = count as i64;
+    let mut numbers = only.into_iter().flat_map(|list| list.frames());
+    match numbers.find(|number| !(1..=count).contains(*number)) {
+        Some(outside) => Err(UsageError(format!("--only {outside}: the cameras are 1 to {count}"))),
+        None => Ok(()),
+    }
 }

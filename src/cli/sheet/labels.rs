@@ -3,6 +3,8 @@
 use glam::DVec2;
 
 use super::layout::{Cell, SheetLayout};
+use super::views::NamedViews;
+use blinn_core::geometry::Aabb;
 use blinn_output::{Anchor, Canvas, TextStyle};
 use blinn_scene::{StandardView, UpAxis};
 
@@ -68,8 +70,7 @@ impl Unit {
 /// Draws the labels of a sheet.
 pub fn draw(canvas: &mut Canvas, layout: &SheetLayout, labels: &Labels) {
     let height = layout.label_height;
-    let color = if labels.on_light { DARK } else { LIGHT };
-    let style = TextStyle { height, stroke: (height / 7.0).max(1.0), color };
+    let style = style(height, labels.on_light);
     let rule = if labels.on_light { RULE_ON_LIGHT } else { RULE_ON_DARK };
     let (width, cell_height) = (f64::from(layout.cell_size.0), f64::from(layout.cell_size.1));
     let line_width = style.stroke.round();
@@ -84,11 +85,35 @@ pub fn draw(canvas: &mut Canvas, layout: &SheetLayout, labels: &Labels) {
             let room = width - 11.0 * height;
             canvas.text(&shorten(labels.title, room, &style), end, Anchor::Right, false, &style);
             let below = DVec2::new(left + 0.5 * width, top + cell_height - 1.5 * height);
-            canvas.text(&overall_size(layout, labels), below, Anchor::Middle, false, &style);
+            canvas.text(&overall_size(layout.bounds, labels), below, Anchor::Middle, false, &style);
         } else {
             dimensions(canvas, layout, cell, labels.unit, &style);
         }
     }
+}
+
+/// Draws the labels of named views: the names below them, and on top the name of the scene and its size.
+pub fn draw_names(canvas: &mut Canvas, views: &NamedViews, width: u32, bounds: Aabb, labels: &Labels) {
+    let grid = &views.grid;
+    let height = grid.label_height;
+    let style = style(height, labels.on_light);
+    let middle = 0.5 * f64::from(grid.header);
+    let right = f64::from(width) - height;
+    let size = overall_size(bounds, labels);
+    canvas.text(&size, DVec2::new(right, middle), Anchor::Right, false, &style);
+    let room = right - Canvas::text_width(&size, &style) - 3.0 * height;
+    let title = shorten(labels.title, room, &style);
+    canvas.text(&title, DVec2::new(height, middle), Anchor::Left, false, &style);
+    let room = f64::from(grid.area.0);
+    for (index, cell) in views.cells.iter().enumerate() {
+        let name = shorten_middle(&cell.name, room, &style);
+        canvas.text(&name, grid.caption(index), Anchor::Middle, false, &style);
+    }
+}
+
+fn style(height: f64, on_light: bool) -> TextStyle {
+    let color = if on_light { DARK } else { LIGHT };
+    TextStyle { height, stroke: (height / 7.0).max(1.0), color }
 }
 
 /// Draws the dimension lines of a cell: the width below, the height on the left.
@@ -113,9 +138,9 @@ fn dimensions(canvas: &mut Canvas, layout: &SheetLayout, cell: &Cell, unit: Unit
 }
 
 /// The size along the axes of the file.
-fn overall_size(layout: &SheetLayout, labels: &Labels) -> String {
+fn overall_size(bounds: Aabb, labels: &Labels) -> String {
     let Labels { unit, up, .. } = *labels;
-    let extent = up.size_in_file(layout.bounds.extent());
+    let extent = up.size_in_file(bounds.extent());
     let plain = Unit { symbol: "", ..unit };
     format!("{} × {} × {}", plain.format(extent.x), plain.format(extent.y), unit.format(extent.z))
 }
@@ -139,6 +164,23 @@ fn shorten(text: &str, room: f64, style: &TextStyle) -> String {
         }
     }
     kept + "..."
+}
+
+/// The text, or as much of its beginning and end as fits into `room` pixels: names of cameras often differ at the end.
+fn shorten_middle(text: &str, room: f64, style: &TextStyle) -> String {
+    let letters: Vec<char> = text.chars().collect();
+    let with = |kept: usize| -> String {
+        let (front, back) = (kept.div_ceil(2), kept / 2);
+        let end = letters.len() - back;
+        letters[..front].iter().chain(&['.'; 3]).chain(&letters[end..]).collect()
+    };
+    // No text of more letters than that fits, and each is laid out.
+    let most = letters.len().min((room / style.height * 4.0).max(0.0) as usize);
+    if most == letters.len() && Canvas::text_width(text, style) <= room {
+        return text.into();
+    }
+    let kept = (0..most).rev().find(|kept| Canvas::text_width(&with(*kept), style) <= room);
+    kept.map_or_else(String::new, with)
 }
 
 #[cfg(test)]
@@ -166,5 +208,18 @@ mod tests {
         let short = shorten("a very long name of a scene", 100.0, &style);
         assert!(short.starts_with("a very") && short.ends_with("..."), "{short}");
         assert!(Canvas::text_width(&short, &style) <= 100.0);
+    }
+
+    #[test]
+    fn long_names_keep_their_ends() {
+        let style = TextStyle { height: 10.0, stroke: 1.0, color: [0; 3] };
+        assert_eq!(shorten_middle("left", 1000.0, &style), "left");
+        for name in ["training/images/left/0001".to_string(), "é".repeat(100_000) + "x0001"] {
+            let short = shorten_middle(&name, 120.0, &style);
+            assert!(short.contains("...") && short.ends_with("0001"), "{short}");
+            assert!(Canvas::text_width(&short, &style) <= 120.0);
+        }
+        assert_eq!(shorten_middle("left", 1.0, &style), "");
+        assert_eq!(shorten_middle("", 100.0, &style), "");
     }
 }

@@ -1,9 +1,10 @@
 //! Layout of a sheet: four cells of one size and one scale, in third-angle projection. The top view stands above the
 //! front view and the right view beside it, so that equal edges are aligned.
 
-use glam::{DVec2, DVec3};
+use glam::DVec2;
 
-use blinn_core::geometry::{Aabb, Basis};
+use super::cell::{SheetCell, image_camera};
+use blinn_core::geometry::Aabb;
 use blinn_scene::{Camera, StandardView};
 
 /// The positions of the views: column and row.
@@ -64,16 +65,15 @@ impl SheetLayout {
         DVec2::new(left + 0.5 * f64::from(self.cell_size.0), top + 0.5 * f64::from(self.cell_size.1))
     }
 
-    /// The rows of the matrix that maps (x, y, z, 1) of the model, in metres, to a position on the sheet in pixels.
-    pub fn model_to_pixel(&self, cell: &Cell) -> [[f64; 4]; 2] {
-        let Basis { u, v, .. } = cell.camera.basis;
-        let scale = self.pixels_per_metre;
-        let row = |axis: DVec3, middle: f64| {
-            let DVec3 { x, y, z } = axis * scale;
-            [x, y, z, middle - axis.dot(cell.camera.view_point) * scale]
+    /// The pictures of the sheet, of a scene at `time`.
+    pub fn pictures(&self, time: f64) -> Vec<SheetCell> {
+        let picture = |cell: &Cell| SheetCell {
+            name: cell.view.name().into(),
+            origin: cell.origin,
+            view: image_camera(cell.camera, self.cell_size),
+            time,
         };
-        let middle = self.centre(cell);
-        [row(u, middle.x), row(-v, middle.y)]
+        self.cells.iter().map(picture).collect()
     }
 
     /// The bounds of a view of the model on the sheet, in pixels: upper left and lower right corner.
@@ -87,6 +87,7 @@ impl SheetLayout {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use glam::DVec3;
 
     fn bounds(min: [f64; 3], max: [f64; 3]) -> Aabb {
         Aabb { min: min.into(), max: max.into() }
@@ -107,8 +108,8 @@ mod tests {
         ];
         for (b, size) in boxes.iter().zip([(1280, 960), (801, 403), (128, 128), (200, 4000)]) {
             let layout = SheetLayout::new(*b, size);
-            for cell in &layout.cells {
-                let matrix = layout.model_to_pixel(cell);
+            for (cell, picture) in layout.cells.iter().zip(layout.pictures(0.0)) {
+                let matrix = <[[f64; 4]; 2]>::try_from(picture.model_to_pixel()).unwrap();
                 let (low, high) = layout.model_rect(cell);
                 for p in corners(b) {
                     let pixel = matrix.map(|row| p.extend(1.0).dot(row.into()));

@@ -1,7 +1,10 @@
-//! `blinn sheet`: front, right, top and isometric views at one scale, with dimensions.
+//! `blinn sheet`: front, right, top and isometric views at one scale, with dimensions, or other views with their names.
 
+mod cell;
+mod grid;
 mod labels;
 mod layout;
+mod views;
 
 use std::path::Path;
 use std::sync::Arc;
@@ -31,8 +34,10 @@ use blinn_session::{
     Claim, EmptyImages, Finished, ImageKind, Job, Permit, PlannedFrame, PosedFrame, SceneRenderer,
     SessionLog, check_memory, run_scheduled,
 };
+use cell::SheetCell;
 use labels::{Labels, Unit};
 use layout::{CELLS, MIN_SIDE, SheetLayout};
+use views::SheetContent;
 
 /// The background without --background, linear: light enough for dark labels.
 const BACKGROUND: Rgb = Rgb::new(0.8, 0.82, 0.85);
@@ -44,7 +49,8 @@ pub fn run(args: &SheetArgs) -> Result<Summary, UsageError> {
     if args.output.as_deref().is_some_and(|file| is_unknown(file) && !file.is_dir()) {
         return Err(no_such_format());
     }
-    let mut plan = plan(args)?;
+    let content = SheetContent::of_args(args)?;
+    let mut plan = plan(args, &content)?;
     let OutputKind::Images(ImageKind { format, .. }) = plan.outputs.kind else {
         return Err(no_such_format());
     };
@@ -69,6 +75,7 @@ pub fn run(args: &SheetArgs) -> Result<Summary, UsageError> {
                 let log = SceneLog::of_batch(&reporter, scene.number, &scene.path, plan.strict);
                 sheets.push(Sheet {
                     plan: &plan,
+                    content: &content,
                     scene,
                     size: args.size,
                     format,
@@ -104,8 +111,8 @@ fn no_such_format() -> UsageError {
     UsageError("a sheet is one image as displayed; set -o to .png, .jpg or .webp, or to a folder/".into())
 }
 
-/// The plan for one of the views, without its camera.
-fn plan(args: &SheetArgs) -> Result<RenderPlan, UsageError> {
+/// The plan for one of the views, of the size that it has at most, without its camera.
+fn plan(args: &SheetArgs, content: &SheetContent) -> Result<RenderPlan, UsageError> {
     let (width, height) = args.size;
     if width.min(height) < MIN_SIDE {
         return Err(UsageError(format!("--size: a sheet needs at least {MIN_SIDE}x{MIN_SIDE} pixels")));
@@ -117,9 +124,13 @@ fn plan(args: &SheetArgs) -> Result<RenderPlan, UsageError> {
         ));
     }
     let output = args.output.clone().unwrap_or_else(|| DEFAULT_NAME.into());
+    let view_size = match content {
+        SheetContent::Drawing => (width / 2, height / 2),
+        SheetContent::Views(_) | SheetContent::Cameras { .. } => (width, height),
+    };
     RenderPlan::for_images(
         scene_list(&args.scene.scenes)?,
-        args.preview.options(&args.scene, (width / 2, height / 2), BACKGROUND)?,
+        args.preview.options(&args.scene, view_size, BACKGROUND)?,
         args.preview.time.time.unwrap_or(0.0),
         &OutputArgs { output: Some(output), no_overwrite: args.no_overwrite, ..OutputArgs::default() },
         ImagePolicy {
@@ -133,6 +144,7 @@ fn plan(args: &SheetArgs) -> Result<RenderPlan, UsageError> {
 /// The sheet of a scene.
 struct Sheet<'a> {
     plan: &'a RenderPlan,
+    content: &'a SheetContent,
     scene: NumberedScene,
     size: (u32, u32),
     format: ImageFormat,
@@ -181,34 +193,88 @@ impl Sheet<'_> {
         permit.resize(check_memory(&plan.session, &scene, 1)?)?;
         let animation = plan.session.options.animation(&scene)?;
         let posed = pose(&scene, &PoseSettings { time: planned.time, animation, centre: None })?;
-        let layout = SheetLayout::new(posed.bounds(), self.size);
+        let bounds = posed.bounds();
+        let layout = SheetLayout::new(bounds, self.size);
+        let named = self.content.named_views(&posed, self.size, planned.time)?;
+        let cells = match &named {
+            Some(named) => named.cells.clone(),
+            None => layout.pictures(planned.time),
+        };
 
         let mut plan = (*plan).clone();
-        plan.session.options.view.complete = layout.cells.first().map(|cell| cell.camera);
+        match self.content {
+            // Lights stand as for `render` with the list.
+            SheetContent::Cameras { list, .. } => plan.session.cameras = Some(list.clone()),
+            SheetContent::Drawing | SheetContent::Views(_) => {
+                plan.session.options.view.complete = cells.first().map(|cell| cell.view.camera);
+            }
+        }
+        if let Some(named) = &named {
+            plan.session.options.size = Some(named.grid.area);
+        }
+        let mut time = planned.time;
         let mut frame = PosedFrame { time: planned.time, posed, accel: None };
         let renderer = SceneRenderer::from_start(&plan.session, &scene, log, &mut frame, cancel)?;
         renderer.setup.build(&mut frame)?;
         let mut canvas = Canvas::new(self.size, background_pixel(plan.session.options.fixed_background()));
         let empty_images = EmptyImages::default();
-        log.begin_frames(layout.cells.len());
-        for cell in &layout.cells {
-            let monitor = ImageMonitor::new(log, renderer.pixels(), &renderer.setup.cancel);
-            let image = renderer.render_view(cell.camera, &planned, &frame, &monitor)?;
+        log.begin_frames(cells.len());
+        for cell in &cells {
+            if cell.time != time {
+                let reusable = frame.accel.take();
+                frame = renderer.setup.pose_at(cell.time, &frame, reusable)?;
+                time = cell.time;
+            }
+            let (width, height) = cell.view.size;
+            let pixels = u64::from(width) * u64::from(height);
+            let monitor = ImageMonitor::new(log, pixels, &renderer.setup.cancel);
+            let image = renderer.render_camera(&cell.view, &planned, &frame, &monitor)?;
             monitor.finish();
             let pixels = image.picture.display.to_rgba8(&image.picture.pixels);
-            canvas.copy(&pixels, layout.cell_size.0, cell.origin);
+            canvas.copy(&pixels, width, cell.origin);
             image.empty.map(|reason| empty_images.add(reason, planned.number));
         }
-        if let Some(notice) = empty_images.summary(layout.cells.len()) {
+        if let Some(notice) = empty_images.summary(cells.len()) {
             log.warn(notice)?;
         }
         let is_metres = scene.source.format == SourceFormat::Gltf;
-        let unit = Unit::for_longest(layout.bounds.extent().max_element(), is_metres);
+        let unit = Unit::for_longest(bounds.extent().max_element(), is_metres);
         let on_light = is_light(plan.session.options.fixed_background());
         let up = scene.source.up;
-        labels::draw(&mut canvas, &layout, &Labels { title: &scene.name, unit, up, on_light });
+        let labels = Labels { title: &scene.name, unit, up, on_light };
+        let pixels_per_metre = match &named {
+            Some(named) => {
+                labels::draw_names(&mut canvas, named, self.size.0, bounds, &labels);
+                named.pixels_per_metre
+            }
+            None => {
+                labels::draw(&mut canvas, &layout, &labels);
+                Some(layout.pixels_per_metre)
+            }
+        };
         self.save(&target, &canvas.into_pixels())?;
-        Ok(self.describe(&target, &layout, &scene.source, renderer.exposure.ev))
+        let file = match &target {
+            Target::Stdout => Value::Null,
+            Target::File(file) => json!(file.to_string_lossy()),
+        };
+        let Source { format, up, .. } = &scene.source;
+        Ok(json!({
+            "scene": path.to_string_lossy(),
+            "file": file,
+            "width": self.size.0,
+            "height": self.size.1,
+            "unit": if *format == SourceFormat::Gltf { json!("metre") } else { Value::Null },
+            "up": up.name(),
+            "size_in_file": up.size_in_file(bounds.extent()).to_array(),
+            "bounds": {
+                "min": bounds.min.to_array(),
+                "max": bounds.max.to_array(),
+                "size": bounds.extent().to_array(),
+            },
+            "pixels_per_unit": pixels_per_metre,
+            "exposure": renderer.exposure.ev,
+            "cells": cells.iter().map(SheetCell::describe).collect::<Vec<_>>(),
+        }))
     }
 
     fn planned_frame(&self) -> Result<PlannedFrame> {
@@ -229,50 +295,6 @@ impl Sheet<'_> {
         }
         self.log.stage_since("save", start, "");
         Ok(())
-    }
-
-    /// The description that --json prints.
-    fn describe(&self, target: &Target, layout: &SheetLayout, source: &Source, ev: f64) -> Value {
-        let (width, height) = layout.cell_size;
-        let cells = layout.cells.iter().map(|cell| {
-            let camera = &cell.camera;
-            let [left, top] = cell.origin;
-            json!({
-                "view": cell.view.name(),
-                "rect": {"x": left, "y": top, "width": width, "height": height},
-                "camera": {
-                    "projection": "orthographic",
-                    "view_point": camera.view_point.to_array(),
-                    "u": camera.basis.u.to_array(),
-                    "v": camera.basis.v.to_array(),
-                    "w": camera.basis.w.to_array(),
-                    "view_width": camera.view_width,
-                    "view_height": camera.view_height,
-                },
-                "model_to_pixel": layout.model_to_pixel(cell),
-            })
-        });
-        let file = match target {
-            Target::Stdout => Value::Null,
-            Target::File(file) => json!(file.to_string_lossy()),
-        };
-        json!({
-            "scene": self.scene.path.to_string_lossy(),
-            "file": file,
-            "width": self.size.0,
-            "height": self.size.1,
-            "unit": if source.format == SourceFormat::Gltf { json!("metre") } else { Value::Null },
-            "up": source.up.name(),
-            "size_in_file": source.up.size_in_file(layout.bounds.extent()).to_array(),
-            "bounds": {
-                "min": layout.bounds.min.to_array(),
-                "max": layout.bounds.max.to_array(),
-                "size": layout.bounds.extent().to_array(),
-            },
-            "pixels_per_unit": layout.pixels_per_metre,
-            "exposure": ev,
-            "cells": cells.collect::<Vec<_>>(),
-        })
     }
 }
 
