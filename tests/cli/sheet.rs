@@ -160,3 +160,127 @@ fn wrong_outputs_are_usage_errors() {
     refused(&dir, &format!("sheet {scene} --size 100x500"), "at least 128x128");
     refused(&dir, &format!("sheet {scene} --orbit 1,2"), "--orbit");
 }
+
+fn names_of(json: &Value) -> Vec<&str> {
+    json["cells"].as_array().unwrap().iter().map(|cell| cell["view"].as_str().unwrap()).collect()
+}
+
+/// Views have their names in the list and below their pictures; cameras of the file have theirs.
+#[test]
+fn named_views_have_their_names() {
+    let (_dir, dir) = folder();
+    let scene = model("reconstruction/reconstruction.glb");
+    let json = sheet(
+        &dir,
+        &format!("{scene} --views front,30/20,turntable=2,cameras,front --size 800x600 -s 1 -o s.png"),
+    );
+    let expected =
+        ["front", "30°, 20° up", "0°", "180°", "Overview", "Left camera", "Middle camera", "Right camera"];
+    let mut expected = expected.to_vec();
+    expected.push("front (2)");
+    assert_eq!(names_of(&json), expected);
+    let picture = image::open(dir.join("s.png")).unwrap().into_rgb8();
+    let cells = json["cells"].as_array().unwrap();
+    for row in cells.chunks(3) {
+        let number = |cell: &Value, key: &str| cell["rect"][key].as_u64().unwrap() as u32;
+        let bottoms = row.iter().map(|cell| number(cell, "y") + number(cell, "height"));
+        // The lowest is that of a direction, which fills its space.
+        let bottom = bottoms.max().unwrap();
+        for cell in row {
+            let columns = number(cell, "x")..number(cell, "x") + number(cell, "width");
+            let pixels = (bottom..bottom + 19).flat_map(|y| columns.clone().map(move |x| (x, y)));
+            let dark = pixels.filter(|&(x, y)| picture.get_pixel(x, y).0.iter().all(|v| *v < 200)).count();
+            assert!(dark > 10, "{}: the name stands below", cell["view"]);
+            let has_divisor = cell["model_to_pixel"].as_array().unwrap().len() == 3;
+            assert_eq!(cell["camera"]["projection"] == "perspective", has_divisor);
+        }
+    }
+    // Directions have one scale, in which the whole scene fits.
+    let scale = json["pixels_per_unit"].as_f64().unwrap();
+    for cell in &cells[..4] {
+        let rect = ["width", "height"].map(|key| cell["rect"][key].as_f64().unwrap());
+        let camera = ["view_width", "view_height"].map(|key| cell["camera"][key].as_f64().unwrap());
+        assert!((rect[0] / camera[0] / scale - 1.0).abs() < 1e-9);
+        for corner in corners(&json) {
+            for axis in 0..2 {
+                let row = &cell["model_to_pixel"][axis];
+                let pixel = vector(row).dot(corner) + row[3].as_f64().unwrap();
+                let from = cell["rect"][["x", "y"][axis]].as_f64().unwrap();
+                assert!((from..from + rect[axis]).contains(&pixel), "{}: {pixel}", cell["view"]);
+            }
+        }
+    }
+    // A scene without cameras, and several scenes: a sheet for each.
+    let cube = model("tests/cube.obj");
+    let output = blinn(&dir, &format!("sheet {scene} {cube} --views cameras --size 256x256 -s 1 -o out/"));
+    let text = String::from_utf8(output.stderr).unwrap();
+    assert!(output.status.code() == Some(1) && text.contains("the file has no cameras"), "{text}");
+    assert!(names(&dir).contains(&"out/reconstruction_sheet.png".to_string()));
+}
+
+/// Cameras of a list are those of `render`, with their times, and have names also without ones in the list.
+#[test]
+fn cameras_of_a_list_are_those_of_render() {
+    let (_dir, dir) = folder();
+    let figure = model("figure/figure.glb");
+    let line = |x: f64, rest: &str| {
+        format!(
+            "{{\"K\": [80,0,32,0,80,32,0,0,1], \"width\": 64, \"height\": 64, \"convention\": \"opengl\", \
+             \"camera_to_world\": [1,0,0,{x}, 0,1,0,1, 0,0,1,3, 0,0,0,1]{rest}}}\n"
+        )
+    };
+    let long = format!("{}end", "x".repeat(150));
+    let text = line(0.0, ", \"file\": \"side.png\"")
+        + &line(0.5, ", \"file\": \"side.jpg\", \"time\": 0.4")
+        + &line(-0.5, "")
+        + &line(0.2, &format!(", \"file\": \"{long}.png\""));
+    fs::write(dir.join("c.jsonl"), text).unwrap();
+    let lit = "--lights three-point --exposure 0 -s 1";
+    let json = sheet(&dir, &format!("{figure} --cameras c.jsonl {lit} --size 900x250 -o s.png"));
+    assert_eq!(names_of(&json), ["side", "side (2)", "camera 3", long.as_str()]);
+    let side = json["cells"][0]["rect"]["width"].as_u64().unwrap() as u32;
+    let background = "--background .8,.82,.85";
+    runs(
+        &dir,
+        &format!("render {figure} --cameras c.jsonl {lit} {background} --size {side}x{side} -q -o c/#.png"),
+    );
+    let picture = image::open(dir.join("s.png")).unwrap().into_rgb8();
+    // The mean difference of a cell and an image.
+    let difference = |cell: usize, number: usize| {
+        let alone = image::open(dir.join(format!("c/{number}.png"))).unwrap().into_rgb8();
+        let rect = &json["cells"][cell]["rect"];
+        let at = |key: &str| rect[key].as_u64().unwrap() as u32;
+        assert_eq!(alone.dimensions(), (at("width"), at("height")));
+        let sum: f64 = alone
+            .enumerate_pixels()
+            .flat_map(|(x, y, pixel)| {
+                let other = picture.get_pixel(at("x") + x, at("y") + y).0;
+                (0..3).map(move |i| f64::from(pixel.0[i].abs_diff(other[i])))
+            })
+            .sum();
+        sum / f64::from(3 * side * side)
+    };
+    for cell in 0..4 {
+        assert!(difference(cell, cell + 1) < 1.5, "{cell}: {}", difference(cell, cell + 1));
+    }
+    assert!(difference(0, 2) > 2.0, "views differ: {}", difference(0, 2));
+    let some = sheet(&dir, &format!("{figure} --cameras c.jsonl --only 3,1 {lit} --size 900x250 -o t.png"));
+    assert_eq!(names_of(&some), ["camera 3", "side"]);
+}
+
+#[test]
+fn views_without_room_and_unknown_ones_are_refused() {
+    let (_dir, dir) = folder();
+    fs::copy(model("tests/cube.obj"), dir.join("cube.obj")).unwrap();
+    fs::write(dir.join("c.jsonl"), "").unwrap();
+    for (flags, message) in [
+        ("--views turntable=200 --size 500x500", "has no room for 200 views"),
+        ("--views side", "expected front, right, back"),
+        ("--views 0/100", "elevations are from -90 to 90"),
+        ("--views front --cameras c.jsonl", "cannot be used with"),
+        ("--cameras c.jsonl", "--cameras: "),
+        ("--only 1", "--cameras"),
+    ] {
+        refused(&dir, &format!("sheet cube.obj {flags}"), message);
+    }
+}

@@ -50,7 +50,8 @@ Examples:
     ("sheet", "\
 Examples:
   blinn sheet shoe.glb                   # shoe_sheet.png
-  blinn sheet shoe.glb -o shoe.png --size 1920x1440 --json"),
+  blinn sheet shoe.glb -o shoe.png --size 1920x1440 --json
+  blinn sheet shoe.glb --views front,30/20,cameras"),
     ("diff", "\
 Examples:
   blinn diff old.glb new.glb             # prints what changed
