@@ -174,10 +174,17 @@ fn named_views_have_their_names() {
         &dir,
         &format!("{scene} --views front,30/20,turntable=2,cameras,front --size 800x600 -s 1 -o s.png"),
     );
-    let expected =
-        ["front", "30°, 20° up", "0°", "180°", "Overview", "Left camera", "Middle camera", "Right camera"];
-    let mut expected = expected.to_vec();
-    expected.push("front (2)");
+    let expected = [
+        "front",
+        "30°, 20° up",
+        "0°",
+        "180°",
+        "Overview",
+        "Left camera",
+        "Middle camera",
+        "Right camera",
+        "front (2)",
+    ];
     assert_eq!(names_of(&json), expected);
     let picture = image::open(dir.join("s.png")).unwrap().into_rgb8();
     let cells = json["cells"].as_array().unwrap();

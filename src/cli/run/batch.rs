@@ -133,7 +133,8 @@ impl<'a> Batch<'a> {
     fn finish_dataset(&self) -> Result<()> {
         if self.plan.dry_run {
             let archives = self.plan.archive_folder();
-            let files = archives.iter().flat_map(ArchiveFolder::files).chain(merged_files(self.plan)?);
+            let merged = merged_files(self.plan).context("--merge")?;
+            let files = archives.iter().flat_map(ArchiveFolder::files).chain(merged);
             let lines = files.map(|file| format!("{}\n", file.display()));
             return print_stdout(lines.collect::<String>().as_bytes());
         }
