@@ -102,8 +102,10 @@ pub fn draw_names(canvas: &mut Canvas, views: &NamedViews, width: u32, bounds: A
     let size = overall_size(bounds, labels);
     canvas.text(&size, DVec2::new(right, middle), Anchor::Right, false, &style);
     let room = right - Canvas::text_width(&size, &style) - 3.0 * height;
-    let title = shorten(labels.title, room, &style);
-    canvas.text(&title, DVec2::new(height, middle), Anchor::Left, false, &style);
+    if room > 0.0 {
+        let title = shorten(labels.title, room, &style);
+        canvas.text(&title, DVec2::new(height, middle), Anchor::Left, false, &style);
+    }
     let room = f64::from(grid.area.0);
     for (index, cell) in views.cells.iter().enumerate() {
         let name = shorten_middle(&cell.name, room, &style);
