@@ -1,10 +1,10 @@
 //! Samples the lines of edges.
 
-use std::ops::Range;
-
 use glam::{DVec2, UVec2};
 
-use super::edge_selection::{EdgeColors, ScreenEdge};
+use super::batch_lines::{BatchLines, LANES, Line};
+use super::edge_selection::EdgeColors;
+use super::line_tests::{CoveringLine, FindCoveringLines, FindNearLines, SampleGroup};
 use super::screen_grid::ScreenGrid;
 use super::{EdgeStyle, HiddenEdges, dashes, premultiplied};
 use crate::film::Pixels;
@@ -50,14 +50,14 @@ struct EdgePass<'a> {
     settings: &'a RenderSettings,
 }
 
-/// The point of an edge that is nearest to a sample in the picture.
-#[derive(Clone, Copy)]
-struct CoveringPoint {
-    edge: u32,
-    at: DVec2,
-    depth: f64,
-    /// True if the edge is drawn there also where it is hidden.
-    shows_hidden: bool,
+/// Memory for the batches of a tile.
+#[derive(Default)]
+struct BatchMemory {
+    lines: BatchLines,
+    /// The lines near each group.
+    near: Vec<u32>,
+    groups: Vec<SampleGroup>,
+    found: Vec<CoveringLine>,
 }
 
 /// Edges over the samples of pixels.
@@ -79,25 +79,19 @@ impl EdgePass<'_> {
         let n = self.generator.samples_per_pixel();
         let mut colors = vec![Rgba::ZERO; pixels.len()];
         // Most pixels have no edges.
-        let mut near = Vec::new();
-        let mut with_edges: Vec<(usize, Range<usize>)> = Vec::new();
-        for (i, &pixel) in pixels.iter().enumerate() {
-            let start = near.len();
-            near.extend(self.grid.near(pixel).iter().filter(|&&edge| self.is_near(edge, pixel)));
-            if near.len() > start {
-                with_edges.push((i, start..near.len()));
-            }
-        }
+        let has_edges = |i: &usize| !self.grid.edges_in(self.grid.cell(pixels[*i])).is_empty();
+        let with_edges: Vec<usize> = (0..pixels.len()).filter(has_edges).collect();
+        let mut memory = BatchMemory::default();
         for batch in with_edges.chunks((BATCH_SAMPLES / n).max(1)) {
             if monitor.is_cancelled() {
                 break;
             }
-            let batch_pixels: Vec<UVec2> = batch.iter().map(|(i, _)| pixels[*i]).collect();
+            let batch_pixels: Vec<UVec2> = batch.iter().map(|&i| pixels[i]).collect();
             self.generator.generate(self.frame.simd(), &batch_pixels, &mut scratch.samples);
-            let covered = self.alphas(batch, &near, scratch);
+            let covered = self.alphas(&batch_pixels, &mut memory, scratch);
             let samples = covered.alphas.chunks_exact(n).zip(covered.edges.chunks_exact(n));
-            for ((i, _), (alphas, edges)) in batch.iter().zip(samples) {
-                colors[*i] = self.mean_color(alphas, edges);
+            for (&i, (alphas, edges)) in batch.iter().zip(samples) {
+                colors[i] = self.mean_color(alphas, edges);
             }
         }
         colors
@@ -121,94 +115,97 @@ impl EdgePass<'_> {
         sum / alphas.len() as f32
     }
 
-    /// Returns true if samples of a pixel may lie on an edge's line.
-    fn is_near(&self, edge: u32, pixel: UVec2) -> bool {
-        let edge = &self.grid.edges[edge as usize];
-        let centre = pixel.as_dvec2() + 0.5;
-        let (at, _) = nearest(edge, centre);
-        let [a, b] = edge.segment.depths.map(|depth| self.grid.projector.half_width(depth));
-        // The corner of a filter is 1.42 radii away.
-        at.distance(centre) <= a.max(b) + 1.42 * self.settings.filter.radius() + 0.01
-    }
-
-    /// Returns the opacity of edges at the samples of pixels, whose edges are ranges of `near`.
+    /// Returns the opacity of edges at the samples of pixels.
     fn alphas(
         &self,
-        batch: &[(usize, Range<usize>)],
-        near: &[u32],
+        pixels: &[UVec2],
+        memory: &mut BatchMemory,
         scratch: &mut TileScratch,
     ) -> CoveredSamples {
+        let (simd, projector) = (self.frame.simd(), &self.grid.projector);
         let samples = &scratch.samples;
-        let n = self.generator.samples_per_pixel();
+        self.group_samples(pixels, samples, memory);
+        let BatchMemory { lines, near, groups, found } = memory;
         let mut alphas = vec![0.0; samples.len()];
         let mut edges = vec![0; samples.len()];
-        let mut covering = Vec::new();
-        // The samples on lines whose edges are not known to be visible, with the edges that are left, nearest first.
-        let mut open: Vec<(usize, Range<usize>)> = Vec::new();
-        for ((_, range), (first, samples)) in batch.iter().zip((0..).step_by(n).zip(samples.chunks_exact(n)))
-        {
-            for (i, sample) in samples.iter().enumerate() {
-                let start = covering.len();
-                let at = self.pixel_position(sample);
-                covering.extend(near[range.clone()].iter().filter_map(|&edge| self.cover(edge, at)));
-                if covering.len() > start {
-                    covering[start..].sort_by(|a, b| a.depth.total_cmp(&b.depth).then(a.edge.cmp(&b.edge)));
-                    open.push((first + i, start..covering.len()));
+        // The nearest lines over samples first, then those behind lines that are hidden.
+        loop {
+            found.clear();
+            let lines = lines.lines();
+            simd.run(FindCoveringLines {
+                lines,
+                near: &near[..],
+                projector,
+                groups: &groups[..],
+                found: &mut *found,
+            });
+            if found.is_empty() {
+                return CoveredSamples { alphas, edges };
+            }
+            let point = |covering: &CoveringLine| {
+                let line = &lines[covering.line];
+                let [x, y] = self.film_position(line.at(covering.s));
+                let sample = samples[groups[covering.group].first + covering.lane];
+                EdgePoint {
+                    sample: Sample { x, y, footprint: [0.0; 2], ..sample },
+                    depth: covering.depth(),
+                    beside: self.grid.edges[line.edge as usize].beside,
+                }
+            };
+            let points: Vec<EdgePoint> = found.iter().map(point).collect();
+            let visible = visible_points(self.frame, &points, &mut scratch.integrator);
+            groups.iter_mut().for_each(SampleGroup::close);
+            for (covering, is_visible) in found.iter().zip(visible) {
+                let group = &mut groups[covering.group];
+                let line = &lines[covering.line];
+                let sample = group.first + covering.lane;
+                if is_visible {
+                    (alphas[sample], edges[sample]) = (1.0, line.edge);
+                    continue;
+                }
+                if self.shows_hidden(line, covering.s) {
+                    let alpha = if self.style.hidden == HiddenEdges::Faint { FAINT } else { 1.0 };
+                    (alphas[sample], edges[sample]) = (alpha, line.edge);
+                }
+                if alphas[sample] < 1.0 {
+                    group.continue_behind(covering.lane, covering.key);
                 }
             }
         }
-        while !open.is_empty() {
-            let point = |(sample, range): &(usize, Range<usize>)| {
-                let CoveringPoint { edge, at, depth, .. } = covering[range.start];
-                let [x, y] = self.film_position(at);
-                EdgePoint {
-                    sample: Sample { x, y, footprint: [0.0; 2], ..samples[*sample] },
-                    depth,
-                    beside: self.grid.edges[edge as usize].beside,
-                }
-            };
-            let points: Vec<EdgePoint> = open.iter().map(point).collect();
-            let visible = visible_points(self.frame, &points, &mut scratch.integrator);
-            let mut visible = visible.into_iter();
-            open.retain_mut(|(sample, range)| {
-                let alpha = &mut alphas[*sample];
-                let point = &covering[range.start];
-                if visible.next() == Some(true) {
-                    *alpha = 1.0;
-                    edges[*sample] = point.edge;
-                    return false;
-                }
-                if point.shows_hidden {
-                    edges[*sample] = point.edge;
-                    *alpha = if self.style.hidden == HiddenEdges::Faint { FAINT } else { 1.0 };
-                }
-                range.start += 1;
-                *alpha < 1.0 && range.start < range.end
-            });
-        }
-        CoveredSamples { alphas, edges }
     }
 
-    /// Returns the point of an edge that is nearest to a position in pixels, if the edge's line covers the position.
-    #[inline(always)]
-    fn cover(&self, index: u32, position: DVec2) -> Option<CoveringPoint> {
-        let edge = &self.grid.edges[index as usize];
-        let (at, s) = nearest(edge, position);
-        let [a, b] = edge.segment.depths;
-        let linear = a + (b - a) * s;
-        let half_width = self.grid.projector.half_width(linear);
-        if at.distance_squared(position) > half_width * half_width {
-            return None;
+    /// Groups the samples of pixels that have lines near them.
+    fn group_samples(&self, pixels: &[UVec2], samples: &[Sample], memory: &mut BatchMemory) {
+        let n = self.generator.samples_per_pixel();
+        let BatchMemory { lines, near, groups, .. } = memory;
+        lines.clear();
+        near.clear();
+        groups.clear();
+        for (start, (&pixel, samples)) in (0..).step_by(n).zip(pixels.iter().zip(samples.chunks_exact(n))) {
+            let cell = lines.add_cell_of(self.grid, pixel);
+            let (first, boxes) = lines.boxes(cell);
+            for (offset, samples) in (0..).step_by(LANES).zip(samples.chunks(LANES)) {
+                let positions = samples.iter().map(|sample| self.pixel_position(sample));
+                let mut group = SampleGroup::new(start + offset, positions);
+                self.frame.simd().run(FindNearLines { first, boxes, group: &mut group, near: &mut *near });
+                if !group.near.is_empty() {
+                    groups.push(group);
+                }
+            }
         }
-        let shows_hidden = match self.style.hidden {
+    }
+
+    /// Returns true if a hidden edge is drawn at a point of its line.
+    fn shows_hidden(&self, line: &Line, s: f64) -> bool {
+        match self.style.hidden {
             HiddenEdges::Off => false,
             HiddenEdges::Faint => true,
             HiddenEdges::Dashed => {
-                let along = edge.start + edge.segment.skipped + at.distance(edge.segment.ends[0]);
-                dashes::is_dash(along, 2.0 * half_width)
+                let edge = &self.grid.edges[line.edge as usize];
+                let along = edge.start + edge.segment.skipped + line.at(s).distance(line.start);
+                dashes::is_dash(along, 2.0 * line.half_width_at(&self.grid.projector, s))
             }
-        };
-        Some(CoveringPoint { edge: index, at, depth: self.grid.projector.depth(linear), shows_hidden })
+        }
     }
 
     /// Returns the position of a sample in pixels from the upper left corner.
@@ -222,14 +219,4 @@ impl EdgePass<'_> {
     fn film_position(&self, at: DVec2) -> [f64; 2] {
         [at.x / f64::from(self.settings.width), 1.0 - at.y / f64::from(self.settings.height)]
     }
-}
-
-/// Returns the point of an edge that is nearest to a position in the picture, and where between its ends it lies.
-#[inline(always)]
-fn nearest(edge: &ScreenEdge, position: DVec2) -> (DVec2, f64) {
-    let [a, b] = edge.segment.ends;
-    let along = b - a;
-    let length2 = along.length_squared();
-    let s = if length2 > 0.0 { ((position - a).dot(along) / length2).clamp(0.0, 1.0) } else { 0.0 };
-    (a + along * s, s)
 }

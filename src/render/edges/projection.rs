@@ -8,6 +8,8 @@ use blinn_scene::{Camera, Projection};
 
 /// Least depth of a perspective projection, relative to the greater depth of an edge's ends.
 const MIN_DEPTH_RATIO: f64 = 1e-9;
+/// Rounding of numbers between the ends of a segment stays below this fraction of the greater one.
+const DEPTH_SLACK: f64 = 1e-12;
 /// The greatest half width in pixels.
 const MAX_HALF_WIDTH: f64 = 50.0;
 
@@ -118,6 +120,16 @@ impl Projector {
     #[inline(always)]
     pub fn depth(&self, linear: f64) -> f64 {
         if self.is_perspective { 1.0 / linear } else { linear }
+    }
+
+    /// Returns bounds of the depths of a segment, from the numbers at its ends that are linear in the picture.
+    pub fn depth_bounds(&self, [a, b]: [f64; 2]) -> [f64; 2] {
+        let slack = DEPTH_SLACK * a.abs().max(b.abs());
+        let (low, high) = (a.min(b) - slack, a.max(b) + slack);
+        if !self.is_perspective {
+            return [low, high];
+        }
+        [1.0 / high, if low > 0.0 { 1.0 / low } else { f64::INFINITY }]
     }
 
     /// Returns half the width in pixels, from the number that is linear in the picture.

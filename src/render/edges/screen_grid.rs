@@ -10,6 +10,9 @@ use crate::settings::RenderSettings;
 /// Sides of cells in pixels, by the number of edges: at most this many.
 const CELLS: [(usize, f64); 3] = [(1 << 16, 16.0), (1 << 19, 8.0), (usize::MAX, 4.0)];
 
+/// Pixels that rounding of positions stays below.
+const SLACK: f64 = 0.01;
+
 /// The edges of a picture by cell.
 pub(super) struct ScreenGrid {
     pub edges: Vec<ScreenEdge>,
@@ -30,8 +33,8 @@ impl ScreenGrid {
     pub fn new(edges: ScreenEdges, settings: &RenderSettings) -> ScreenGrid {
         let ScreenEdges { edges, projector, colors } = edges;
         let window = settings.window();
-        // Samples lie around their pixel.
-        let reach = settings.filter.radius();
+        // Samples lie around the centre of their pixel.
+        let reach = (settings.filter.radius() - 0.5).max(0.0) + SLACK;
         let widest =
             edges.iter().flat_map(|edge| edge.segment.depths).map(|depth| projector.half_width(depth));
         let widest = widest.fold(0.0, f64::max);
@@ -52,7 +55,7 @@ impl ScreenGrid {
         };
         let margin = |edge: &ScreenEdge, grid: &ScreenGrid| {
             let [a, b] = edge.segment.depths.map(|depth| grid.projector.half_width(depth));
-            a.max(b) + reach + 0.5
+            a.max(b) + reach
         };
         let mut starts = std::mem::take(&mut grid.starts);
         for edge in &edges {
@@ -72,10 +75,14 @@ impl ScreenGrid {
         ScreenGrid { edges, starts, entries, ..grid }
     }
 
-    /// Returns the edges whose lines may touch samples of a pixel.
-    pub fn near(&self, pixel: UVec2) -> &[u32] {
+    /// Returns the number of the cell of a pixel.
+    pub fn cell(&self, pixel: UVec2) -> usize {
         let [column, row] = self.cell_of(pixel);
-        let cell = row * self.columns + column;
+        row * self.columns + column
+    }
+
+    /// Returns the edges whose lines may touch samples of the pixels of a cell.
+    pub fn edges_in(&self, cell: usize) -> &[u32] {
         &self.entries[self.starts[cell]..self.starts[cell + 1]]
     }
 

@@ -30,20 +30,30 @@ pub(crate) struct EdgePoint {
 /// Returns for each point true if nothing lies in front of it. Transparent surfaces do not hide edges.
 pub(crate) fn visible_points(frame: &Frame, points: &[EdgePoint], scratch: &mut Scratch) -> Vec<bool> {
     let samples: Vec<Sample> = points.iter().map(|point| point.sample).collect();
-    let mut visible = vec![true; points.len()];
-    let mut passes = vec![false; points.len()];
     let depth_per_t = frame.camera.depth_per_t();
     let mut rays = PathRays::new(frame, &samples, &mut scratch.rays, &mut scratch.hits);
+    // Many samples are nearest to the end of an edge, and edges share their ends.
+    let paths = rays.merge_equal();
+    let mut visible = vec![true; points.len()];
+    let mut passes = vec![false; points.len()];
+    let mut eyes: Vec<Option<PathRayHit>> = vec![None; points.len()];
+    // The points behind transparent surfaces.
+    let mut open: Vec<usize> = (0..points.len()).collect();
     for _ in 0..MAX_SURFACES_PER_RAY {
         rays.intersect(frame);
-        for eye in rays.iter() {
-            let point = &points[eye.path];
+        rays.iter().for_each(|eye| eyes[eye.path] = Some(eye));
+        passes.fill(false);
+        open.retain(|&i| {
+            let (point, path) = (&points[i], paths[i]);
+            let Some(eye) = &eyes[path] else { return false };
             let is_in_front = !eye.hit.is_miss()
                 && f64::from(eye.hit.t) * depth_per_t < point.depth * (1.0 - SLACK)
                 && !point.beside.contains(&eye.hit.id);
-            passes[eye.path] = is_in_front && is_transparent(frame, &eye);
-            visible[eye.path] = !is_in_front || passes[eye.path];
-        }
+            let is_passed = is_in_front && is_transparent(frame, eye);
+            visible[i] = !is_in_front || is_passed;
+            passes[path] |= is_passed;
+            is_passed
+        });
         rays.continue_behind(|path| passes[path]);
         if rays.is_empty() {
             break;

@@ -1,5 +1,7 @@
 //! The rays of a batch of paths, traced from surface to surface: eye rays, or a wave of secondary rays.
 
+use glam::Vec3;
+
 use crate::integrator::area_light_hits::AreaLightHit;
 use crate::integrator::frame::Frame;
 use crate::integrator::material::hit_filter::MaterialHitFilter;
@@ -10,6 +12,9 @@ use blinn_core::geometry::{Hit, Ray};
 
 /// Maximum number of surfaces that a ray passes; the rest is dropped.
 pub(crate) const MAX_SURFACES_PER_RAY: usize = 4096;
+
+/// Rays that [`PathRays::merge_equal`] remembers.
+const MERGE_SLOTS: usize = 2048;
 
 /// The rays of a batch of paths, one for each path at first. Rays of finished paths are removed.
 ///
@@ -46,6 +51,32 @@ impl<'a> PathRays<'a> {
         frame.generate_eye_rays(samples, rays);
         let ray_path = (0..samples.len()).collect();
         PathRays { rays, hits, ray_path, states: PathStates::Unused, is_secondary: false }
+    }
+
+    /// Keeps one of equal eye rays, as far as a small table remembers the last ones, and numbers their paths anew. Returns the
+    /// new path of each sample.
+    pub fn merge_equal(&mut self) -> Vec<usize> {
+        let mut last = [0; MERGE_SLOTS];
+        let mut paths = Vec::with_capacity(self.rays.len());
+        let mut count = 0;
+        for i in 0..self.rays.len() {
+            let Ray { o, d } = self.ray(i);
+            let slot = &mut last[merge_slot(o, d)];
+            // Kept rays are at the front.
+            if *slot < count && has_same_bits(self.ray(*slot), Ray { o, d }) {
+                paths.push(*slot);
+                continue;
+            }
+            *slot = count;
+            self.rays.origins[count] = o;
+            self.rays.directions[count] = d;
+            paths.push(count);
+            count += 1;
+        }
+        self.rays.origins.truncate(count);
+        self.rays.directions.truncate(count);
+        self.ray_path.truncate(count);
+        paths
     }
 
     /// The rays of a wave, in place of eye rays.
@@ -111,4 +142,19 @@ impl<'a> PathRays<'a> {
         self.rays.continue_behind(&kept, self.hits);
         self.ray_path = kept.iter().map(|&i| self.ray_path[i]).collect();
     }
+}
+
+/// Returns the place of a ray in the table of [`PathRays::merge_equal`].
+#[inline(always)]
+fn merge_slot(o: Vec3, d: Vec3) -> usize {
+    let mix = |hash: u32, x: f32| (hash ^ x.to_bits()).wrapping_mul(0x9e37_79b1).rotate_left(15);
+    let hash = o.to_array().into_iter().chain(d.to_array()).fold(0, mix);
+    (hash.wrapping_mul(0x85eb_ca6b) >> 16) as usize % MERGE_SLOTS
+}
+
+/// Returns true if rays are the same, also in the signs of zeros.
+#[inline(always)]
+fn has_same_bits(a: Ray, b: Ray) -> bool {
+    let bits = |v: Vec3| v.to_array().map(f32::to_bits);
+    bits(a.o) == bits(b.o) && bits(a.d) == bits(b.d)
 }
