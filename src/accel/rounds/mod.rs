@@ -4,7 +4,9 @@
 //! the BVHs: they belong to the rays, because a size in pixels grows with the distance from the eye. Shadow rays and
 //! secondary rays see only sizes in metres ([`Rounds::set_solid`]).
 
+mod box_test;
 mod items;
+mod leaf_test;
 mod round_bvh;
 mod size;
 #[cfg(test)]

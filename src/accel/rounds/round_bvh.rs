@@ -24,10 +24,13 @@ pub(super) struct RoundNode {
 }
 
 impl RoundNode {
-    const EMPTY: RoundNode =
+    /// No children.
+    pub const EMPTY: RoundNode =
         RoundNode { min: [[f32::INFINITY; WIDTH]; 3], max: [[f32::NEG_INFINITY; WIDTH]; 3] };
 
-    fn set(&mut self, child: usize, [min, max]: [Vec3; 2]) {
+    /// Sets the box of a child.
+    #[inline(always)]
+    pub fn set(&mut self, child: usize, [min, max]: [Vec3; 2]) {
         for axis in 0..3 {
             self.min[axis][child] = min[axis];
             self.max[axis][child] = max[axis];

@@ -3,17 +3,16 @@
 use glam::Vec3;
 
 use super::InstanceIds;
-use super::items::{Ray64, RoundItem};
-use super::round_bvh::{RoundBvh, RoundNode, WIDTH};
+use super::box_test::BoxTest;
+use super::items::Ray64;
+use super::leaf_test::LeafItem;
+use super::round_bvh::{RoundBvh, WIDTH};
 use super::size::RoundSize;
 use crate::ray_batch::{HitBatch, HitFilter, RayBatch};
 use crate::traverse::traversal_stats::TraversalStats;
 use blinn_core::geometry::{Hit, HitId};
 use blinn_core::simd::AutovecKernel;
 use blinn_scene::AlphaMode;
-
-/// Boxes are enlarged by this fraction of the coordinates of box and ray: more than rounding errs by.
-const SLACK: f32 = 4e-6;
 
 /// Finds the points or lines in front of the hits of rays.
 pub(super) struct IntersectRounds<'a, T> {
@@ -29,7 +28,7 @@ pub(super) struct IntersectRounds<'a, T> {
     pub stats: Option<&'a mut [TraversalStats]>,
 }
 
-impl<T: RoundItem> AutovecKernel for IntersectRounds<'_, T> {
+impl<T: LeafItem> AutovecKernel for IntersectRounds<'_, T> {
     #[inline(always)]
     fn run(mut self) {
         let mut stack = Vec::new();
@@ -84,7 +83,7 @@ struct Search<'a, T> {
     visits: TraversalStats,
 }
 
-impl<T: RoundItem> Search<'_, T> {
+impl<T: LeafItem> Search<'_, T> {
     #[inline(always)]
     fn run(&mut self, stack: &mut Vec<Entry>) {
         let ray =
@@ -100,35 +99,42 @@ impl<T: RoundItem> Search<'_, T> {
                 continue;
             }
             if level == 0 {
-                self.leaf(index as usize, &ray);
+                self.leaf(index as usize, &ray, &test);
                 continue;
             }
             self.visits.nodes += 1;
             let nears = test.near(self.bvh.node(level as usize - 1, index as usize));
             let limit = self.hit.t.min(self.t_max);
-            let first = stack.len();
+            let mut children = [Entry { level: level - 1, index: 0, near: 0.0 }; WIDTH];
+            let mut count = 0;
             for (child, near) in nears.into_iter().enumerate() {
                 // False for NaN.
                 if near <= limit {
                     // Nearest last.
-                    let at = stack[first..].iter().position(|entry| entry.near < near);
+                    let mut at = count;
+                    while at > 0 && children[at - 1].near < near {
+                        children[at] = children[at - 1];
+                        at -= 1;
+                    }
                     let index = index * WIDTH as u32 + child as u32;
-                    stack.insert(
-                        first + at.unwrap_or(stack.len() - first),
-                        Entry { level: level - 1, index, near },
-                    );
+                    children[at] = Entry { level: level - 1, index, near };
+                    count += 1;
                 }
             }
+            stack.extend_from_slice(&children[..count]);
         }
     }
 
     /// Intersects the items of a leaf.
     #[inline(always)]
-    fn leaf(&mut self, leaf: usize, ray: &Ray64) {
+    fn leaf(&mut self, leaf: usize, ray: &Ray64, test: &BoxTest) {
         let items = self.bvh.leaf(leaf);
         self.visits.blocks += 1;
         self.visits.triangles += items.len() as u32;
-        for item in items {
+        let mut near = T::near(items, test, self.hit.t.min(self.t_max));
+        while near != 0 {
+            let item = &items[near.trailing_zeros() as usize];
+            near &= near - 1;
             let Some(t) = item.enter(ray, &self.size) else { continue };
             let t = t as f32;
             if !(t > 0.0 && t <= self.hit.t && t <= self.t_max && t >= self.after.t) {
@@ -147,69 +153,5 @@ impl<T: RoundItem> Search<'_, T> {
                 self.hit = hit;
             }
         }
-    }
-}
-
-/// The test of a ray against the boxes of a node, each enlarged by the greatest radius in it.
-struct BoxTest {
-    o: [f32; 3],
-    inv: [f32; 3],
-    /// Direction, and the same without signs, divided by the square of its length: t along the ray.
-    t: [f32; 3],
-    abs_t: [f32; 3],
-    size: RoundSize,
-    slack: f32,
-}
-
-impl BoxTest {
-    #[inline(always)]
-    fn new(o: Vec3, d: Vec3, size: RoundSize, extent: f32) -> BoxTest {
-        let dd = d.as_dvec3().length_squared();
-        let t = (d.as_dvec3() / dd).as_vec3();
-        // A component of 0 is as good as the smallest that has an inverse.
-        let tiny = d.abs().max_element() * 1e-20;
-        let inv = |d: f32| 1.0 / if d.abs() > tiny { d } else { tiny.copysign(d) };
-        BoxTest {
-            o: o.to_array(),
-            inv: d.to_array().map(inv),
-            t: t.to_array(),
-            abs_t: t.abs().to_array(),
-            size,
-            slack: SLACK * (o.abs().max_element() + extent),
-        }
-    }
-
-    /// Returns the t where the ray enters each child's box; NaN where it misses.
-    #[inline(always)]
-    fn near(&self, node: &RoundNode) -> [f32; WIDTH] {
-        let mut out = [f32::NAN; WIDTH];
-        for i in 0..WIDTH {
-            // The least and the greatest t of the box's points, and the square of their greatest distance.
-            let (mut near_t, mut far_t, mut distance2) = (0.0, 0.0, 0.0);
-            for axis in 0..3 {
-                let (low, high) = (node.min[axis][i] - self.o[axis], node.max[axis][i] - self.o[axis]);
-                let (middle, half) =
-                    (0.5 * (low + high) * self.t[axis], 0.5 * (high - low) * self.abs_t[axis]);
-                near_t += middle - half;
-                far_t += middle + half;
-                let reach = low.abs().max(high.abs());
-                distance2 += reach * reach;
-            }
-            let t_slack = self.slack * self.abs_t[0].max(self.abs_t[1]).max(self.abs_t[2]) * 4.0;
-            let r = self.size.up_to((far_t + t_slack).max(0.0)) * 1.0001 + self.slack;
-            let (mut near, mut far) = (0.0f32, f32::INFINITY);
-            for axis in 0..3 {
-                let a = (node.min[axis][i] - self.o[axis] - r) * self.inv[axis];
-                let b = (node.max[axis][i] - self.o[axis] + r) * self.inv[axis];
-                near = near.max(a.min(b));
-                far = far.min(a.max(b));
-            }
-            // All spheres that contain the origin are behind the ray: it has left their surfaces.
-            let inside = self.size.up_to((near_t - t_slack).max(0.0)) * 0.999 - self.slack;
-            let contain_origin = inside > 0.0 && distance2 < inside * inside;
-            let hits = near <= far * 1.000_001 && node.min[0][i] <= node.max[0][i] && !contain_origin;
-            out[i] = if hits { near * 0.999_999 } else { f32::NAN };
-        }
-        out
     }
 }

@@ -215,5 +215,5 @@ fn cover(line: &Line, projector: &Projector, [x, y]: &[[f64; LANES]; 2], s: &mut
         let is_covered = !(dx * dx + dy * dy > half_width * half_width);
         covered[i] = u32::from(is_covered) << i;
     }
-    covered.iter().fold(0, |mask, bit| mask | bit)
+    covered.iter().fold(0u32, |mask, bit| mask | bit)
 }
