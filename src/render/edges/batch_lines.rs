@@ -2,7 +2,7 @@
 
 use glam::{DVec2, UVec2};
 
-use super::projection::Projector;
+use super::projection::{Projector, Segment};
 use super::screen_grid::ScreenGrid;
 
 /// Pixels by which the bounds of lines are larger than they are: more than rounding errs by.
@@ -35,6 +35,8 @@ pub(super) struct BatchLines {
     /// The bounds of the lines of each cell, in blocks of their own.
     boxes: Vec<LineBoxes>,
     cells: Vec<CellLines>,
+    /// The least depths of a cell's lines, with their edges.
+    order: Vec<(f64, u32)>,
 }
 
 /// The lines of a cell.
@@ -59,6 +61,16 @@ pub(super) struct LineBoxes {
 impl LineBoxes {
     const EMPTY: LineBoxes =
         LineBoxes { min: [[f64::INFINITY; LANES]; 2], max: [[f64::NEG_INFINITY; LANES]; 2] };
+
+    fn set(&mut self, lane: usize, segment: &Segment, projector: &Projector) {
+        let [a, b] = segment.depths.map(|depth| projector.half_width(depth));
+        let reach = a.max(b) + SLACK;
+        let [a, b] = segment.ends.map(|end| end.to_array());
+        for axis in 0..2 {
+            self.min[axis][lane] = a[axis].min(b[axis]) - reach;
+            self.max[axis][lane] = a[axis].max(b[axis]) + reach;
+        }
+    }
 }
 
 impl BatchLines {
@@ -76,31 +88,18 @@ impl BatchLines {
         if let Some(known) = self.cells.iter().rev().find(|known| known.cell == cell) {
             return *known;
         }
+        let edge = |edge: u32| &grid.edges[edge as usize].segment;
+        self.order.clear();
+        let least_depth = |&number: &u32| (grid.projector.depth_bounds(edge(number).depths)[0], number);
+        self.order.extend(grid.edges_in(cell).iter().map(least_depth));
+        self.order.sort_unstable_by(|(a, i), (b, j)| a.total_cmp(b).then(i.cmp(j)));
         let (first_line, first_box) = (self.lines.len(), self.boxes.len());
-        self.lines.extend(grid.edges_in(cell).iter().map(|&edge| {
-            let [start, end] = grid.edges[edge as usize].segment.ends;
-            let [a, b] = grid.edges[edge as usize].segment.depths;
-            let along = end - start;
-            let length2 = along.length_squared();
-            let depths = grid.projector.depth_bounds([a, b]);
-            Line { edge, start, along, length2, linear: [a, b - a], depths }
-        }));
-        let lines = &mut self.lines[first_line..];
-        lines.sort_unstable_by(|a, b| a.depths[0].total_cmp(&b.depths[0]).then(a.edge.cmp(&b.edge)));
-        for lines in lines.chunks(LANES) {
+        self.lines.extend(self.order.iter().map(|(_, i)| Line::new(*i, edge(*i), &grid.projector)));
+        self.boxes.extend(self.order.chunks(LANES).map(|order| {
             let mut boxes = LineBoxes::EMPTY;
-            for (i, line) in lines.iter().enumerate() {
-                let segment = &grid.edges[line.edge as usize].segment;
-                let [a, b] = segment.depths.map(|depth| grid.projector.half_width(depth));
-                let reach = a.max(b) + SLACK;
-                let [a, b] = segment.ends.map(|end| end.to_array());
-                for axis in 0..2 {
-                    boxes.min[axis][i] = a[axis].min(b[axis]) - reach;
-                    boxes.max[axis][i] = a[axis].max(b[axis]) + reach;
-                }
-            }
-            self.boxes.push(boxes);
-        }
+            order.iter().enumerate().for_each(|(lane, (_, i))| boxes.set(lane, edge(*i), &grid.projector));
+            boxes
+        }));
         let box_count = self.boxes.len() - first_box;
         let added = CellLines { cell, first_line, first_box, box_count };
         self.cells.push(added);
@@ -120,6 +119,13 @@ impl BatchLines {
 }
 
 impl Line {
+    fn new(edge: u32, segment: &Segment, projector: &Projector) -> Line {
+        let ([start, end], [a, b]) = (segment.ends, segment.depths);
+        let along = end - start;
+        let depths = projector.depth_bounds([a, b]);
+        Line { edge, start, along, length2: along.length_squared(), linear: [a, b - a], depths }
+    }
+
     /// Returns the number that is linear in the picture, at a point between the ends.
     #[inline(always)]
     pub fn linear_at(&self, s: f64) -> f64 {

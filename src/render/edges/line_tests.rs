@@ -1,5 +1,8 @@
 //! Tests of samples against lines, several at a time: which line over each sample is nearest to the camera.
 
+#[cfg(test)]
+mod tests;
+
 use std::ops::Range;
 
 use glam::DVec2;

@@ -158,3 +158,28 @@ fn has_same_bits(a: Ray, b: Ray) -> bool {
     let bits = |v: Vec3| v.to_array().map(f32::to_bits);
     bits(a.o) == bits(b.o) && bits(a.d) == bits(b.d)
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn equal_rays_are_merged() {
+        let mut rays = RayBatch::default();
+        let directions = [Vec3::X, Vec3::Y, Vec3::X, Vec3::new(1.0, -0.0, 0.0), Vec3::Y];
+        directions.into_iter().for_each(|d| rays.push(Vec3::ZERO, d));
+        rays.push(Vec3::ONE, Vec3::X);
+        let mut hits = Vec::new();
+        let mut paths = PathRays {
+            ray_path: (0..rays.len()).collect(),
+            rays: &mut rays,
+            hits: &mut hits,
+            states: PathStates::Unused,
+            is_secondary: false,
+        };
+        assert_eq!(paths.merge_equal(), [0, 1, 0, 2, 1, 3]);
+        assert_eq!(paths.ray_path, [0, 1, 2, 3]);
+        assert_eq!(rays.directions, [Vec3::X, Vec3::Y, Vec3::X, Vec3::X]);
+        assert_eq!(rays.origins, [Vec3::ZERO, Vec3::ZERO, Vec3::ZERO, Vec3::ONE]);
+    }
+}

@@ -1,0 +1,125 @@
+//! Lines over samples, against each line in turn.
+
+use glam::{DVec2, DVec3, UVec2, Vec4};
+
+use super::*;
+use crate::edges::EdgeWidth;
+use crate::edges::batch_lines::BatchLines;
+use crate::edges::edge_selection::{EdgeColors, ScreenEdge, ScreenEdges};
+use crate::edges::projection::Segment;
+use crate::edges::screen_grid::ScreenGrid;
+use crate::settings::RenderSettings;
+use blinn_core::geometry::{Basis, HitId};
+use blinn_core::simd::SimdLevel;
+use blinn_scene::{Camera, ClipPlanes, Projection};
+
+const EDGES: u32 = 300;
+/// Two groups, of which one is not full.
+const SAMPLES: usize = 21;
+
+/// A reproducible number from 0 to 1.
+fn number(i: u32) -> f64 {
+    f64::from(i.wrapping_mul(2_654_435_761).rotate_left(13).wrapping_mul(2_246_822_519) >> 8)
+        / f64::from(1 << 24)
+}
+
+fn projector(projection: Projection, width: EdgeWidth, settings: &RenderSettings) -> Projector {
+    let camera = Camera {
+        view_point: DVec3::ZERO,
+        basis: Basis::from_view(DVec3::NEG_Z, DVec3::Y).unwrap(),
+        view_width: f64::from(settings.width) / f64::from(settings.height),
+        view_height: 1.0,
+        view_centre: DVec2::ZERO,
+        proj_distance: 1.0,
+        projection,
+        clip: ClipPlanes::OFF,
+    };
+    Projector::new(&camera, DVec3::ZERO, width, settings)
+}
+
+/// Short and long edges, and points. Many have the same depths.
+fn edges(settings: &RenderSettings) -> Vec<ScreenEdge> {
+    let edge = |i: u32| {
+        let at = |k: u32| DVec2::new(number(i * 8 + k), number(i * 8 + k + 1));
+        let a = at(0) * DVec2::new(f64::from(settings.width) + 4.0, f64::from(settings.height) + 4.0) - 2.0;
+        let b = a + (at(2) - 0.5) * [0.0, 1.5, 1.5, 20.0][i as usize % 4];
+        let depth = |k: u32| f64::from(1 + (number(i * 8 + k) * 4.0) as u32) * 0.25;
+        let depths = if i % 3 == 0 { [depth(4); 2] } else { [depth(4), depth(5)] };
+        let segment = Segment { ends: [a, b], depths, skipped: 0.0, length: a.distance(b) };
+        ScreenEdge { segment, beside: [HitId::NONE; 2], start: 0.0 }
+    };
+    (0..EDGES).map(edge).collect()
+}
+
+/// The depths and edges of all lines over a sample, in order.
+fn all_over(grid: &ScreenGrid, position: DVec2) -> Vec<(f64, u32)> {
+    let mut over = Vec::new();
+    for (i, edge) in (0..).zip(&grid.edges) {
+        let ([a, b], [from, to]) = (edge.segment.ends, edge.segment.depths);
+        let along = b - a;
+        let length2 = along.length_squared();
+        let s = if length2 > 0.0 { ((position - a).dot(along) / length2).clamp(0.0, 1.0) } else { 0.0 };
+        let linear = from + (to - from) * s;
+        let half_width = grid.projector.half_width(linear);
+        if (a + along * s).distance_squared(position) <= half_width * half_width {
+            over.push((grid.projector.depth(linear), i));
+        }
+    }
+    over.sort_by(|a, b| a.0.total_cmp(&b.0).then(a.1.cmp(&b.1)));
+    over
+}
+
+/// The same as the kernels find them for the samples of a pixel, one after the other.
+fn found_over(grid: &ScreenGrid, simd: SimdLevel, pixel: UVec2, positions: &[DVec2]) -> Vec<Vec<(f64, u32)>> {
+    let mut lines = BatchLines::default();
+    let (mut near, mut groups) = (Vec::new(), Vec::new());
+    let cell = lines.add_cell_of(grid, pixel);
+    let (first, boxes) = lines.boxes(cell);
+    for (i, positions) in positions.chunks(LANES).enumerate() {
+        let mut group = SampleGroup::new(i * LANES, positions.iter().copied());
+        simd.run(FindNearLines { first, boxes, group: &mut group, near: &mut near });
+        groups.push(group);
+    }
+    let mut over = vec![Vec::new(); positions.len()];
+    let mut found = Vec::new();
+    loop {
+        found.clear();
+        let (lines, projector) = (lines.lines(), &grid.projector);
+        simd.run(FindCoveringLines { lines, near: &near, projector, groups: &groups, found: &mut found });
+        if found.is_empty() {
+            return over;
+        }
+        groups.iter_mut().for_each(SampleGroup::close);
+        for covering in &found {
+            let group = &mut groups[covering.group];
+            over[group.first + covering.lane].push((covering.depth(), lines[covering.line].edge));
+            group.continue_behind(covering.lane, covering.key);
+        }
+    }
+}
+
+#[test]
+fn lines_over_samples_are_found_in_order() {
+    let settings = RenderSettings { width: 13, height: 9, ..RenderSettings::default() };
+    let mut count = 0;
+    for projection in [Projection::Perspective, Projection::Orthographic] {
+        for width in [EdgeWidth::Pixels(1.0), EdgeWidth::Metres(0.2)] {
+            let projector = projector(projection, width, &settings);
+            let colors = EdgeColors { palette: vec![Vec4::W], of_edges: Vec::new() };
+            let grid = ScreenGrid::new(ScreenEdges { edges: edges(&settings), projector, colors }, &settings);
+            for (i, pixel) in (0..).zip(settings.window().pixels()) {
+                // As far as the filter reaches.
+                let offset = |k: u32| 3.0 * DVec2::new(number(k), number(k + 1)) - 1.5;
+                let centre = pixel.as_dvec2() + 0.5;
+                let positions: Vec<DVec2> =
+                    (0..SAMPLES as u32).map(|k| centre + offset(i * 64 + 2 * k)).collect();
+                let expected: Vec<_> = positions.iter().map(|at| all_over(&grid, *at)).collect();
+                count += expected.iter().map(Vec::len).sum::<usize>();
+                for simd in SimdLevel::ALL.into_iter().filter(|level| level.is_supported()) {
+                    assert_eq!(found_over(&grid, simd, pixel, &positions), expected, "{pixel} {simd:?}");
+                }
+            }
+        }
+    }
+    assert!(count > 10_000, "{count}");
+}
