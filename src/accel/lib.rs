@@ -215,12 +215,11 @@ impl Accel {
         }
     }
 
-    /// Finds each ray's closest point or line, as if there were no triangles. `hits` becomes as long as `rays`.
-    pub fn intersect_rounds(&self, rays: &RayBatch, filter: &dyn HitFilter, hits: &mut HitBatch) {
-        hits.clear();
-        hits.resize(rays.len(), Hit::MISS);
-        if let Some(rounds) = &self.rounds {
-            rounds.intersect(self.settings.simd, rays, filter, hits);
+    /// Finds for each ray if it hits a point or a line, as if there were no triangles.
+    pub fn hit_any_round(&self, rays: &RayBatch, filter: &dyn HitFilter) -> Vec<bool> {
+        match &self.rounds {
+            Some(rounds) => rounds.hit_any(self.settings.simd, rays, filter),
+            None => vec![false; rays.len()],
         }
     }
 

@@ -95,11 +95,10 @@ impl BorderSampling<'_> {
         let mut rays = RayBatch::default();
         frame.generate_eye_rays(&centres, &mut rays);
         rays.rounds = self.sizes;
-        let mut hits = Vec::new();
-        frame.accel.intersect_rounds(&rays, &AcceptAll, &mut hits);
+        let is_hit = frame.accel.hit_any_round(&rays, &AcceptAll);
         let is_border = |x: usize, y: usize| {
             let around = (y..y + 3).flat_map(|y| (x..x + 3).map(move |x| y * width + x));
-            let seen = around.filter(|&i| !hits[i].is_miss()).count();
+            let seen = around.filter(|&i| is_hit[i]).count();
             0 < seen && seen < 9
         };
         (0..height - 2)

@@ -23,7 +23,7 @@ use blinn_core::simd::SimdLevel;
 use blinn_scene::{AlphaMode, PosedScene};
 use items::{PointItem, SegmentItem};
 use round_bvh::RoundBvh;
-use traverse::IntersectRounds;
+use traverse::{IntersectRounds, RoundQuery};
 
 /// The points and lines of a posed scene.
 #[derive(Debug)]
@@ -122,7 +122,14 @@ impl Rounds {
 
     /// Replaces hits by those of points and lines that come first.
     pub fn intersect(&self, simd: SimdLevel, rays: &RayBatch, filter: &dyn HitFilter, hits: &mut HitBatch) {
-        self.find(simd, rays, false, filter, hits, None);
+        self.find(simd, rays, RoundQuery::Closest, filter, hits, None);
+    }
+
+    /// Finds for each ray if it hits a point or a line.
+    pub fn hit_any(&self, simd: SimdLevel, rays: &RayBatch, filter: &dyn HitFilter) -> Vec<bool> {
+        let mut hits = vec![Hit::MISS; rays.len()];
+        self.find(simd, rays, RoundQuery::Any, filter, &mut hits, None);
+        hits.iter().map(|hit| !hit.is_miss()).collect()
     }
 
     /// Replaces hits as [`Rounds::intersect`] does, and adds what each ray visits to its statistics.
@@ -134,7 +141,7 @@ impl Rounds {
         hits: &mut HitBatch,
         stats: &mut [TraversalStats],
     ) {
-        self.find(simd, rays, false, filter, hits, Some(stats));
+        self.find(simd, rays, RoundQuery::Closest, filter, hits, Some(stats));
     }
 
     /// Calls `occlude` with each shadow ray that a point or a line blocks. Blended ones block none.
@@ -163,7 +170,7 @@ impl Rounds {
             ..RayBatch::default()
         };
         let mut hits = vec![Hit::MISS; rays.len()];
-        self.find(simd, &rays, true, filter, &mut hits, None);
+        self.find(simd, &rays, RoundQuery::Occluder, filter, &mut hits, None);
         hits.iter().enumerate().filter(|(_, hit)| !hit.is_miss()).for_each(|(i, _)| occlude(i));
     }
 
@@ -172,12 +179,12 @@ impl Rounds {
         if own == RoundSizes::NONE { self.solid } else { own }
     }
 
-    /// Replaces hits by those of points and lines that come first.
+    /// Replaces hits by those of points and lines that come first, or by any that a query is satisfied with.
     fn find(
         &self,
         simd: SimdLevel,
         rays: &RayBatch,
-        skips_blended: bool,
+        query: RoundQuery,
         filter: &dyn HitFilter,
         hits: &mut HitBatch,
         mut stats: Option<&mut [TraversalStats]>,
@@ -189,7 +196,7 @@ impl Rounds {
                 bvh: &self.points,
                 ids,
                 size: points,
-                skips_blended,
+                query,
                 rays,
                 filter,
                 hits: &mut *hits,
@@ -198,16 +205,7 @@ impl Rounds {
         }
         if lines.is_drawn() && !self.lines.is_empty() {
             let size = lines;
-            simd.run(IntersectRounds {
-                bvh: &self.lines,
-                ids,
-                size,
-                skips_blended,
-                rays,
-                filter,
-                hits,
-                stats,
-            });
+            simd.run(IntersectRounds { bvh: &self.lines, ids, size, query, rays, filter, hits, stats });
         }
     }
 

@@ -66,6 +66,8 @@ fn bvhs_find_the_same_hits_as_trying_all() {
         for _ in 0..2 {
             let mut hits = vec![Hit::MISS; batch.len()];
             rounds.intersect(SimdLevel::default(), &batch, &AcceptAll, &mut hits);
+            let any = rounds.hit_any(SimdLevel::default(), &batch, &AcceptAll);
+            assert!(any.iter().zip(&hits).all(|(any, hit)| *any != hit.is_miss()));
             for (i, hit) in hits.iter().enumerate() {
                 let (o, d) = (batch.origins[i].as_dvec3(), batch.directions[i].as_dvec3());
                 let ray = Ray64 { o, d, dd: d.length_squared() };
@@ -87,6 +89,34 @@ fn bvhs_find_the_same_hits_as_trying_all() {
         }
     }
     assert!(found > 500 && behind > 100, "{found} {behind}");
+}
+
+/// The bounds of leaves and of their items hold for directions of any length, far from the origin and near it.
+#[test]
+fn long_and_short_directions_hit_the_same() {
+    for extent in [1e-3, 1.0, 1e4] {
+        let points: Vec<Vec3> = (0..2000).map(|i| vector(i) * extent).collect();
+        let ends = (0..1000).flat_map(|i| [vector(i + 9000), vector(i + 9000) + 0.2 * vector(i)]);
+        let scene = scene(points, ends.map(|p| p * extent).collect());
+        let posed =
+            pose(&scene, &PoseSettings { centre: Some(DVec3::ZERO), ..PoseSettings::default() }).unwrap();
+        let rounds = Rounds::build(&posed, &CancelToken::default()).unwrap().unwrap();
+        let size = RoundSize::in_scene(0.02 * extent);
+        let ids = |scale: f32| {
+            let mut batch = rays(300, RoundSizes { points: size, lines: size });
+            batch.origins.iter_mut().for_each(|o| *o *= extent);
+            batch.directions.iter_mut().for_each(|d| *d *= extent * scale);
+            let mut hits = vec![Hit::MISS; batch.len()];
+            rounds.intersect(SimdLevel::default(), &batch, &AcceptAll, &mut hits);
+            hits.iter().map(|hit| hit.id).collect::<Vec<_>>()
+        };
+        let expected = ids(1.0);
+        assert!(expected.iter().filter(|id| **id != HitId::NONE).count() > 50);
+        // Powers of two scale without rounding.
+        for scale in [-80, 40, 100] {
+            assert!(ids(2.0f32.powi(scale)) == expected, "{extent} 2^{scale}");
+        }
+    }
 }
 
 #[test]

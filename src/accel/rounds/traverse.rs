@@ -14,13 +14,23 @@ use blinn_core::geometry::{Hit, HitId};
 use blinn_core::simd::AutovecKernel;
 use blinn_scene::AlphaMode;
 
+/// The points or lines that rays search.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum RoundQuery {
+    /// The first one in front of the hit.
+    Closest,
+    /// Any.
+    Any,
+    /// Any that is not blended.
+    Occluder,
+}
+
 /// Finds the points or lines in front of the hits of rays.
 pub(super) struct IntersectRounds<'a, T> {
     pub bvh: &'a RoundBvh<T>,
     pub ids: &'a InstanceIds,
     pub size: RoundSize,
-    /// True if those with alpha blending are not there.
-    pub skips_blended: bool,
+    pub query: RoundQuery,
     pub rays: &'a RayBatch,
     pub filter: &'a dyn HitFilter,
     pub hits: &'a mut HitBatch,
@@ -38,7 +48,7 @@ impl<T: LeafItem> AutovecKernel for IntersectRounds<'_, T> {
                 bvh: self.bvh,
                 ids: self.ids,
                 size: self.size,
-                skips_blended: self.skips_blended,
+                query: self.query,
                 source: self.rays.source(i),
                 filter: self.filter,
                 o,
@@ -71,7 +81,7 @@ struct Search<'a, T> {
     bvh: &'a RoundBvh<T>,
     ids: &'a InstanceIds,
     size: RoundSize,
-    skips_blended: bool,
+    query: RoundQuery,
     /// The primitive that the ray starts on, which it does not hit.
     source: HitId,
     filter: &'a dyn HitFilter,
@@ -95,6 +105,9 @@ impl<T: LeafItem> Search<'_, T> {
         stack.clear();
         stack.push(Entry { level: self.bvh.level_count() as u32, index: 0, near: 0.0 });
         while let Some(Entry { level, index, near }) = stack.pop() {
+            if self.query != RoundQuery::Closest && !self.hit.is_miss() {
+                return;
+            }
             if near > self.hit.t.min(self.t_max) {
                 continue;
             }
@@ -141,7 +154,7 @@ impl<T: LeafItem> Search<'_, T> {
                 continue;
             }
             let (id, alpha_mode) = self.ids.hit_id(item.id());
-            if id == self.source || (self.skips_blended && alpha_mode == AlphaMode::Blend) {
+            if id == self.source || (self.query == RoundQuery::Occluder && alpha_mode == AlphaMode::Blend) {
                 continue;
             }
             let has_mask = matches!(alpha_mode, AlphaMode::Mask(_));
