@@ -20,17 +20,21 @@ pub(super) struct BoxTest {
     slack: f32,
     /// False for directions so long that `t` has subnormal products.
     has_exact_t: bool,
+    /// False if no sphere contains the origin, as for cameras beside a cloud: the test for that is left out.
+    may_contain_origin: bool,
 }
 
 impl BoxTest {
+    /// `bounds` are those of all boxes.
     #[inline(always)]
-    pub fn new(o: Vec3, d: Vec3, size: RoundSize, extent: f32) -> BoxTest {
+    pub fn new(o: Vec3, d: Vec3, size: RoundSize, bounds: [Vec3; 2]) -> BoxTest {
         let dd = d.as_dvec3().length_squared();
         let t = (d.as_dvec3() / dd).as_vec3();
         // A component of 0 is as good as the smallest that has an inverse.
         let tiny = d.abs().max_element() * 1e-20;
         let inv = |d: f32| 1.0 / if d.abs() > tiny { d } else { tiny.copysign(d) };
-        BoxTest {
+        let extent = bounds[0].abs().max(bounds[1].abs()).max_element();
+        let test = BoxTest {
             o: o.to_array(),
             d: d.to_array(),
             inv: d.to_array().map(inv),
@@ -39,12 +43,23 @@ impl BoxTest {
             size,
             slack: SLACK * (o.abs().max_element() + extent),
             has_exact_t: t.abs().max_element() >= 1e6 * f32::MIN_POSITIVE,
-        }
+            may_contain_origin: true,
+        };
+        let [low, high] = bounds.map(|corner| corner - o);
+        let distance = low.max(-high).max(Vec3::ZERO).length();
+        let greatest = test.radius_up_to((low * t).max(high * t).element_sum());
+        BoxTest { may_contain_origin: !(greatest < 0.999 * distance - test.slack), ..test }
     }
 
     /// Returns the t where the ray enters each child's box; NaN where it misses.
     #[inline(always)]
     pub fn near(&self, node: &RoundNode) -> [f32; WIDTH] {
+        if self.may_contain_origin { self.near_of::<true>(node) } else { self.near_of::<false>(node) }
+    }
+
+    /// [`BoxTest::near`] with or without the test if all spheres of a box contain the origin.
+    #[inline(always)]
+    fn near_of<const MAY_CONTAIN_ORIGIN: bool>(&self, node: &RoundNode) -> [f32; WIDTH] {
         let mut out = [f32::NAN; WIDTH];
         for i in 0..WIDTH {
             // The least and the greatest t of the box's points, and the square of their greatest distance.
@@ -69,7 +84,7 @@ impl BoxTest {
             }
             // All spheres that contain the origin are behind the ray: it has left their surfaces.
             let inside = self.size.up_to((near_t - t_slack).max(0.0)) * 0.999 - self.slack;
-            let contain_origin = inside > 0.0 && distance2 < inside * inside;
+            let contain_origin = MAY_CONTAIN_ORIGIN && inside > 0.0 && distance2 < inside * inside;
             let hits = near <= far * 1.000_001 && node.min[0][i] <= node.max[0][i] && !contain_origin;
             out[i] = if hits { near * 0.999_999 } else { f32::NAN };
         }

@@ -50,8 +50,8 @@ pub(super) struct RoundBvh<T> {
     items: Vec<T>,
     /// The nodes by level, from those above leaves to the root.
     levels: Vec<Vec<RoundNode>>,
-    /// The largest coordinate.
-    extent: f32,
+    /// The bounds of all items, without their radii.
+    bounds: [Vec3; 2],
 }
 
 impl<T: RoundItem> RoundBvh<T> {
@@ -82,11 +82,8 @@ impl<T: RoundItem> RoundBvh<T> {
             levels.push(below.par_chunks(WIDTH).map(node).collect());
         }
         let root = levels.last().and_then(|level| level.first());
-        let extent = root.map_or(0.0, |root| {
-            let [min, max] = root.bounds();
-            min.abs().max(max.abs()).max_element()
-        });
-        RoundBvh { items, levels, extent }
+        let bounds = root.map_or([Vec3::ZERO; 2], RoundNode::bounds);
+        RoundBvh { items, levels, bounds }
     }
 
     pub fn is_empty(&self) -> bool {
@@ -115,9 +112,9 @@ impl<T: RoundItem> RoundBvh<T> {
         &self.levels[level][index]
     }
 
-    /// Returns the largest coordinate.
-    pub fn extent(&self) -> f32 {
-        self.extent
+    /// Returns the bounds of all items, without their radii.
+    pub fn bounds(&self) -> [Vec3; 2] {
+        self.bounds
     }
 
     pub fn bytes(&self) -> usize {

@@ -101,7 +101,7 @@ impl<T: LeafItem> Search<'_, T> {
         if !(ray.dd > 0.0 && ray.dd.is_finite() && ray.o.is_finite()) {
             return;
         }
-        let test = BoxTest::new(self.o, self.d, self.size, self.bvh.extent());
+        let test = BoxTest::new(self.o, self.d, self.size, self.bvh.bounds());
         stack.clear();
         stack.push(Entry { level: self.bvh.level_count() as u32, index: 0, near: 0.0 });
         while let Some(Entry { level, index, near }) = stack.pop() {
