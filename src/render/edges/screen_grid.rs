@@ -108,6 +108,8 @@ impl ScreenGrid {
         let origin = DVec2::new(f64::from(self.window.x), f64::from(self.window.y));
         let [a, b] = edge.segment.ends.map(|end| end - origin);
         let (top, bottom) = if a.y <= b.y { (a, b) } else { (b, a) };
+        // All of it is near each of its few rows.
+        let is_short = (b - a).abs().max_element() <= self.cell;
         let index = |at: f64, count: usize| ((at / self.cell).floor().max(-1.0) as i64).min(count as i64);
         let first = index(top.y - margin, self.rows).max(0);
         let last = index(bottom.y + margin, self.rows).min(self.rows as i64 - 1);
@@ -119,7 +121,8 @@ impl ScreenGrid {
                 let s = if bottom.y > top.y { (y - top.y) / (bottom.y - top.y) } else { 0.0 };
                 top.x + (bottom.x - top.x) * s.clamp(0.0, 1.0)
             };
-            let ends = if bottom.y > top.y { [x_at(low), x_at(high)] } else { [top.x, bottom.x] };
+            let is_cut = bottom.y > top.y && !is_short;
+            let ends = if is_cut { [x_at(low), x_at(high)] } else { [top.x, bottom.x] };
             let left = index(ends[0].min(ends[1]) - margin, self.columns).max(0);
             let right = index(ends[0].max(ends[1]) + margin, self.columns).min(self.columns as i64 - 1);
             for column in left..=right {
