@@ -205,8 +205,8 @@ mod tests {
     /// Eight scenes of 3 seconds, of which 1 is not divided, and a second before them: T₁ = 25, T∞ = 2.
     #[test]
     fn speed_ups_are_between_brents_bounds() {
-        let one = run(1, &[&[("load", 1.0), ("render", 2.0)]; 8]);
-        let many = run(4, &[&[("load", 1.0), ("render", 0.5)]; 8]);
+        let one = run(1, &[&[("load", 1.0), ("render", 2.0)][..]; 8]);
+        let many = run(4, &[&[("load", 1.0), ("render", 0.5)][..]; 8]);
         let bound = TraceBound::new(&[many, one.clone()]).unwrap();
         assert_eq!((bound.threads.as_slice(), bound.outside_seconds), (&[1, 4][..], 1.0));
         let close = |a: f64, b: f64| (a - b).abs() < 1e-9 * b;
@@ -240,7 +240,7 @@ mod tests {
     fn traces_without_one_thread_or_of_other_jobs_are_errors() {
         let one = run(1, &[&[("load", 1.0)]]);
         assert!(TraceBound::new(&[run(2, &[&[("load", 1.0)]])]).unwrap_err().contains("--threads 1"));
-        for other in [run(2, &[&[("load", 1.0)]; 2]), run(2, &[&[("load", 1.0), ("load", 1.0)]])] {
+        for other in [run(2, &[&[("load", 1.0)][..]; 2]), run(2, &[&[("load", 1.0), ("load", 1.0)]])] {
             assert!(TraceBound::new(&[one.clone(), other]).unwrap_err().contains("different scenes"));
         }
     }

@@ -116,6 +116,7 @@ mod tests {
                 proj_distance: 1.7,
                 projection,
                 clip: ClipPlanes::OFF,
+                lens: None,
             };
             let view = image_camera(camera, (200, 150));
             let cell = SheetCell { name: "a".into(), origin: [30, 40], view, time: 0.0 };

@@ -33,6 +33,7 @@ fn projector(projection: Projection, width: EdgeWidth, settings: &RenderSettings
         proj_distance: 1.0,
         projection,
         clip: ClipPlanes::OFF,
+        lens: None,
     };
     Projector::new(&camera, DVec3::ZERO, width, settings)
 }
@@ -44,7 +45,7 @@ fn edges(settings: &RenderSettings) -> Vec<ScreenEdge> {
         let a = at(0) * DVec2::new(f64::from(settings.width) + 4.0, f64::from(settings.height) + 4.0) - 2.0;
         let b = a + (at(2) - 0.5) * [0.0, 1.5, 1.5, 20.0][i as usize % 4];
         let depth = |k: u32| f64::from(1 + (number(i * 8 + k) * 4.0) as u32) * 0.25;
-        let depths = if i % 3 == 0 { [depth(4); 2] } else { [depth(4), depth(5)] };
+        let depths = if i.is_multiple_of(3) { [depth(4); 2] } else { [depth(4), depth(5)] };
         let segment = Segment { ends: [a, b], depths, skipped: 0.0, length: a.distance(b) };
         ScreenEdge { segment, beside: [HitId::NONE; 2], start: 0.0 }
     };
