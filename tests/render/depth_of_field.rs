@@ -4,7 +4,7 @@ use std::f64::consts::PI;
 
 use blinn::geometry::Rgb;
 use blinn::integrator::{Aov, Frame, Phong};
-use blinn::render::{PixelFilter, RenderSettings, render, render_aovs};
+use blinn::render::{Denoise, PixelFilter, RenderSettings, render, render_aovs};
 use blinn::scene::{
     Camera, ColorInput, Focus, Lighting, Material, Mesh, MtlReflectance, Projection, Reflectance, Scene, View,
 };
@@ -51,16 +51,23 @@ fn camera(scene: &Scene, view: &View) -> Camera {
 
 /// The mean radiance of each column of a picture.
 fn columns(scene: &Scene, view: &View, samples: u32) -> Vec<f64> {
+    let pixels = picture(scene, view, samples, Denoise::Off);
+    let column = |x: u32| (0..SIDE).map(|y| pixels[(y * SIDE + x) as usize]).sum::<f64>();
+    (0..SIDE).map(|x| column(x) / f64::from(SIDE)).collect()
+}
+
+/// The radiance of each pixel of a picture.
+fn picture(scene: &Scene, view: &View, samples: u32, denoise: Denoise) -> Vec<f64> {
     let posed = scenes::posed(scene);
     let accel = scenes::build(&posed);
     let (camera, _) = view.resolve(&posed, SIDE, SIDE).unwrap();
     let lit = Lighting { sets: Some(Vec::new()), ..Lighting::default() }.resolve(&posed, &camera);
     let frame = Frame::new(&posed, &accel, camera, &lit);
     let filter = PixelFilter::Box;
-    let settings = RenderSettings { width: SIDE, height: SIDE, samples, filter, ..Default::default() };
+    let settings =
+        RenderSettings { width: SIDE, height: SIDE, samples, filter, denoise, ..Default::default() };
     let pixels = render(&frame, &Phong::default(), &settings, &()).unwrap().colors;
-    let column = |x: u32| (0..SIDE).map(|y| f64::from(pixels[(y * SIDE + x) as usize].x)).sum::<f64>();
-    (0..SIDE).map(|x| column(x) / f64::from(SIDE)).collect()
+    pixels.iter().map(|color| f64::from(color.x)).collect()
 }
 
 /// Share of a disc of radius 1 to the right of x = −`t`.
@@ -130,6 +137,20 @@ fn without_a_focus_the_point_to_look_at_is_sharp() {
         error.to_string(),
         "nothing in front of the camera is in focus: the distance is -1; set `focus`"
     );
+}
+
+#[test]
+fn what_is_out_of_focus_is_smoothed_and_what_is_in_focus_is_not() {
+    let scene = half_plane(2.0);
+    let error = |focus: f64, denoise: Denoise| {
+        let view = view(Projection::Perspective, lens(0.2, Focus::Distance(focus)));
+        let exact = picture(&scene, &view, 1024, Denoise::Off);
+        let pixels = picture(&scene, &view, 4, denoise);
+        pixels.iter().zip(&exact).map(|(a, b)| (a - b).powi(2)).sum::<f64>().sqrt() / f64::from(SIDE)
+    };
+    let (noisy, smooth) = (error(4.0, Denoise::Off), error(4.0, Denoise::Auto));
+    assert!(smooth < 0.6 * noisy, "{smooth} {noisy}");
+    assert_eq!(error(2.0, Denoise::Off), error(2.0, Denoise::Auto));
 }
 
 #[test]
