@@ -1,5 +1,5 @@
-//! All options of images, in the order in which programs show them. A new option is an entry here, a field of [`Options`],
-//! and its effect in the renderer.
+//! All options of images, in the order in which programs show them. CONTRIBUTING.md
+//! (“How to add an option”) lists what else a new one needs.
 
 mod camera;
 mod image;
