@@ -69,7 +69,7 @@
 //! let pixels = render(&frame, &Phong::default(), &settings, &())?;
 //!
 //! // Convert to display values and save. The file appears only when it is complete.
-//! let display = Display { ev: 0.0, view: ViewTransform::Standard, background: Background::Transparent };
+//! let display = Display::default();
 //! let picture = Picture::new(pixels, display);
 //! let folder = tempfile::tempdir()?;
 //! save(&picture, &folder.path().join("lecture.png"), ImageFormat::Png, BitDepth::Default, Overwrite::Yes)?;

@@ -6,7 +6,7 @@ use std::error::Error;
 use std::path::PathBuf;
 
 use blinn::accel::{Accel, AccelSettings};
-use blinn::display::{Background, Display, ViewTransform};
+use blinn::display::{Background, Display};
 use blinn::glam::{DVec3, Vec3};
 use blinn::import::{LoadOptions, load};
 use blinn::integrator::{Frame, Phong};
@@ -23,7 +23,7 @@ fn main() -> Result<(), Box<dyn Error>> {
     let (accel, _) = Accel::build(&posed, &AccelSettings::default());
     let settings = RenderSettings { width: 320, height: 180, ..Default::default() };
     let background = Background::Color(Vec3::splat(0.05));
-    let display = Display { ev: 0.0, view: ViewTransform::Standard, background };
+    let display = Display { background, ..Display::default() };
 
     let sphere = posed.bounding_sphere();
     for i in 0..8 {

@@ -5,7 +5,7 @@
 use std::error::Error;
 
 use blinn::accel::{Accel, AccelSettings};
-use blinn::display::{Background, Display, ViewTransform};
+use blinn::display::{Display, ViewTransform};
 use blinn::import::{LoadOptions, load};
 use blinn::integrator::{Frame, Phong};
 use blinn::render::{RenderSettings, render};
@@ -26,7 +26,7 @@ fn main() -> Result<(), Box<dyn Error>> {
 
     // Converts linear light to bytes with straight alpha, row 0 on top.
     let view = ViewTransform::default_for(&scene.source);
-    let display = Display { ev: 0.0, view, background: Background::Transparent };
+    let display = Display { view, ..Display::default() };
     let bytes: Vec<[u8; 4]> = display.to_rgba8(&pixels);
     let covered = bytes.iter().filter(|pixel| pixel[3] > 0).count();
     println!("{}x{} pixels, {covered} of them covered", pixels.width, pixels.height);

@@ -15,9 +15,17 @@ import numpy as np
 import PyOpenColorIO as ocio
 
 
-def shown(config, view, rgb):
+LOOKS = ["Very Low Contrast", "Low Contrast", "Medium Low Contrast", "Base Contrast", "Medium High Contrast",
+         "High Contrast", "Very High Contrast", "Punchy", "Greyscale"]
+
+
+def shown(config, view, rgb, look=""):
     """Returns display values of scene-linear colours, without OpenColorIO's arithmetic optimizations."""
-    transform = ocio.DisplayViewTransform(src="Linear Rec.709", display="sRGB", view=view)
+    linear = "Linear Rec.709"
+    transform = ocio.GroupTransform()
+    if look:
+        transform.appendTransform(ocio.LookTransform(src=linear, dst=linear, looks=look))
+    transform.appendTransform(ocio.DisplayViewTransform(src=linear, display="sRGB", view=view))
     cpu = config.getProcessor(transform).getOptimizedCPUProcessor(ocio.OPTIMIZATION_NONE)
     out = np.array(rgb, np.float32)
     cpu.applyRGB(out)
@@ -85,6 +93,12 @@ def main():
         encoded = [[round(float(v), 6) for v in row] for row in shown(config, view, rows)]
         lines = [f"{numbers(i)},{numbers(o)}\n" for i, o in zip(rows, encoded)]
         (folder / f"{name}.csv").write_text("".join(lines))
+    lines = []
+    rows = agx_colours()[:70:2]
+    for look in LOOKS:
+        encoded = [[round(float(v), 6) for v in row] for row in shown(config, "AgX", rows, f"AgX - {look}")]
+        lines += [f"{look},{numbers(i)},{numbers(o)}\n" for i, o in zip(rows, encoded)]
+    (folder / "looks.csv").write_text("".join(lines))
 
 
 def numbers(values):

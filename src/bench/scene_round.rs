@@ -204,6 +204,7 @@ fn frame_and_display<'a>(
         ev: metered.map_or(0.0, |metered| metered.ev),
         view: ViewTransform::default_for(&scene.source),
         background: Background::Color(Rgb::splat(0.05)),
+        ..Display::default()
     };
     Ok((frame, display))
 }

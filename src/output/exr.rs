@@ -200,7 +200,7 @@ mod tests {
 
     use super::*;
     use blinn_render::Pixels;
-    use blinn_render::display::{Background, Display, ViewTransform};
+    use blinn_render::display::Display;
 
     /// The image has more blocks than are compressed at once, and incomplete ones.
     #[test]
@@ -209,7 +209,7 @@ mod tests {
         let color = |i: u32| Vec4::new(i as f32, (i % width) as f32, 1.0 / i as f32, 1.0);
         let colors = (0..width * height).map(color).collect();
         let ids = AovLayer { aov: Aov::ObjectId, values: (0..width * height).map(|i| i as f32).collect() };
-        let display = Display { ev: 0.0, view: ViewTransform::Standard, background: Background::Transparent };
+        let display = Display::default();
         let picture =
             Picture { layers: vec![ids], ..Picture::new(Pixels { width, height, colors }, display) };
         let with = |threads: usize| {

@@ -54,7 +54,7 @@ fn open(path: &Path) -> io::Result<(File, Vec<u8>)> {
 mod tests {
     use blinn_core::geometry::Rgba;
     use blinn_render::Pixels;
-    use blinn_render::display::{Background, Display, ViewTransform};
+    use blinn_render::display::Display;
 
     use super::*;
     use crate::format::{BitDepth, ImageFormat};
@@ -66,7 +66,7 @@ mod tests {
         let (width, height) = (64, 48);
         let color = |i: u32| Rgba::new((i * 7919 % 1000) as f32 / 1000.0, 0.5, (i % 64) as f32 / 64.0, 1.0);
         let colors = (0..width * height).map(color).collect();
-        let display = Display { ev: 0.0, view: ViewTransform::Standard, background: Background::Transparent };
+        let display = Display::default();
         let picture = Picture::new(Pixels { width, height, colors }, display);
         let picture = Picture { fingerprint: Some(TEXT.into()), ..picture };
         format.encode(&picture, BitDepth::Default).unwrap()

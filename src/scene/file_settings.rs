@@ -13,6 +13,10 @@ pub struct FileSettings {
     pub frames: Option<FileFrames>,
     /// Name of the view transform.
     pub view_transform: Option<String>,
+    /// Name of the look.
+    pub look: Option<String>,
+    /// Gamma of the display, greater than zero.
+    pub gamma: Option<f64>,
     /// Exposure in stops.
     pub exposure: Option<f64>,
     /// True to show no background, false to show the environment.
@@ -23,8 +27,6 @@ pub struct FileSettings {
     pub caustics: Option<bool>,
     /// Index of the camera that pictures are taken with.
     pub camera: Option<usize>,
-    /// Settings without an equivalent, in words.
-    pub unsupported: Vec<String>,
 }
 
 /// A rectangle in fractions of a picture, from its lower left corner.

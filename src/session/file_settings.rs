@@ -9,9 +9,9 @@ use crate::notice::Notice;
 use crate::options::{Exposure, ImageBackground, Options};
 use crate::plan::SessionPlan;
 use blinn_render::PixelRect;
-use blinn_render::display::{Background, ViewTransform};
+use blinn_render::display::{Background, Look, ViewTransform};
 use blinn_render::integrator::Stage;
-use blinn_scene::{LightSet, Scene};
+use blinn_scene::{FileSettings, LightSet, Scene};
 
 impl SessionPlan {
     /// The plan for a scene: options that are not given are those of its file.
@@ -43,7 +43,11 @@ impl SessionPlan {
         {
             missing.push(format!("view transform '{name}'"));
         }
-        missing.extend(settings.unsupported.iter().cloned());
+        if self.options.look.is_none()
+            && let Some(name) = settings.look.as_ref().filter(|name| file_look(settings, name).is_none())
+        {
+            missing.push(format!("look '{name}'"));
+        }
         if missing.is_empty() { Ok(()) } else { log.warn(Notice::UnsupportedSettings(missing)) }
     }
 }
@@ -54,6 +58,12 @@ impl Options {
         let settings = &scene.settings;
         self.exposure = self.exposure.or(settings.exposure.map(Exposure::Stops));
         let view = settings.view_transform.as_deref().and_then(view_transform);
+        if self.view_transform.is_none() {
+            // A look and a gamma are made for one view.
+            let look = settings.look.as_deref().and_then(|name| file_look(settings, name));
+            self.look = self.look.or(look);
+            self.gamma = self.gamma.or(settings.gamma);
+        }
         self.view_transform = self.view_transform.or(view);
         // Ambient occlusion weights the ambient light, which indirect light replaces.
         self.indirect = self.indirect.or(settings.indirect.filter(|_| self.ao.is_none()));
@@ -81,6 +91,12 @@ impl Options {
         let [x, y, width, height] = region.pixels(self.size_for(scene))?;
         Some(PixelRect { x, y, width, height })
     }
+}
+
+/// The look of a file; `None` if blinn's view has none like it.
+fn file_look(settings: &FileSettings, name: &str) -> Option<Look> {
+    let look = Look::of_blender(name)?;
+    (look == Look::None || settings.view_transform.as_deref() == Some("AgX")).then_some(look)
 }
 
 /// The view transform that Blender calls `name`.

@@ -29,6 +29,8 @@ pub enum Notice {
     NothingCastsShadows,
     /// Caustics need light that bounces between surfaces.
     CausticsAlone,
+    /// A look with another view transform than AgX.
+    LookWithoutAgx,
     /// Points or lines are as large as the scene.
     LargeRounds {
         /// The option that sets their size, in metres.
@@ -184,6 +186,7 @@ impl fmt::Display for Notice {
             Notice::NoEnvironment { options } => {
                 write!(f, "{options} no effect: no environment lights the scene")
             }
+            Notice::LookWithoutAgx => f.write_str("`look` has no effect: the view transform is not agx; add `view agx`"),
             Notice::CausticsAlone => f.write_str("`caustics` has no effect without `indirect`"),
             Notice::LargeRounds { option, radius } => write!(
                 f,

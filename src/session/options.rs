@@ -12,7 +12,7 @@ use crate::round_sizes::RoundWidth;
 use blinn_core::closest_name::did_you_mean;
 use blinn_core::geometry::Rgb;
 use blinn_import::LoadOptions;
-use blinn_render::display::{Background, ViewTransform};
+use blinn_render::display::{Background, Look, ViewTransform};
 use blinn_render::integrator::{Aov, DEFAULT_BOUNCES, MaterialOverrides, MatteKind, Stage};
 use blinn_render::{AdaptiveSampling, Denoise, PixelFilter, PixelRect, RenderSettings};
 use blinn_scene::{
@@ -55,6 +55,12 @@ pub struct Options {
     pub exposure: Option<Exposure>,
     /// View transform; `None` for the file's, or to choose by the origin of the scene.
     pub view_transform: Option<ViewTransform>,
+    /// A look of AgX; `None` for that of the file.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub look: Option<Look>,
+    /// Encoded colours are raised to the power 1 / gamma; `None` for that of the file, else 1.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub gamma: Option<f64>,
     /// Layers beside the colour.
     pub aovs: AovSelection,
     /// Metres per step of 16-bit depth beside images; `None` for a preview, and for what suits the scene in a dataset.
@@ -122,6 +128,8 @@ impl Default for Options {
             background_blur: None,
             exposure: None,
             view_transform: None,
+            look: None,
+            gamma: None,
             aovs: AovSelection::default(),
             depth_unit: None,
             view: View::default(),

@@ -34,7 +34,7 @@ use blinn_accel::{AccelSettings, Preset};
 use blinn_core::cancellation::CancelToken;
 use blinn_output::datasets::WorldUp;
 use blinn_output::{CropWindow, IdNames, Picture};
-use blinn_render::display::{Display, ViewTransform};
+use blinn_render::display::{Display, Look, ViewTransform};
 use blinn_render::integrator::{Aov, Frame, NeighbourFrames, Phong, Stage};
 use blinn_render::{
     AdaptiveSampling, AovLayer, EdgeCache, ProgressMonitor, RenderMemory, RenderSettings, draw_edges,
@@ -190,12 +190,22 @@ impl<'a> SceneRenderer<'a> {
             log.hint(Notice::NearPlane { near: camera.clip.near });
         }
         let view = options.view_transform.unwrap_or_else(|| ViewTransform::default_for(&scene.source));
+        let look = options.look.unwrap_or_default();
+        if look != Look::None && view != ViewTransform::Agx {
+            log.warn(Notice::LookWithoutAgx)?;
+        }
         Ok(SceneRenderer {
             setup,
             exposure,
             settings,
             id_names: id_names(&plan, scene),
-            display: Display { ev, view, background: options.fixed_background() },
+            display: Display {
+                ev,
+                view,
+                look,
+                gamma: options.gamma.unwrap_or(1.0) as f32,
+                background: options.fixed_background(),
+            },
             aov_world: aov_world(&plan),
             memory: RenderMemory::default(),
             edges: EdgeCache::default(),

@@ -1,7 +1,7 @@
 //! Frame after frame in one process: memory does not grow.
 
 use blinn::accel::{Accel, AccelSettings};
-use blinn::display::{Background, Display, ViewTransform};
+use blinn::display::{Background, Display};
 use blinn::geometry::Rgb;
 use blinn::import::{LoadOptions, load};
 use blinn::integrator::{Frame, Phong};
@@ -38,7 +38,7 @@ fn frame(number: usize) -> usize {
     let pixels =
         render(&Frame::new(&posed, &accel, camera, &lit), &Phong::default(), &settings, &()).unwrap();
     let display =
-        Display { ev: 0.0, view: ViewTransform::Standard, background: Background::Color(Rgb::ZERO) };
+        Display { background: Background::Color(Rgb::ZERO), ..Display::default() };
     let format = [ImageFormat::Png, ImageFormat::Exr, ImageFormat::Jpeg(90), ImageFormat::Webp][number % 4];
     let picture = Picture::new(pixels, display);
     format.encode(&picture, BitDepth::Default).unwrap().len()

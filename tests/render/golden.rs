@@ -7,7 +7,7 @@ use std::fs;
 use std::path::Path;
 
 use blinn::accel::{Accel, AccelSettings, RoundSize, RoundSizes};
-use blinn::display::{Background, Display, ViewTransform};
+use blinn::display::{Background, Display};
 use blinn::geometry::Rgb;
 use blinn::import::{LoadOptions, load, load_camera_xml};
 use blinn::integrator::{AmbientOcclusion, Frame, MaterialOverrides, Phong, Stage};
@@ -95,7 +95,7 @@ impl Shot {
             draw_edges(&mut pixels, &edges);
         }
         let background = Background::Color(Rgb::splat(self.background));
-        Display { ev: self.ev, view: ViewTransform::Standard, background }.to_rgba8(&pixels)
+        Display { ev: self.ev, background, ..Display::default() }.to_rgba8(&pixels)
     }
 }
 

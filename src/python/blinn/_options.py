@@ -96,6 +96,12 @@ class RenderOptions(TypedDict, total=False):
     view: Literal["auto", "standard", "agx", "filmic", "pbr-neutral", "raw"] | None
     """View transform from linear light to display colours; auto is agx for Blender's glTF files, filmic before Blender 4.0, else standard."""
 
+    look: Literal["none", "very-low-contrast", "low-contrast", "medium-low-contrast", "medium-high-contrast", "high-contrast", "very-high-contrast", "punchy", "greyscale"] | None
+    """Look of the view transform agx: Blender's, by its contrast [default: that of the file, else none]"""
+
+    gamma: Number | None
+    """Gamma of the display: encoded colours are raised to the power 1/F, backgrounds are not [default: that of the file, else 1]"""
+
     depth_unit: Number | None
     """Unit of the 16-bit depth beside images, for aov='depth': mm, m or metres per step."""
 

@@ -1,4 +1,4 @@
-//! Blender's AgX view transform, for an sRGB display and without a look.
+//! Blender's AgX view transform, for an sRGB display.
 //!
 //! Blender applies AgX with a 3D lookup table of 57³ nodes over log2 of the light, tetrahedrally
 //! interpolated. Here the published formula computes each node when a colour first needs it. The
@@ -15,6 +15,7 @@
 use std::sync::OnceLock;
 
 use crate::display::batch::{BATCH, RgbBatch};
+use crate::display::look::Look;
 use crate::display::lut3d::{Lut3d, NODES};
 
 type Matrix = [[f64; 3]; 3];
@@ -172,8 +173,8 @@ fn lut() -> &'static Lut3d {
     })
 }
 
-/// Maps scene-linear Rec.709 to display-linear Rec.709 in 0…1. NaN becomes black, infinity white.
-pub(super) fn agx(rgb: &RgbBatch) -> RgbBatch {
+/// Maps scene-linear Rec.709 to display-linear Rec.709 in 0…1, with a look. NaN becomes black, infinity white.
+pub(super) fn agx(rgb: &RgbBatch, look: Look) -> RgbBatch {
     let mut egamut = [[0.0; BATCH]; 3];
     for (out, row) in egamut.iter_mut().zip(SCENE_TO_EGAMUT) {
         for (i, v) in out.iter_mut().enumerate() {
@@ -182,6 +183,7 @@ pub(super) fn agx(rgb: &RgbBatch) -> RgbBatch {
             *v = row[0] * rgb[0][i] + row[1] * rgb[1][i] + row[2] * rgb[2][i];
         }
     }
+    look.apply(&mut egamut);
     lut().at(&egamut).map(|channel| channel.map(to_light))
 }
 
@@ -203,9 +205,13 @@ mod tests {
     use blinn_scene::linear_to_srgb;
 
     fn close(input: [f32; 3], theirs: [f32; 3]) {
-        let ours = agx(&input.map(|v| [v; BATCH])).map(|channel| linear_to_srgb(channel[BATCH - 1]));
+        close_with(Look::None, input, theirs);
+    }
+
+    fn close_with(look: Look, input: [f32; 3], theirs: [f32; 3]) {
+        let ours = agx(&input.map(|v| [v; BATCH]), look).map(|channel| linear_to_srgb(channel[BATCH - 1]));
         for (a, b) in ours.into_iter().zip(theirs) {
-            assert!((a - b).abs() * 255.0 < 0.02, "{input:?}: {ours:?}, not {theirs:?}");
+            assert!((a - b).abs() * 255.0 < 0.02, "{look:?} {input:?}: {ours:?}, not {theirs:?}");
         }
     }
 
@@ -215,6 +221,15 @@ mod tests {
         assert_eq!(colors.len(), 274);
         for color in colors {
             close(color.linear, color.encoded);
+        }
+    }
+
+    #[test]
+    fn looks_match_blender() {
+        let colors = reference::looks();
+        assert_eq!(colors.len(), 9 * 35);
+        for (look, color) in colors {
+            close_with(Look::of_blender(look).unwrap(), color.linear, color.encoded);
         }
     }
 

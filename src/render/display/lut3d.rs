@@ -9,7 +9,7 @@ use crate::display::batch::{BATCH, RgbBatch};
 /// Nodes along each axis.
 pub(super) const NODES: usize = 57;
 /// log2 of the light at both ends of an axis, as used by lookups.
-const LOG2: [f32; 2] = [-12.473_93, 12.526_069];
+pub(super) const LOG2: [f32; 2] = [-12.473_93, 12.526_069];
 const STEPS_PER_STOP: f32 = (NODES - 1) as f32 / (LOG2[1] - LOG2[0]);
 /// Index distance between neighbouring nodes along red, green and blue.
 const STRIDES: [usize; 3] = [NODES * NODES, NODES, 1];

@@ -1,8 +1,9 @@
-//! Tone mapping for display: exposure, view transform (sRGB, AgX, Filmic, PBR Neutral), background, encoding.
+//! Tone mapping for display: exposure, look, view transform (sRGB, AgX, Filmic, PBR Neutral), gamma, background, encoding.
 
 mod agx;
 mod batch;
 mod filmic;
+mod look;
 mod lut3d;
 mod neutral;
 #[cfg(test)]
@@ -17,6 +18,7 @@ use blinn_core::geometry::{Rgb, Rgba};
 use blinn_scene::{BlenderVersion, Source, SourceFormat, linear_to_srgb8, srgb_to_linear};
 
 pub use blinn_scene::linear_to_srgb;
+pub use look::Look;
 
 /// Maps scene-linear light to display values.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, serde::Serialize)]
@@ -24,7 +26,7 @@ pub enum ViewTransform {
     /// Clips to 0…1, then encodes as sRGB.
     #[default]
     Standard,
-    /// Blender's AgX without a look, for an sRGB display.
+    /// Blender's AgX, for an sRGB display.
     Agx,
     /// Blender's Filmic without a look, for an sRGB display.
     Filmic,
@@ -43,7 +45,7 @@ const TASK_PIXELS: usize = 256 * BATCH;
 /// The background of a picture.
 #[derive(Clone, Copy, Debug, PartialEq, serde::Serialize)]
 pub enum Background {
-    /// A display-linear colour. Exposure and view transform do not change it.
+    /// A display-linear colour. Exposure, look, view transform and gamma do not change it.
     Color(Rgb),
     /// Nothing: the alpha channel shows coverage.
     Transparent,
@@ -56,8 +58,25 @@ pub struct Display {
     pub ev: f64,
     /// The view transform.
     pub view: ViewTransform,
+    /// A look, of AgX only.
+    pub look: Look,
+    /// Encoded values are raised to the power 1 / gamma. Greater than zero.
+    pub gamma: f32,
     /// The background.
     pub background: Background,
+}
+
+/// The standard view without exposure, before nothing.
+impl Default for Display {
+    fn default() -> Display {
+        Display {
+            ev: 0.0,
+            view: ViewTransform::Standard,
+            look: Look::None,
+            gamma: 1.0,
+            background: Background::Transparent,
+        }
+    }
 }
 
 /// Composites an sRGB pixel with straight alpha over a linear colour, as [`Display`] does with light.
@@ -98,10 +117,13 @@ impl Display {
             ViewTransform::Standard | ViewTransform::Raw => {
                 light.map(|channel| channel.map(|v| if v > 0.0 { v.min(1.0) } else { 0.0 }))
             }
-            ViewTransform::Agx => agx::agx(&light),
+            ViewTransform::Agx => agx::agx(&light, self.look),
             ViewTransform::Filmic => filmic::filmic(&light),
             ViewTransform::PbrNeutral => neutral::pbr_neutral(&light),
         };
+        if self.gamma != 1.0 {
+            shown = shown.map(|channel| channel.map(|v| self.with_gamma(v)));
+        }
         match self.background {
             Background::Transparent => (shown, alpha),
             Background::Color(b) => {
@@ -112,6 +134,15 @@ impl Display {
                 }
                 (shown, [1.0; BATCH])
             }
+        }
+    }
+
+    /// Applies gamma to a display-linear value in 0…1, as encoded.
+    fn with_gamma(&self, v: f32) -> f32 {
+        let power = |v: f32| libm::powf(v, 1.0 / self.gamma);
+        match self.view {
+            ViewTransform::Raw => power(v),
+            _ => srgb_to_linear(power(linear_to_srgb(v))),
         }
     }
 
@@ -206,8 +237,13 @@ mod tests {
         display.to_rgba8(&Pixels { width: 1, height: 1, colors: vec![pixel] })[0]
     }
 
-    const STANDARD: Display =
-        Display { ev: 0.0, view: ViewTransform::Standard, background: Background::Transparent };
+    const STANDARD: Display = Display {
+        ev: 0.0,
+        view: ViewTransform::Standard,
+        look: Look::None,
+        gamma: 1.0,
+        background: Background::Transparent,
+    };
 
     #[test]
     fn alpha_is_straight_and_exposure_does_not_change_the_background() {
@@ -269,6 +305,19 @@ mod tests {
             );
         }
         assert_eq!(composite_over([1, 2, 3, 255], background), [1, 2, 3, 255]);
+    }
+
+    #[test]
+    fn gamma_is_a_power_of_encoded_values_and_leaves_the_background() {
+        let half = Rgba::new(0.3, 0.3, 0.3, 1.0);
+        for view in [ViewTransform::Standard, ViewTransform::Raw, ViewTransform::Agx] {
+            let background = Background::Color(Rgb::splat(0.2));
+            let plain = Display { view, background, ..STANDARD };
+            let display = Display { gamma: 2.0, ..plain };
+            let expected = (f32::from(shown(plain, half)[0]) / 255.0).sqrt() * 255.0;
+            assert!((f32::from(shown(display, half)[0]) - expected).abs() < 1.0, "{view:?}");
+            assert_eq!(shown(display, Rgba::ZERO), shown(plain, Rgba::ZERO));
+        }
     }
 
     #[test]

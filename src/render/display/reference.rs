@@ -18,14 +18,25 @@ pub(super) fn neutral() -> Vec<Reference> {
     parse(include_str!("testdata/neutral.csv"))
 }
 
+/// Colours with Blender's names of the looks of AgX that they are shown with.
+pub(super) fn looks() -> Vec<(&'static str, Reference)> {
+    let csv: &'static str = include_str!("testdata/looks.csv");
+    let row = |line: &'static str| {
+        let (look, numbers) = line.split_once(',').unwrap();
+        (look, parse_line(numbers))
+    };
+    csv.lines().map(row).collect()
+}
+
 /// Reads lines of six numbers: linear r, g, b, encoded r, g, b.
 fn parse(csv: &str) -> Vec<Reference> {
-    let row = |line: &str| {
-        let numbers: Vec<f32> = line.split(',').map(|number| number.parse().unwrap()).collect();
-        let &[r, g, b, ref encoded @ ..] = &numbers[..] else { panic!("{line}") };
-        Reference { linear: [r, g, b], encoded: encoded.try_into().unwrap() }
-    };
-    let rows: Vec<Reference> = csv.lines().map(row).collect();
+    let rows: Vec<Reference> = csv.lines().map(parse_line).collect();
     assert!(rows.len() >= 10, "{} reference colours", rows.len());
     rows
+}
+
+fn parse_line(line: &str) -> Reference {
+    let numbers: Vec<f32> = line.split(',').map(|number| number.parse().unwrap()).collect();
+    let &[r, g, b, ref encoded @ ..] = &numbers[..] else { panic!("{line}") };
+    Reference { linear: [r, g, b], encoded: encoded.try_into().unwrap() }
 }

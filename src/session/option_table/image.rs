@@ -3,7 +3,7 @@
 use super::{Choices, Effect, Heading, OptionDef, choose, names, store};
 use crate::options::ImageBackground;
 use crate::values::{self, whole};
-use blinn_render::display::{Background, ViewTransform};
+use blinn_render::display::{Background, Look, ViewTransform};
 use blinn_render::{Denoise, PixelFilter};
 
 const BASE: OptionDef = OptionDef { heading: Heading::Image, ..OptionDef::BASE };
@@ -25,6 +25,18 @@ const VIEW_TRANSFORMS: Choices<Option<ViewTransform>, 6> = [
     ("filmic", Some(ViewTransform::Filmic)),
     ("pbr-neutral", Some(ViewTransform::PbrNeutral)),
     ("raw", Some(ViewTransform::Raw)),
+];
+
+const LOOKS: Choices<Option<Look>, 9> = [
+    ("none", Some(Look::None)),
+    ("very-low-contrast", Some(Look::VeryLowContrast)),
+    ("low-contrast", Some(Look::LowContrast)),
+    ("medium-low-contrast", Some(Look::MediumLowContrast)),
+    ("medium-high-contrast", Some(Look::MediumHighContrast)),
+    ("high-contrast", Some(Look::HighContrast)),
+    ("very-high-contrast", Some(Look::VeryHighContrast)),
+    ("punchy", Some(Look::Punchy)),
+    ("greyscale", Some(Look::Greyscale)),
 ];
 
 pub static IMAGE: &[OptionDef] = &[
@@ -148,6 +160,21 @@ pub static IMAGE: &[OptionDef] = &[
         default: Some("auto"),
         help: "View transform from linear light to display colours; auto is agx for Blender's glTF files, filmic before Blender 4.0, else standard",
         effect: Effect::Value(|options, text| choose(&mut options.view_transform, text, &VIEW_TRANSFORMS)),
+        ..BASE
+    },
+    OptionDef {
+        name: "look",
+        value_name: "LOOK",
+        choices: &names(&LOOKS),
+        help: "Look of the view transform agx: Blender's, by its contrast [default: that of the file, else none]",
+        effect: Effect::Value(|options, text| choose(&mut options.look, text, &LOOKS)),
+        ..BASE
+    },
+    OptionDef {
+        name: "gamma",
+        value_name: "F",
+        help: "Gamma of the display: encoded colours are raised to the power 1/F, backgrounds are not [default: that of the file, else 1]",
+        effect: Effect::Value(|options, text| store(&mut options.gamma, values::gamma(text).map(Some))),
         ..BASE
     },
     OptionDef {

@@ -8,6 +8,12 @@ use blinn_render::PixelRect;
 use blinn_render::display::Background;
 use blinn_render::integrator::Aov;
 
+/// A gamma.
+pub fn gamma(text: &str) -> Result<f64, String> {
+    let gamma = number(text)?;
+    if (1e-3..=100.0).contains(&gamma) { Ok(gamma) } else { Err("must be from 0.001 to 100".into()) }
+}
+
 /// A colour, or `transparent`, also named `none`.
 pub fn background(text: &str) -> Result<Background, String> {
     background_or(text, &["transparent"])

@@ -11,7 +11,7 @@ pub use camera::{
     view_rect,
 };
 pub use color::color;
-pub use image::{aovs, background, crop, exposure, image_background, size};
+pub use image::{aovs, background, crop, exposure, gamma, image_background, size};
 pub use lights::{ao, area_light, lights, point_light, radius, strength, sun};
 pub use numbers::{
     angle, bytes, depth_unit, direction, exactly, fraction, glob, length_scale, number, numbers, positive,

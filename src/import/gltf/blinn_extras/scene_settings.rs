@@ -14,6 +14,9 @@ const MAX_PIXELS: i64 = 1 << 29;
 const MAX_FRAME: i64 = 1_048_574;
 /// Stops of exposures.
 const MAX_STOPS: f64 = 32.0;
+/// Gammas, as for the option `gamma`.
+const MIN_GAMMA: f64 = 1e-3;
+const MAX_GAMMA: f64 = 100.0;
 /// Diffuse bounces, as for the option `indirect`.
 const MAX_BOUNCES: i64 = 64;
 
@@ -67,12 +70,13 @@ impl SceneExtras {
             region: members.child("region", warnings).and_then(|region| picture_region(&region, warnings)),
             frames: members.child("frames", warnings).and_then(|frames| file_frames(&frames, warnings)),
             view_transform: view.as_ref().and_then(|view| view.text("transform", warnings)),
+            look: view.as_ref().and_then(|view| view.text("look", warnings)),
+            gamma: view.as_ref().and_then(|view| view.number("gamma", MIN_GAMMA..=MAX_GAMMA, warnings)),
             exposure,
             film_transparent: members.flag("filmTransparent", warnings),
             indirect: members.whole("indirect", 0..=MAX_BOUNCES, warnings).map(|bounces| bounces as u8),
             caustics: members.flag("caustics", warnings),
             camera: None,
-            unsupported: view.as_ref().map_or_else(Vec::new, |view| unsupported(view, warnings)),
         }
     }
 }
@@ -122,12 +126,4 @@ fn exposure(view: &Members, warnings: &mut Warnings) -> Option<f64> {
     let film = view.number("filmExposure", f64::MIN_POSITIVE..=1e9, warnings).map(libm::log2);
     let stops = view.number("exposure", -MAX_STOPS..=MAX_STOPS, warnings);
     (film.is_some() || stops.is_some()).then(|| film.unwrap_or(0.0) + stops.unwrap_or(0.0))
-}
-
-/// Settings of the view without an equivalent.
-fn unsupported(view: &Members, warnings: &mut Warnings) -> Vec<String> {
-    let look = view.text("look", warnings).filter(|look| look != "None");
-    let gamma = view.number("gamma", 0.0..=100.0, warnings).filter(|gamma| *gamma != 1.0);
-    let look = look.map(|look| format!("look '{look}'"));
-    look.into_iter().chain(gamma.map(|gamma| format!("gamma {gamma}"))).collect()
 }

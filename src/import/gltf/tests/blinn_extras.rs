@@ -44,12 +44,13 @@ fn render_settings_are_read() {
         region: Some(PictureRegion { min: [0.25, 0.0], max: [0.5, 1.0] }),
         frames: Some(FileFrames { start: 1, end: 40, step: 2, rate: 29.97 }),
         view_transform: Some("AgX".into()),
+        look: Some("AgX - Punchy".into()),
+        gamma: Some(1.25),
         exposure: Some(-0.5),
         film_transparent: Some(true),
         indirect: Some(4),
         caustics: Some(false),
         camera: None,
-        unsupported: vec!["look 'AgX - Punchy'".into(), "gamma 1.25".into()],
     };
     assert_eq!(scene.settings, expected);
     assert_eq!(scene.source.light_units, Some(LightUnits::Raw));
@@ -88,6 +89,8 @@ fn wrong_values_are_ignored_each_with_one_warning() {
         (json!({"view": {"exposure": 1e9}}), ".view.exposure"),
         (json!({"view": {"filmExposure": 0}}), ".view.filmExposure"),
         (json!({"view": {"gamma": "1"}}), ".view.gamma"),
+        (json!({"view": {"gamma": 0}}), ".view.gamma"),
+        (json!({"view": {"look": 1}}), ".view.look"),
         (json!({"filmTransparent": 1}), ".filmTransparent"),
         (json!({"indirect": -1}), ".indirect"),
         (json!({"indirect": 1.5}), ".indirect"),
