@@ -129,6 +129,28 @@ fn archives_are_resumed_as_a_whole() {
     assert!(String::from_utf8_lossy(&resumed.stderr).contains("kept a/0.jpg.tar\n"));
 }
 
+/// A ledger knows archives by their names: images of the same names in another folder are others.
+#[test]
+fn a_ledger_does_not_keep_archives_of_another_folder() {
+    let (_dir, at) = folder();
+    write_objects(&at);
+    fs::remove_file(at.join("objects/o3.x.obj")).unwrap();
+    let run = |flags: &str| runs(&at, &format!("render objects -s 1 --shard-size 3 {flags}"));
+    run("--size 16x12 -o b/{shard}.tar");
+    run("--size 32x24 -o a/{shard}.tar --ledger l");
+    let messages = run("--size 32x24 -o b/{shard}.tar --resume --ledger l");
+    assert_eq!(messages.matches("wrote b/").count(), 2, "{messages}");
+    assert!(files(&at.join("a")) == files(&at.join("b")));
+    // Each folder is known from now on, and no archive is opened.
+    for folder in ["a", "b"] {
+        for file in files(&at.join(folder)).into_keys() {
+            fs::write(at.join(folder).join(file), "no archive").unwrap();
+        }
+        let messages = run(&format!("--size 32x24 -o {folder}/{{shard}}.tar --resume --ledger l"));
+        assert_eq!(messages.matches(&format!("kept {folder}/")).count(), 2, "{messages}");
+    }
+}
+
 /// Archives that were rendered without a warning are current for all, and those that may have had one are not for `--strict`.
 #[test]
 fn strict_archives_are_kept_without_strict() {

@@ -83,7 +83,8 @@ pub struct SceneKey(u128);
 
 impl SceneKey {
     /// The key of the `index`-th scene. `settings` is the hash of the plan. A scene that was changed, by its size and
-    /// time of modification, has another key; files that it refers to are not looked at.
+    /// time of modification, has another key, and so has one whose images go elsewhere; files that it refers to are not
+    /// looked at.
     pub fn new(plan: &RenderPlan, settings: SettingsHash, path: &Path, index: usize) -> SceneKey {
         let version = file_version(path)
             .map(|(bytes, modified, offset)| (bytes, modified.map(seconds_of_epoch), offset));
@@ -93,7 +94,11 @@ impl SceneKey {
             Target::File(file) => Some(file.as_os_str().as_encoded_bytes()),
         };
         let path = path.as_os_str().as_encoded_bytes();
-        let shard = plan.outputs.shards.as_ref().map(|shards| shards.neighbours(index, plan.scenes.len()));
+        // The name of an image in an archive does not say which archive.
+        let shard = plan.outputs.shards.as_ref().map(|shards| {
+            let file = shards.file(index).into_os_string().into_encoded_bytes();
+            (file, shards.neighbours(index, plan.scenes.len()))
+        });
         SceneKey(SettingsHash::of(&(settings, path, version, output, shard)).hash())
     }
 }
