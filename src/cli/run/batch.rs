@@ -18,7 +18,7 @@ use crate::console::{print_stdout, scene_error, single_line};
 use crate::plan::{ArchiveFolder, NumberedScene, RenderPlan};
 use crate::summary::Summary;
 use blinn_core::cancellation::CancelToken;
-use blinn_output::{SaveError, ShardWriter};
+use blinn_output::ShardWriter;
 use blinn_session::{Finished, Job, Scheduler};
 
 /// Scenes that are rendered side by side.
@@ -167,7 +167,7 @@ impl<'a> Batch<'a> {
 }
 
 /// True if there are enough scenes to keep all threads busy.
-pub fn is_full<'scope, J: Job + 'scope>(scenes: &Scheduler<'_, 'scope, J>) -> bool {
+pub fn is_queue_full<'scope, J: Job + 'scope>(scenes: &Scheduler<'_, 'scope, J>) -> bool {
     scenes.len() >= SCENES_PER_THREAD * rayon::current_num_threads()
 }
 
@@ -175,14 +175,4 @@ pub fn is_full<'scope, J: Job + 'scope>(scenes: &Scheduler<'_, 'scope, J>) -> bo
 pub fn fail(summary: &mut Summary, reporter: &Reporter, error: &Error) {
     reporter.fail(None, &single_line(&format!("{error:#}")));
     summary.other_failure = true;
-}
-
-/// Returns true for the error of a full disk.
-pub fn is_disk_full(error: &Error) -> bool {
-    use std::io::{Error, ErrorKind};
-    let is_full = |e: &Error| matches!(e.kind(), ErrorKind::StorageFull | ErrorKind::QuotaExceeded);
-    error.chain().any(|cause| {
-        let saved = cause.downcast_ref::<SaveError>().map(|e| &e.cause);
-        saved.or(cause.downcast_ref()).is_some_and(is_full)
-    })
 }

@@ -5,7 +5,8 @@ use std::path::Path;
 
 use anyhow::{Context, Error};
 
-use super::batch::{Batch, Scenes, is_disk_full, is_full};
+use super::batch::{Batch, Scenes, is_queue_full};
+use super::full_disk::is_disk_full;
 use crate::files::create_parent_folder;
 use crate::plan::NumberedScene;
 use crate::usage::UsageError;
@@ -55,7 +56,7 @@ pub fn fill_shard<'a: 'scope, 'scope>(
     let mut shard = ShardWriter::new(file).with_context(cannot_be_written)?;
     let mut overflow = None;
     loop {
-        while !is_full(scenes)
+        while !is_queue_full(scenes)
             && let Some(scene) = list.next()
         {
             batch.start(scenes, scene?, Some(file));

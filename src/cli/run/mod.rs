@@ -11,6 +11,7 @@ mod dataset_files;
 mod fill_shard;
 mod frame_files;
 mod frame_filter;
+mod full_disk;
 mod golden_check;
 pub(super) mod image_sink;
 mod ledger;

@@ -8,7 +8,7 @@ use std::time::{Duration, Instant};
 
 use anyhow::{Context, Error, Result, anyhow};
 
-use super::batch::is_disk_full;
+use super::full_disk::is_disk_full;
 use super::ledger::{ImageCounts, SceneKey};
 use super::panics;
 use super::progress::SceneLog;

@@ -3,7 +3,8 @@
 use std::path::PathBuf;
 use std::time::Duration;
 
-use super::batch::{Batch, Scenes, fail, is_disk_full, is_full};
+use super::batch::{Batch, Scenes, fail, is_queue_full};
+use super::full_disk::is_disk_full;
 use super::golden_check::GoldenNames;
 use super::limited_shards::render_limited_shards;
 use super::progress::Reporter;
@@ -82,7 +83,7 @@ fn render_files<'a: 'scope, 'scope>(
 ) -> Result<(), UsageError> {
     let mut list = list.peekable();
     loop {
-        while !is_full(scenes)
+        while !is_queue_full(scenes)
             && let Some(Ok(scene)) = list.next_if(Result::is_ok)
         {
             match batch.past_outcome(&scene) {

@@ -4,8 +4,9 @@ use std::collections::{BTreeMap, BTreeSet};
 use std::path::Path;
 
 use super::archived_scenes::archived_scenes;
-use super::batch::{Batch, Scenes, fail, is_disk_full, is_full};
+use super::batch::{Batch, Scenes, fail, is_queue_full};
 use super::fill_shard::{EarlierImages, ShardFailure, fill_shard};
+use super::full_disk::is_disk_full;
 use super::ledger::PastOutcome;
 use crate::console::print_stdout;
 use crate::plan::{NumberedScene, ShardPlan};
@@ -117,7 +118,7 @@ fn retry<'a: 'scope, 'scope, 'l>(
 ) -> Result<Retried, ShardFailure> {
     let mut retried = Retried::default();
     loop {
-        while !is_full(scenes)
+        while !is_queue_full(scenes)
             && let Some(scene) = list.next()
         {
             batch.start(scenes, scene.clone(), Some(file));

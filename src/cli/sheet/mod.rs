@@ -19,7 +19,7 @@ use super::files::create_parent_folder;
 use super::plan::{
     ImagePolicy, NumberedScene, OutputKind, PathConflicts, RenderPlan, Target, Writer, scene_list,
 };
-use super::run::batch::is_full;
+use super::run::batch::is_queue_full;
 use super::run::load_scene::load_scene;
 use super::run::progress::{ImageMonitor, Reporter, SceneLog};
 use super::run::{panics, runtime};
@@ -69,7 +69,7 @@ pub fn run(args: &SheetArgs) -> Result<Summary, UsageError> {
     let mut list = plan.numbered_scenes().peekable();
     run_scheduled(plan.session.capacity(), |sheets| -> Result<(), UsageError> {
         loop {
-            while !is_full(sheets)
+            while !is_queue_full(sheets)
                 && let Some(Ok(scene)) = list.next_if(Result::is_ok)
             {
                 let log = SceneLog::of_batch(&reporter, scene.number, &scene.path, plan.strict);
