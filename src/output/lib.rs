@@ -53,6 +53,6 @@ pub use preview::{heat_color, heat_map_max, preview_layer, preview_matte, quanti
 pub use save::{
     EncodedFile, SaveError, check_overwrite, check_writable, encode_files, save, save_with_layers,
 };
-pub use shard::{ShardMember, ShardWriter, read_shard};
+pub use shard::{ShardMember, ShardPart, ShardWriter, read_shard};
 pub use thumbnail::encode_thumbnail;
 pub use write_target::canonical_path;

@@ -3,7 +3,8 @@
 //! Headers have no times, owners or other properties of the machine, so that equal files make equal archives.
 
 use std::fs::File;
-use std::io::{self, BufWriter, Read, Seek, Write};
+use std::io::{self, BufWriter, Read, Seek, SeekFrom, Write};
+use std::ops::Range;
 use std::path::{Path, PathBuf};
 
 use tar::{EntryType, Header};
@@ -12,30 +13,32 @@ use super::atomic::{Overwrite, unnamed_temp_file, write_atomically_with};
 
 /// Bytes of a block; headers and contents are padded to whole ones.
 const BLOCK: u64 = 512;
+/// Bytes of zeros behind the last file.
+const END: u64 = 2 * BLOCK;
 /// Mode of the files in an archive.
 const MODE: u32 = 0o644;
 /// Bytes of a member that are read into memory at most.
 const MAX_MEMBER: u64 = 1 << 24;
 
-/// An archive that is being written, in an unnamed temporary file until it is complete.
+/// Files that go into an archive together, in an unnamed temporary file.
 #[derive(Debug)]
-pub struct ShardWriter {
+pub struct ShardPart {
     path: PathBuf,
     file: BufWriter<File>,
     length: u64,
 }
 
-impl ShardWriter {
-    /// Starts an archive.
+impl ShardPart {
+    /// Starts a part of the archive that will be at `path`.
     ///
     /// # Errors
     /// The temporary file cannot be created.
-    pub fn new(path: &Path) -> io::Result<ShardWriter> {
+    pub fn new(path: &Path) -> io::Result<ShardPart> {
         let file = BufWriter::new(unnamed_temp_file(path)?);
-        Ok(ShardWriter { path: path.to_path_buf(), file, length: 0 })
+        Ok(ShardPart { path: path.to_path_buf(), file, length: 0 })
     }
 
-    /// Its path.
+    /// The path of its archive.
     pub fn path(&self) -> &Path {
         &self.path
     }
@@ -68,15 +71,66 @@ impl ShardWriter {
         Ok(())
     }
 
-    /// Appends the files of another archive.
+    /// The temporary file from its start.
+    fn into_file(self) -> io::Result<File> {
+        let mut file = self.file.into_inner().map_err(|e| e.into_error())?;
+        file.rewind()?;
+        Ok(file)
+    }
+}
+
+/// An archive that is being written, in an unnamed temporary file until it is complete.
+#[derive(Debug)]
+pub struct ShardWriter {
+    files: ShardPart,
+}
+
+impl ShardWriter {
+    /// Starts an archive.
+    ///
+    /// # Errors
+    /// The temporary file cannot be created.
+    pub fn new(path: &Path) -> io::Result<ShardWriter> {
+        Ok(ShardWriter { files: ShardPart::new(path)? })
+    }
+
+    /// Bytes that were written.
+    pub fn length(&self) -> u64 {
+        self.files.length
+    }
+
+    /// Appends a file.
+    ///
+    /// # Errors
+    /// As [`ShardPart::add`].
+    pub fn add(&mut self, name: &str, bytes: &[u8]) -> io::Result<()> {
+        self.files.add(name, bytes)
+    }
+
+    /// Appends the files of a part.
     ///
     /// # Errors
     /// A temporary file cannot be read or written.
-    pub fn append(&mut self, files: ShardWriter) -> io::Result<()> {
-        let mut file = files.file.into_inner().map_err(|e| e.into_error())?;
-        file.rewind()?;
-        io::copy(&mut file, &mut self.file)?;
-        self.length += files.length;
+    pub fn append(&mut self, part: ShardPart) -> io::Result<()> {
+        let length = part.length;
+        self.copy(&mut part.into_file()?, length)
+    }
+
+    /// Appends files of another archive: its bytes `members`, from the first header to the end of the last content.
+    ///
+    /// # Errors
+    /// The other archive cannot be read or is shorter, or the temporary file cannot be written.
+    pub fn append_members(&mut self, mut archive: &File, members: Range<u64>) -> io::Result<()> {
+        archive.seek(SeekFrom::Start(members.start))?;
+        self.copy(&mut archive, members.end.saturating_sub(members.start))
+    }
+
+    fn copy(&mut self, from: &mut impl Read, length: u64) -> io::Result<()> {
+        let copied = io::copy(&mut from.take(length), &mut self.files.file)?;
+        if copied < length {
+            return Err(io::Error::new(io::ErrorKind::UnexpectedEof, "an archive was cut off meanwhile"));
+        }
+        self.files.length += length;
         Ok(())
     }
 
@@ -85,10 +139,10 @@ impl ShardWriter {
     /// # Errors
     /// It cannot be written, or exists and must not be overwritten.
     pub fn finish(mut self, overwrite: Overwrite) -> io::Result<()> {
-        self.file.write_all(&[0; 2 * BLOCK as usize])?;
-        let mut file = self.file.into_inner().map_err(|e| e.into_error())?;
-        file.rewind()?;
-        write_atomically_with(&self.path, overwrite, |named| io::copy(&mut file, named).map(drop))
+        self.files.file.write_all(&[0; END as usize])?;
+        let path = self.files.path.clone();
+        let mut file = self.files.into_file()?;
+        write_atomically_with(&path, overwrite, |named| io::copy(&mut file, named).map(drop))
     }
 }
 
@@ -102,30 +156,38 @@ fn padded(size: u64) -> u64 {
 pub struct ShardMember<'a> {
     /// Its name.
     pub name: &'a str,
+    /// Where its header begins, in bytes from the start of the archive.
+    pub start: u64,
     /// The bytes that it takes in the archive, with its header.
     pub length: u64,
     /// Its content, if it was read.
     pub bytes: &'a [u8],
 }
 
-/// Calls `visit` with each file of an archive, in order, and with the content of those that `reads` selects.
+/// Calls `visit` with each file of an archive, in order, and with the content of those that `reads` selects. `archive` is a file
+/// that was just opened.
 ///
 /// # Errors
 /// The file is no complete archive, and errors of `visit`.
 pub fn read_shard(
-    path: &Path,
+    archive: &File,
     reads: impl Fn(&str) -> bool,
     mut visit: impl FnMut(ShardMember) -> io::Result<()>,
 ) -> io::Result<()> {
-    let mut archive = tar::Archive::new(File::open(path)?);
-    for entry in archive.entries_with_seek()? {
+    let mut end = 0;
+    for entry in tar::Archive::new(archive).entries_with_seek()? {
         let mut entry = entry?;
         let name = entry.path()?.to_string_lossy().into_owned();
         let mut bytes = Vec::new();
         if reads(&name) {
             (&mut entry).take(MAX_MEMBER).read_to_end(&mut bytes)?;
         }
-        visit(ShardMember { name: &name, length: padded(entry.size()), bytes: &bytes })?;
+        let (start, length) = (entry.raw_header_position(), padded(entry.size()));
+        visit(ShardMember { name: &name, start, length, bytes: &bytes })?;
+        end = start.saturating_add(length);
+    }
+    if archive.metadata()?.len() < end.saturating_add(END) {
+        return Err(io::Error::new(io::ErrorKind::UnexpectedEof, "the archive is cut off"));
     }
     Ok(())
 }
@@ -140,7 +202,7 @@ mod tests {
             all.push((member.name.to_string(), member.bytes.to_vec()));
             Ok(())
         };
-        read_shard(path, |_| true, visit).unwrap();
+        read_shard(&File::open(path).unwrap(), |_| true, visit).unwrap();
         all
     }
 
@@ -176,15 +238,37 @@ mod tests {
         let mut whole = ShardWriter::new(&path("0.tar")).unwrap();
         let mut parts = ShardWriter::new(&path("1.tar")).unwrap();
         for (name, bytes) in [("a.png", vec![1; 700]), ("b.png", vec![2; 70_000]), ("c.png", vec![3; 10])] {
-            let mut part = ShardWriter::new(&path("1.tar")).unwrap();
+            let mut part = ShardPart::new(&path("1.tar")).unwrap();
             part.add(name, &bytes).unwrap();
             parts.append(part).unwrap();
             whole.add(name, &bytes).unwrap();
             assert_eq!(parts.length(), whole.length());
         }
+        let length = whole.length();
         whole.finish(Overwrite::No).unwrap();
         parts.finish(Overwrite::No).unwrap();
         assert!(std::fs::read(path("0.tar")).unwrap() == std::fs::read(path("1.tar")).unwrap());
+        // Members of a finished archive, all and the middle one.
+        let archive = File::open(path("0.tar")).unwrap();
+        let mut all = ShardWriter::new(&path("2.tar")).unwrap();
+        all.append_members(&archive, 0..1536).unwrap();
+        all.append_members(&archive, 1536..length).unwrap();
+        all.finish(Overwrite::No).unwrap();
+        assert!(std::fs::read(path("0.tar")).unwrap() == std::fs::read(path("2.tar")).unwrap());
+        let mut places = Vec::new();
+        let visit = |member: ShardMember| {
+            places.push((member.name.to_string(), member.start..member.start + member.length));
+            Ok(())
+        };
+        read_shard(&File::open(path("0.tar")).unwrap(), |_| false, visit).unwrap();
+        assert_eq!((&places[0].1, places[2].1.end), (&(0..1536), length));
+        let mut middle = ShardWriter::new(&path("3.tar")).unwrap();
+        middle.append_members(&archive, places[1].1.clone()).unwrap();
+        assert!(middle.append_members(&archive, 0..1 << 40).is_err(), "an archive that is too short");
+        let mut middle = ShardWriter::new(&path("3.tar")).unwrap();
+        middle.append_members(&archive, places[1].1.clone()).unwrap();
+        middle.finish(Overwrite::No).unwrap();
+        assert_eq!(contents(&path("3.tar")), [("b.png".to_string(), vec![2; 70_000])]);
     }
 
     #[test]
@@ -195,10 +279,14 @@ mod tests {
         shard.add("a.png", &[3; 2000]).unwrap();
         shard.finish(Overwrite::No).unwrap();
         let whole = std::fs::read(&path).unwrap();
+        for length in [whole.len() - 1, whole.len() - 1025, 600] {
+            std::fs::write(&path, &whole[..length]).unwrap();
+            assert!(read_shard(&File::open(&path).unwrap(), |_| false, |_| Ok(())).is_err(), "{length}");
+        }
         std::fs::write(&path, &whole[..700]).unwrap();
         assert!(
             read_shard(
-                &path,
+                &File::open(&path).unwrap(),
                 |_| true,
                 |member| {
                     assert!(member.bytes.len() < 2000);
@@ -212,7 +300,7 @@ mod tests {
             b"no archive at all, but longer than a block of five hundred and twelve bytes".repeat(20),
         )
         .unwrap();
-        assert!(read_shard(&path, |_| true, |_| Ok(())).is_err());
+        assert!(read_shard(&File::open(&path).unwrap(), |_| true, |_| Ok(())).is_err());
         assert!(ShardWriter::new(&path).unwrap().add(&"a/".repeat(200), b"").is_err());
     }
 }

@@ -17,6 +17,8 @@ const ENCODED: &AsciiSet = &NON_ALPHANUMERIC.remove(b'-').remove(b'.').remove(b'
 
 /// The first word of a fingerprint.
 const VERSION: &str = "1";
+/// Words before those of the input files.
+const SETTINGS_WORDS: usize = 2;
 /// The last word of the fingerprint of a dataset's image that shows nothing.
 const EMPTY_WORD: &str = "empty";
 
@@ -53,10 +55,10 @@ impl FileDigests {
 
     /// Returns true if rendering `scene` now would produce the image with this fingerprint.
     pub fn is_current(&mut self, fingerprint: &str, settings: SettingsHash, scene: &Path) -> bool {
-        let mut words = fingerprint.split(' ');
-        if words.next() != Some(VERSION) || !words.next().is_some_and(|word| settings.accepts(word)) {
+        if !has_settings(fingerprint, settings) {
             return false;
         }
+        let mut words = fingerprint.split(' ').skip(SETTINGS_WORDS);
         let scene_file = words.next().and_then(|word| word.split_once('='));
         // An unreadable scene may have changed.
         let same_scene = scene_file.is_some_and(|(digest, name)| {
@@ -87,6 +89,12 @@ pub fn fingerprint(settings: SettingsHash, scene: &Path, source: &Source) -> Opt
         let _ = write!(fingerprint, " {}={}", file.digest, utf8_percent_encode(&file.name, ENCODED));
     }
     Some(fingerprint)
+}
+
+/// Returns true if the image with this fingerprint was made with these settings, whatever its input files are now.
+pub fn has_settings(fingerprint: &str, settings: SettingsHash) -> bool {
+    let mut words = fingerprint.split(' ');
+    words.next() == Some(VERSION) && words.next().is_some_and(|word| settings.accepts(word))
 }
 
 /// Marks the fingerprint of an image that shows nothing, so that a later run knows without looking at the pixels.
@@ -168,6 +176,9 @@ mod tests {
         std::fs::remove_file(at("missing.bin")).unwrap();
         std::fs::write(at("x=\"1\".png"), "y").unwrap();
         assert!(!is_current(key, &scene), "a file changed");
+        // The settings are the same, whatever the files are.
+        assert!(has_settings(&fingerprint, key) && !has_settings(&fingerprint, SettingsHash::of(&1)));
+        assert!(!has_settings("", key) && !has_settings(&fingerprint[2..], key));
     }
 
     #[test]

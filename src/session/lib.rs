@@ -81,7 +81,7 @@ pub use empty_reason::EmptyReason;
 pub use error::SessionError;
 pub use error_text::without_error_codes;
 pub use exposure::ResolvedExposure;
-pub use fingerprint::{FileDigests, fingerprint, is_marked_empty, mark_empty};
+pub use fingerprint::{FileDigests, fingerprint, has_settings, is_marked_empty, mark_empty};
 pub use frame_neighbours::FrameNeighbours;
 pub use frames::{Chunk, FrameList, MAX_FRAMES};
 pub use framing::Framing;

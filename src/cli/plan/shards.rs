@@ -117,9 +117,14 @@ impl ShardPlan {
         self.max_bytes
     }
 
+    /// The number, from 0, of the archive of the `index`-th scene, from 1.
+    pub fn number(&self, index: usize) -> usize {
+        index.saturating_sub(1) / self.scenes_per_shard
+    }
+
     /// The archive of the `index`-th scene, from 1.
     pub fn file(&self, index: usize) -> PathBuf {
-        self.numbered(index.saturating_sub(1) / self.scenes_per_shard)
+        self.numbered(self.number(index))
     }
 
     /// The archive with a number from 0.
@@ -129,7 +134,7 @@ impl ShardPlan {
 
     /// The indices from 0 of the scenes that share an archive with the `index`-th, from 1.
     pub fn neighbours(&self, index: usize, scenes: usize) -> Range<usize> {
-        let shard = index.saturating_sub(1) / self.scenes_per_shard;
+        let shard = self.number(index);
         self.scenes(shard..shard + 1, scenes)
     }
 

@@ -18,7 +18,7 @@ use crate::console::{print_stdout, scene_error, single_line};
 use crate::plan::{ArchiveFolder, NumberedScene, RenderPlan};
 use crate::summary::Summary;
 use blinn_core::cancellation::CancelToken;
-use blinn_output::ShardWriter;
+use blinn_output::ShardPart;
 use blinn_session::{Finished, Job, Scheduler};
 
 /// Scenes that are rendered side by side.
@@ -72,9 +72,9 @@ impl<'a> Batch<'a> {
     }
 
     /// Reports a scene that was rendered or has failed. Returns its images if they go into an archive.
-    pub fn finish_scene(&mut self, finished: Finished<SceneTask>) -> Result<Option<ShardWriter>> {
+    pub fn finish_scene(&mut self, finished: Finished<SceneTask>) -> Result<Option<ShardPart>> {
         let Finished { job, output, time } = finished;
-        let RenderedScene { outcome, images, section, members, files, checked } = output;
+        let RenderedScene { outcome, images, section, part, files, checked } = output;
         self.goldens.add(checked.as_deref());
         let SceneTask { scene: NumberedScene { number: index, path }, log, key, .. } = &*job;
         self.scene_files = files;
@@ -110,7 +110,7 @@ impl<'a> Batch<'a> {
             self.ledger = None;
         }
         self.summary.add_scene(failure);
-        outcome.map(|()| members)
+        outcome.map(|()| part)
     }
 
     /// The outcome for which the ledger skips a scene.

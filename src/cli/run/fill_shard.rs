@@ -1,97 +1,61 @@
-//! Renders scenes into an archive, until no scene is left or one does not fit.
+//! Fills an archive with the images of scenes, until no scene is left or one does not fit.
 
-use std::collections::BTreeMap;
-use std::path::Path;
+use anyhow::Context;
 
-use anyhow::{Context, Error};
-
-use super::batch::{Batch, Scenes, is_queue_full};
+use super::batch::{Batch, Scenes};
 use super::full_disk::is_disk_full;
-use crate::files::create_parent_folder;
-use crate::plan::NumberedScene;
-use crate::usage::UsageError;
-use blinn_output::{ShardWriter, check_overwrite};
+use super::ledger::PastOutcome;
+use super::new_shard::{NewShard, ShardEnd};
+use super::shard_failure::ShardFailure;
+use super::shard_scenes::{SceneTurn, ShardScenes};
+use crate::plan::ShardPlan;
 
-/// The images of scenes that were rendered before their archive was begun, by the number of the scene.
-pub type EarlierImages = BTreeMap<usize, ShardWriter>;
-
-/// A scene that did not fit into an archive, and its images.
-pub type Overflow = Option<(NumberedScene, ShardWriter)>;
-
-/// The reason why an archive was not written.
-pub enum ShardFailure {
-    /// The list of scenes cannot be read.
-    Usage(UsageError),
-    Archive(Error),
-    /// The disk is full. The error was reported with its scene.
-    DiskFull,
-}
-
-impl From<UsageError> for ShardFailure {
-    fn from(error: UsageError) -> ShardFailure {
-        ShardFailure::Usage(error)
-    }
-}
-
-impl From<Error> for ShardFailure {
-    fn from(error: Error) -> ShardFailure {
-        ShardFailure::Archive(error)
-    }
-}
-
-/// Renders the scenes of `list` into an archive, with `earlier` images at their places, and notes them in the ledger when the
-/// archive is complete. Ends at the first scene with which it would have more than `max_bytes`, and returns that one; a
-/// scene that is larger has an archive of its own.
+/// Fills the archive of a number with the next scenes, and notes them in the ledger when it is complete. Ends before the first
+/// scene with which it would have more than `max_bytes`; a scene that is larger has an archive of its own.
+///
+/// Images of an earlier run are copied if they are up to date. They also stay where their scene fails now, if their settings
+/// are the same: nothing complete is replaced by less.
 pub fn fill_shard<'a: 'scope, 'scope>(
     batch: &mut Batch<'a>,
     scenes: &mut Scenes<'_, 'scope, 'a>,
-    file: &Path,
-    max_bytes: Option<u64>,
-    mut earlier: EarlierImages,
-    list: &mut dyn Iterator<Item = Result<NumberedScene, UsageError>>,
-) -> Result<Overflow, ShardFailure> {
+    shards: &ShardPlan,
+    number: usize,
+    list: &mut ShardScenes<'_, 'a>,
+) -> Result<(), ShardFailure> {
+    let file = shards.numbered(number);
     let cannot_be_written = || format!("{} cannot be written", file.display());
-    check_overwrite(file, batch.plan.outputs.replace).map_err(Error::new)?;
-    create_parent_folder(file)?;
-    let mut shard = ShardWriter::new(file).with_context(cannot_be_written)?;
-    let mut overflow = None;
-    loop {
-        while !is_queue_full(scenes)
-            && let Some(scene) = list.next()
-        {
-            batch.start(scenes, scene?, Some(file));
+    let mut shard = NewShard::new(&file, list.earlier.open(number)?);
+    while let Some(turn) = list.next_turn(batch, scenes, &file)? {
+        let length = shard.length().saturating_add(turn.bytes());
+        if shard.length() > 0 && shards.max_bytes().is_some_and(|max| length > max) {
+            list.carry(turn);
+            break;
         }
-        let Some(finished) = scenes.next_finished() else { break };
-        let scene = finished.job.scene.clone();
-        let later = earlier.split_off(&scene.number);
-        for images in std::mem::replace(&mut earlier, later).into_values() {
-            shard.append(images).with_context(cannot_be_written)?;
-        }
-        let fits = |images: &ShardWriter| {
-            shard.length() == 0
-                || max_bytes.is_none_or(|max| shard.length().saturating_add(images.length()) <= max)
-        };
-        match batch.finish_scene(finished) {
-            Ok(Some(images)) if fits(&images) => shard.append(images).with_context(cannot_be_written)?,
-            Ok(Some(images)) => {
-                overflow = Some((scene, images));
-                break;
+        let SceneTurn { scene, past, archived, rendered } = turn;
+        let outcome = match rendered {
+            Some(finished) => batch.finish_scene(finished),
+            None => {
+                let is_current = archived.as_ref().is_some_and(|images| images.is_current);
+                let done = PastOutcome::Done { images: 0 };
+                batch.skip(&scene, if is_current { done } else { past.unwrap_or(done) });
+                Ok(None)
             }
-            Err(error) if is_disk_full(&error) => return Err(ShardFailure::DiskFull),
+        };
+        match (outcome, archived) {
+            (Ok(Some(part)), _) => shard.add(part).with_context(cannot_be_written)?,
+            (Err(error), _) if is_disk_full(&error) => return Err(ShardFailure::DiskFull),
+            (_, Some(images)) => shard.keep(&images).with_context(cannot_be_written)?,
             // A scene that fails has no images.
-            Ok(None) | Err(_) => {}
+            (_, None) => {}
         }
     }
-    for images in earlier.into_values() {
-        shard.append(images).with_context(cannot_be_written)?;
-    }
-    if shard.length() > 0 {
-        shard.finish(batch.plan.outputs.replace).with_context(cannot_be_written)?;
-        batch.reporter.wrote(None, file);
+    match shard.finish(batch.plan.outputs.replace).with_context(cannot_be_written)? {
+        ShardEnd::Wrote => batch.reporter.wrote(None, &file),
+        ShardEnd::Kept => batch.reporter.kept_archive(&file),
+        ShardEnd::Empty => {}
     }
     if let Some(ledger) = &mut batch.ledger {
-        let appended = if overflow.is_some() { ledger.append_all_but_last() } else { ledger.append() };
-        appended.context("--ledger")?;
+        ledger.append().context("--ledger")?;
     }
-    Ok(overflow)
+    Ok(())
 }

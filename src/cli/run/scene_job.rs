@@ -24,7 +24,7 @@ use crate::scene_file::is_stdin;
 use crate::watched_files::scene_files;
 use blinn_core::cancellation::CancelToken;
 use blinn_import::{is_in_archive, open_input_file, open_scene_file};
-use blinn_output::{ShardWriter, check_writable};
+use blinn_output::{ShardPart, check_writable};
 use blinn_scene::{ClipBoundsCache, Scene, clip_duration};
 use blinn_session::{
     DatasetViews, EmptyImages, FileDigests, Notice, Permit, PlannedFrame, PosedFrame, SceneRenderer,
@@ -44,7 +44,7 @@ pub struct SceneJob<'a> {
     /// Its images on the page of --report.
     pub report: Option<&'a mut ReportSection>,
     /// The part of an archive that images go into.
-    pub shard: Option<&'a mut ShardWriter>,
+    pub part: Option<&'a mut ShardPart>,
     /// Digests of the files that images are made from.
     pub digests: FileDigests,
     /// All frames, once they are known, if images are compared with golden ones.
@@ -76,7 +76,7 @@ impl<'a> SceneJob<'a> {
         // If all images are up to date, the scene need not be read.
         // The fingerprints of a dataset's images have cameras that depend on the scene.
         let needs_scene =
-            self.plan.session.dataset.is_some() && self.plan.outputs.resume && self.shard.is_none();
+            self.plan.session.dataset.is_some() && self.plan.outputs.resume && self.part.is_none();
         let known = self.plan.frames.known().filter(|_| !needs_scene);
         let known = known.map(|frames| self.without_kept(frames, None)).transpose()?;
         if self.plan.dry_run && !is_stdin(self.path) {
@@ -199,7 +199,7 @@ impl<'a> SceneJob<'a> {
         scene: &'s Scene,
         views: Option<&'s DatasetViews<'s>>,
     ) -> Option<TransformsFile<'s>> {
-        let views = views.filter(|_| self.shard.is_none())?;
+        let views = views.filter(|_| self.part.is_none())?;
         Some(TransformsFile { plan: self.plan, views, scene, path: self.path, index: self.index })
     }
 
@@ -220,14 +220,14 @@ impl<'a> SceneJob<'a> {
         let output = SceneOutput { plan, scene, path, index, log };
         let report = self.report.as_deref_mut();
         let mut sink: Box<dyn ImageSink + Send> =
-            match (plan.outputs.kind, output.target(&frames[0]), self.shard.as_deref_mut()) {
+            match (plan.outputs.kind, output.target(&frames[0]), self.part.as_deref_mut()) {
                 (OutputKind::Animation(animation), Target::File(file), _) => {
                     Box::new(AnimationSink::new(output, report, &animation, &file, renderer.size())?)
                 }
-                (_, _, Some(shard)) => {
+                (_, _, Some(part)) => {
                     let dataset =
                         views.map(|views| TransformsFile { plan, views, scene, path, index }.describe());
-                    Box::new(ArchiveSink { output, shard, dataset: dataset.transpose()?, sample_files })
+                    Box::new(ArchiveSink { output, part, dataset: dataset.transpose()?, sample_files })
                 }
                 _ => Box::new(FileSink { output, report, views_shown: &mut self.views_shown }),
             };
@@ -274,7 +274,7 @@ impl<'a> SceneJob<'a> {
         scene: &Scene,
         views: Option<&DatasetViews>,
     ) -> Result<BTreeMap<i64, SampleFiles>> {
-        let (Some(views), Some(_)) = (views, &self.shard) else { return Ok(BTreeMap::new()) };
+        let (Some(views), Some(_)) = (views, &self.part) else { return Ok(BTreeMap::new()) };
         let transforms = TransformsFile { plan: self.plan, views, scene, path: self.path, index: self.index };
         DatasetFiles { transforms: &transforms, log: self.log }.sample_files(&self.cancel)
     }
@@ -293,8 +293,8 @@ impl<'a> SceneJob<'a> {
         if plan.check.is_some() {
             self.frames.clone_from(&frames);
         }
-        // Archives are kept as a whole.
-        if plan.outputs.resume && self.shard.is_none() {
+        // Scenes whose images in an archive are up to date are not started.
+        if plan.outputs.resume && self.part.is_none() {
             let kept = self.filter().remove_kept(&mut frames, views, &mut self.digests);
             self.images.kept = kept.len() as u64;
             self.log.kept(kept.len());

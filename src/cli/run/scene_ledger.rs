@@ -98,18 +98,6 @@ impl<'a> SceneLedger<'a> {
         self.ledger.append(&std::mem::take(&mut self.pending))
     }
 
-    /// Appends the lines of scenes whose images are complete, all but the last.
-    ///
-    /// # Errors
-    /// As [`Ledger::append`].
-    pub fn append_all_but_last(&mut self) -> Result<()> {
-        let end = self.pending.trim_end_matches('\n').rfind('\n').map_or(0, |i| i + 1);
-        let last = self.pending.split_off(end);
-        self.append()?;
-        self.pending = last;
-        Ok(())
-    }
-
     /// Drops the lines of scenes whose archive was not written.
     pub fn discard(&mut self) {
         self.pending.clear();

@@ -17,7 +17,7 @@ use super::scene_job::SceneJob;
 use crate::plan::{NumberedScene, RenderPlan};
 use blinn_core::cancellation::{CancelToken, Cancelled};
 use blinn_import::LoadError;
-use blinn_output::ShardWriter;
+use blinn_output::ShardPart;
 use blinn_scene::ClipBoundsCache;
 use blinn_session::{Claim, FileDigests, Job, Permit, SessionError, load_limits};
 
@@ -45,8 +45,8 @@ pub struct RenderedScene {
     pub images: ImageCounts,
     /// Its images on the page.
     pub section: Option<ReportSection>,
-    /// Its images for the archive.
-    pub members: Option<ShardWriter>,
+    /// Its part of the archive.
+    pub part: Option<ShardPart>,
     /// The files that it was made from; empty if it was not read.
     pub files: Vec<PathBuf>,
     /// All its images, if they are compared with golden ones and known.
@@ -70,15 +70,14 @@ impl SceneTask<'_> {
             outcome: Ok(()),
             images: ImageCounts::default(),
             section: self.page.as_deref().map(ReportSection::new),
-            members: None,
+            part: None,
             files: Vec::new(),
             checked: None,
         };
         if let Some(archive) = &self.archive {
-            match ShardWriter::new(archive)
-                .with_context(|| format!("{} cannot be written", archive.display()))
+            match ShardPart::new(archive).with_context(|| format!("{} cannot be written", archive.display()))
             {
-                Ok(members) => rendered.members = Some(members),
+                Ok(part) => rendered.part = Some(part),
                 Err(error) => return RenderedScene { outcome: Err(error), ..rendered },
             }
         }
@@ -89,7 +88,7 @@ impl SceneTask<'_> {
             path,
             log: &self.log,
             report: rendered.section.as_mut(),
-            shard: rendered.members.as_mut(),
+            part: rendered.part.as_mut(),
             digests: FileDigests::with_limit(load_limits(self.plan.session.max_memory).file_bytes),
             frames: Vec::new(),
             images: ImageCounts::default(),

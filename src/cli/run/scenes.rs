@@ -6,11 +6,10 @@ use std::time::Duration;
 use super::batch::{Batch, Scenes, fail, is_queue_full};
 use super::full_disk::is_disk_full;
 use super::golden_check::GoldenNames;
-use super::limited_shards::render_limited_shards;
 use super::progress::Reporter;
 use super::report::Report;
 use super::scene_ledger::SceneLedger;
-use super::shard_batch::render_shards;
+use super::shard_batch::{render_limited_shards, render_shards};
 use crate::args::ProcessArgs;
 use crate::plan::{NumberedScene, RenderPlan};
 use crate::summary::Summary;
@@ -62,7 +61,7 @@ pub fn render_scenes(
     let list = plan.numbered_scenes().skip(range.start).take(range.len());
     run_scheduled(capacity, |scenes| match &plan.outputs.shards {
         Some(shards) => match shards.max_bytes() {
-            Some(max_bytes) => render_limited_shards(&mut batch, scenes, shards, max_bytes, Box::new(list)),
+            Some(_) => render_limited_shards(&mut batch, scenes, shards, Box::new(list)),
             None => render_shards(&mut batch, scenes, shards, list),
         },
         None => render_files(&mut batch, scenes, list),

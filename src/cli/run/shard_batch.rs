@@ -1,19 +1,18 @@
-//! Archives of a number of images: which scenes share one is known before they are rendered.
+//! Archives of scenes. Each holds whole scenes in their order.
 
-use std::collections::{BTreeMap, BTreeSet};
-use std::path::Path;
+use std::ops::ControlFlow;
 
-use super::archived_scenes::archived_scenes;
-use super::batch::{Batch, Scenes, fail, is_queue_full};
-use super::fill_shard::{EarlierImages, ShardFailure, fill_shard};
+use super::batch::{Batch, Scenes};
+use super::fill_shard::fill_shard;
 use super::full_disk::is_disk_full;
 use super::ledger::PastOutcome;
+use super::shard_failure::give_up_shard;
+use super::shard_scenes::{SceneIter, ShardScenes};
 use crate::console::print_stdout;
 use crate::plan::{NumberedScene, ShardPlan};
 use crate::usage::UsageError;
 
-/// Renders scenes into archives. With --resume, archives that are up to date are kept, and all others are made anew. Of an
-/// archive that lacks only scenes that failed, these alone are rendered again, and the others if one of them succeeds.
+/// Renders scenes into archives of a number of images: which scenes share one is known before they are rendered.
 pub fn render_shards<'a: 'scope, 'scope>(
     batch: &mut Batch<'a>,
     scenes: &mut Scenes<'_, 'scope, 'a>,
@@ -23,134 +22,67 @@ pub fn render_shards<'a: 'scope, 'scope>(
     let mut group: Vec<NumberedScene> = Vec::new();
     for scene in list {
         let scene = scene?;
-        let is_next =
-            group.first().is_some_and(|first| shards.file(first.number) != shards.file(scene.number));
-        if is_next {
-            let is_full = render_shard(batch, scenes, &shards.file(group[0].number), &group)?;
-            group.clear();
-            if is_full {
-                batch.summary.not_started = batch.plan.scene_range().end + 1 - scene.number;
-                return Ok(());
-            }
+        let is_next = group.first().is_some_and(|first| is_before(shards, first, &scene));
+        if is_next && render_shard(batch, scenes, shards, std::mem::take(&mut group))?.is_break() {
+            return Ok(());
         }
         group.push(scene);
     }
-    if let Some(first) = group.first() {
-        render_shard(batch, scenes, &shards.file(first.number), &group)?;
+    render_shard(batch, scenes, shards, group).map(drop)
+}
+
+/// Renders scenes into archives of a number of bytes. The scene that does not fit decides where an archive ends; a larger scene
+/// has an archive of its own.
+pub fn render_limited_shards<'a: 'scope, 'scope>(
+    batch: &mut Batch<'a>,
+    scenes: &mut Scenes<'_, 'scope, 'a>,
+    shards: &ShardPlan,
+    list: SceneIter,
+) -> Result<(), UsageError> {
+    let mut list = ShardScenes::new(batch.plan, shards, list);
+    let mut number = 0;
+    while !list.is_empty() {
+        if let Err(failure) = fill_shard(batch, scenes, shards, number, &mut list) {
+            // Where the next archive begins is unknown.
+            return give_up_shard(batch, scenes, failure).map(drop);
+        }
+        number += 1;
     }
     Ok(())
 }
 
-/// Renders the scenes of one archive, and reports its errors. Returns true if the disk is full.
+/// True if a scene is in an archive before that of another.
+fn is_before(shards: &ShardPlan, scene: &NumberedScene, other: &NumberedScene) -> bool {
+    shards.number(scene.number) < shards.number(other.number)
+}
+
+/// Renders the scenes of one archive, and reports its errors. Breaks if nothing more can be written.
 fn render_shard<'a: 'scope, 'scope>(
     batch: &mut Batch<'a>,
     scenes: &mut Scenes<'_, 'scope, 'a>,
-    file: &Path,
-    list: &[NumberedScene],
-) -> Result<bool, UsageError> {
+    shards: &ShardPlan,
+    group: Vec<NumberedScene>,
+) -> Result<ControlFlow<()>, UsageError> {
+    let Some(first) = group.first() else { return Ok(ControlFlow::Continue(())) };
+    let number = shards.number(first.number);
+    let file = shards.numbered(number);
     if batch.plan.dry_run {
         let printed = print_stdout(format!("{}\n", file.display()).as_bytes());
-        return Ok(printed.is_err_and(|error| is_disk_full(&error)));
+        let is_full = printed.is_err_and(|error| is_disk_full(&error));
+        return Ok(if is_full { ControlFlow::Break(()) } else { ControlFlow::Continue(()) });
     }
-    let Err(failure) = complete_shard(batch, scenes, file, list) else { return Ok(false) };
-    drop(scenes.cancel());
-    if let Some(ledger) = &mut batch.ledger {
-        ledger.discard();
-    }
-    match failure {
-        ShardFailure::Usage(error) => Err(error),
-        ShardFailure::DiskFull => Ok(true),
-        ShardFailure::Archive(error) => {
-            fail(batch.summary, batch.reporter, &error);
-            Ok(is_disk_full(&error))
-        }
-    }
-}
-
-/// Keeps an archive that is up to date, and else renders its scenes.
-fn complete_shard<'a: 'scope, 'scope>(
-    batch: &mut Batch<'a>,
-    scenes: &mut Scenes<'_, 'scope, 'a>,
-    file: &Path,
-    list: &[NumberedScene],
-) -> Result<(), ShardFailure> {
-    let mut retried = Retried::default();
     if batch.plan.outputs.resume && file.is_file() {
-        let past: Vec<_> = list.iter().map(|scene| batch.past_outcome(scene)).collect();
-        let is_known = past.iter().all(Option::is_some);
-        let absent = if is_known { Some(BTreeSet::new()) } else { absent_scenes(batch, file, list, &past) };
-        if let Some(absent) = absent {
-            let again = list.iter().filter(|scene| absent.contains(&scene.number));
-            retried = retry(batch, scenes, file, again)?;
-            if retried.images.is_empty() {
-                batch.reporter.kept_archive(file);
-                for (scene, outcome) in
-                    list.iter().zip(past).filter(|(scene, _)| !absent.contains(&scene.number))
-                {
-                    batch.skip(scene, outcome.unwrap_or(PastOutcome::Done { images: 0 }));
-                }
-                if let Some(ledger) = &mut batch.ledger {
-                    ledger.append().map_err(|error| error.context("--ledger"))?;
-                }
-                return Ok(());
-            }
+        let past: Option<Vec<PastOutcome>> = group.iter().map(|scene| batch.past_outcome(scene)).collect();
+        // The ledger knows all of its scenes: it is not opened.
+        if let Some(past) = past {
+            batch.reporter.kept_archive(&file);
+            group.iter().zip(past).for_each(|(scene, outcome)| batch.skip(scene, outcome));
+            return Ok(ControlFlow::Continue(()));
         }
     }
-    let Retried { numbers, images } = retried;
-    let mut rest = list.iter().filter(|scene| !numbers.contains(&scene.number)).cloned().map(Ok);
-    fill_shard(batch, scenes, file, None, images, &mut rest).map(drop)
-}
-
-/// Scenes that were rendered before the others of their archive.
-#[derive(Default)]
-struct Retried {
-    numbers: BTreeSet<usize>,
-    /// The images of those that did not fail.
-    images: EarlierImages,
-}
-
-/// Renders scenes of an archive that may fail again.
-fn retry<'a: 'scope, 'scope, 'l>(
-    batch: &mut Batch<'a>,
-    scenes: &mut Scenes<'_, 'scope, 'a>,
-    file: &Path,
-    mut list: impl Iterator<Item = &'l NumberedScene>,
-) -> Result<Retried, ShardFailure> {
-    let mut retried = Retried::default();
-    loop {
-        while !is_queue_full(scenes)
-            && let Some(scene) = list.next()
-        {
-            batch.start(scenes, scene.clone(), Some(file));
-        }
-        let Some(finished) = scenes.next_finished() else { return Ok(retried) };
-        let number = finished.job.scene.number;
-        retried.numbers.insert(number);
-        match batch.finish_scene(finished) {
-            Ok(Some(images)) => drop(retried.images.insert(number, images)),
-            Err(error) if is_disk_full(&error) => return Err(ShardFailure::DiskFull),
-            Ok(None) | Err(_) => {}
-        }
+    let mut list = ShardScenes::new(batch.plan, shards, Box::new(group.into_iter().map(Ok)));
+    match fill_shard(batch, scenes, shards, number, &mut list) {
+        Ok(()) => Ok(ControlFlow::Continue(())),
+        Err(failure) => give_up_shard(batch, scenes, failure),
     }
-}
-
-/// The numbers of scenes without images in an archive whose other images are complete and made from the same files with the
-/// same settings; `None` for other archives. An archive is written as a whole, so absent scenes failed. Scenes that are
-/// known to fail are not counted.
-fn absent_scenes(
-    batch: &Batch,
-    file: &Path,
-    scenes: &[NumberedScene],
-    past: &[Option<PastOutcome>],
-) -> Option<BTreeSet<usize>> {
-    let expected = scenes.iter().zip(past).filter(|(_, past)| **past != Some(PastOutcome::Failed));
-    let mut missing: BTreeMap<usize, &NumberedScene> =
-        expected.map(|(scene, _)| (scene.number, scene)).collect();
-    for archived in archived_scenes(file)? {
-        let scene = missing.remove(&archived.number)?;
-        if !archived.is_current(batch.plan, scene) {
-            return None;
-        }
-    }
-    Some(missing.into_keys().collect())
 }

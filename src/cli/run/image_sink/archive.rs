@@ -10,13 +10,14 @@ use super::{ImageSink, SceneOutput, WrittenFiles};
 use crate::plan::{OutputKind, Target};
 use crate::run::dataset_files::SampleFiles;
 use blinn_output::datasets::{Dataset, DatasetView};
-use blinn_output::{EncodedFile, SaveError, ShardWriter, encode_files, sample_file};
+use blinn_output::{EncodedFile, SaveError, ShardPart, encode_files, sample_file};
 use blinn_session::{ImageKind, PlannedFrame, RenderedImage, fingerprint};
 
 /// Adds each image with its layers and its description to an archive.
 pub struct ArchiveSink<'a> {
     pub output: SceneOutput<'a>,
-    pub shard: &'a mut ShardWriter,
+    /// The images of the scene in it.
+    pub part: &'a mut ShardPart,
     /// The views of a dataset, which descriptions have.
     pub dataset: Option<(Dataset, Vec<DatasetView>)>,
     /// The annotations of the images by their number; empty without.
@@ -53,8 +54,8 @@ impl ImageSink for ArchiveSink<'_> {
         let layers = plan.outputs.layer_folder;
         for file in encode_files(&image.picture, &name, layers, format, depth).chain(others) {
             let EncodedFile { path, bytes } = file?;
-            let added = self.shard.add(&path.to_string_lossy(), &bytes);
-            added.map_err(|cause| SaveError { path: self.shard.path().join(&path), cause })?;
+            let added = self.part.add(&path.to_string_lossy(), &bytes);
+            added.map_err(|cause| SaveError { path: self.part.path().join(&path), cause })?;
             files.files += 1;
             files.bytes += bytes.len() as u64;
         }
