@@ -292,6 +292,29 @@ fn complete_images_outlast_errors_of_the_machine() {
     assert!(files(&at.join("a")) == files(&at.join("c")));
 }
 
+/// A ledger that cannot be written is reported once, and archives are written without it, as files are.
+#[cfg(unix)]
+#[test]
+fn archives_outlast_their_ledger() {
+    let (_dir, at) = folder();
+    write_objects(&at);
+    fs::remove_file(at.join("objects/o3.x.obj")).unwrap();
+    // Lines of other scenes, up to the largest file.
+    let line = |bytes: usize| format!("{:<1$}\n", "{\"scene\":\"other\"}", bytes - 1);
+    let ledger = line(1000).repeat(40) + &line(900);
+    for out in ["a/{shard}.tar --shard-size 2", "b/{shard}.tar --shard-size 1B", "c/{index}.png"] {
+        fs::write(at.join("l"), &ledger).unwrap();
+        let line = format!("render objects --size 16x12 -s 1 --threads 1 --resume --ledger l -o {out}");
+        let limited = format!("ulimit -f 40; exec '{}' {line}", env!("CARGO_BIN_EXE_blinn"));
+        let output = Command::new("bash").args(["-c", &limited]).current_dir(&at).output().unwrap();
+        let messages = String::from_utf8(output.stderr).unwrap();
+        assert_eq!(output.status.code(), Some(1), "{messages}");
+        assert_eq!(messages.matches("--ledger: l cannot be written").count(), 1, "{messages}");
+    }
+    let counts = ["a", "b", "c"].map(|folder| files(&at.join(folder)).len());
+    assert_eq!(counts, [3, 6, 6]);
+}
+
 /// A run that is killed leaves complete archives only.
 #[cfg(unix)]
 #[test]

@@ -102,15 +102,31 @@ impl<'a> Batch<'a> {
             time,
             images,
         };
+        self.write_ledger(|ledger| ledger.add(&entry));
+        self.summary.add_scene(failure);
+        outcome.map(|()| part)
+    }
+
+    /// Notes in the ledger that the images of an archive are complete.
+    pub fn complete_archive(&mut self) {
+        self.write_ledger(|ledger| ledger.append());
+    }
+
+    /// Forgets the scenes of an archive that was not written.
+    pub fn give_up_archive(&mut self) {
+        if let Some(ledger) = &mut self.ledger {
+            ledger.discard();
+        }
+    }
+
+    /// Writes to the ledger, if there is one. If that fails, images are rendered without it.
+    fn write_ledger(&mut self, write: impl FnOnce(&mut SceneLedger<'a>) -> Result<()>) {
         if let Some(ledger) = &mut self.ledger
-            && let Err(error) = ledger.add(&entry)
+            && let Err(error) = write(ledger)
         {
-            // Images are rendered without the ledger.
             fail(self.summary, self.reporter, &error.context("--ledger"));
             self.ledger = None;
         }
-        self.summary.add_scene(failure);
-        outcome.map(|()| part)
     }
 
     /// The outcome for which the ledger skips a scene.

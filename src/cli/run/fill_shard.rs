@@ -54,8 +54,6 @@ pub fn fill_shard<'a: 'scope, 'scope>(
         ShardEnd::Kept => batch.reporter.kept_archive(&file),
         ShardEnd::Empty => {}
     }
-    if let Some(ledger) = &mut batch.ledger {
-        ledger.append().context("--ledger")?;
-    }
+    batch.complete_archive();
     Ok(())
 }

@@ -36,9 +36,7 @@ pub fn give_up_shard<'a: 'scope, 'scope>(
     failure: ShardFailure,
 ) -> Result<ControlFlow<()>, UsageError> {
     drop(scenes.cancel());
-    if let Some(ledger) = &mut batch.ledger {
-        ledger.discard();
-    }
+    batch.give_up_archive();
     let is_full = match failure {
         ShardFailure::Usage(error) => return Err(error),
         ShardFailure::DiskFull => true,
