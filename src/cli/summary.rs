@@ -23,7 +23,7 @@ pub struct Summary {
     pub failed: usize,
     /// Error lines of the first scenes that failed.
     pub(super) failures: Vec<String>,
-    /// Number of scenes that were skipped because a ledger names them as done.
+    /// Number of scenes that were skipped because a ledger names them as done, or an archive has their images.
     pub skipped_done: usize,
     /// Number of scenes that were skipped because a ledger names them as failed.
     pub skipped_failed: usize,

@@ -315,6 +315,46 @@ fn archives_outlast_their_ledger() {
     assert_eq!(counts, [3, 6, 6]);
 }
 
+/// Scenes whose images an archive has are noted in the ledger once, in the order of the list. Then no archive is opened.
+#[test]
+fn kept_archives_are_noted_in_the_ledger() {
+    let (_dir, at) = folder();
+    write_objects(&at);
+    let repaired = "v 0 0 0\nv 3 0 0\nv 0 1 0\nf 1 2 3\n";
+    // Numbers of scenes, and whether they are done.
+    let ledger = |name: &str| -> Vec<(u64, bool)> {
+        let text = fs::read_to_string(at.join(name)).unwrap();
+        let lines = text.lines().map(|line| serde_json::from_str::<Value>(line).unwrap());
+        lines.map(|line| (line["index"].as_u64().unwrap(), line["status"] == "done")).collect()
+    };
+    let done = |broken: Option<u64>| (1..=7).map(|i| (i, broken != Some(i))).collect::<Vec<_>>();
+    for (i, size) in ["--shard-size 10", "--shard-size 1B"].into_iter().enumerate() {
+        write_objects(&at);
+        let line =
+            |flags: &str| format!("render objects --size 16x12 -s 1 {size} -o {i}/{{shard}}.tar {flags}");
+        blinn(&at, &line(""));
+        let name = format!("{i}.jsonl");
+        let resumed = line(&format!("--resume --ledger {name}"));
+        blinn(&at, &resumed);
+        assert_eq!(ledger(&name), done(Some(4)), "{size}");
+        // Only the scene that failed is tried and noted again.
+        blinn(&at, &resumed);
+        assert_eq!(ledger(&name)[7..], [(4, false)], "{size}");
+        blinn(&at, &format!("{resumed} --no-retry"));
+        assert_eq!(ledger(&name).len(), 8, "{size}");
+        // The repaired scene stands between others without a ledger.
+        fs::write(at.join("objects/o3.x.obj"), repaired).unwrap();
+        fs::remove_file(at.join(&name)).unwrap();
+        let messages = runs(&at, &resumed);
+        assert!(messages.contains("scenes: 7: 1 done, 6 done before; images: 1, 6 kept;"), "{messages}");
+        assert_eq!(ledger(&name), done(None), "{size}");
+        if i == 0 {
+            fs::write(at.join("0/0.tar"), "no archive").unwrap();
+            assert!(runs(&at, &resumed).contains("kept 0/0.tar"));
+        }
+    }
+}
+
 /// A run that is killed leaves complete archives only.
 #[cfg(unix)]
 #[test]

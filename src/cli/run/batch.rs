@@ -8,7 +8,7 @@ use anyhow::{Context, Error, Result};
 
 use super::archive_index::write_archive_index;
 use super::golden_check::GoldenNames;
-use super::ledger::{LedgerEntry, PastOutcome};
+use super::ledger::{ImageCounts, LedgerEntry, PastOutcome};
 use super::merged_dataset::{merged_files, write_merged};
 use super::progress::{Reporter, SceneLog};
 use super::report::Report;
@@ -143,6 +143,27 @@ impl<'a> Batch<'a> {
             PastOutcome::Failed => self.summary.skipped_failed += 1,
         }
         self.reporter.scene_done(scene.number, &scene.path);
+    }
+
+    /// Counts a scene whose images are in an archive of an earlier run, and notes it in the ledger unless that has it as done.
+    pub fn keep(&mut self, scene: &NumberedScene, images: u64, past: Option<PastOutcome>) {
+        let NumberedScene { number, path } = scene;
+        if !matches!(past, Some(PastOutcome::Done { .. })) {
+            self.write_ledger(|ledger| {
+                let key = ledger.key(path, *number);
+                let images = ImageCounts { kept: images, ..ImageCounts::default() };
+                ledger.add(&LedgerEntry {
+                    key,
+                    scene: path,
+                    index: *number,
+                    failure: None,
+                    warnings: &[],
+                    time: Duration::ZERO,
+                    images,
+                })
+            });
+        }
+        self.skip(scene, PastOutcome::Done { images });
     }
 
     /// Writes the files that scenes of a dataset have in common, or prints their names in a dry run.

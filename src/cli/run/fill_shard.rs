@@ -32,12 +32,14 @@ pub fn fill_shard<'a: 'scope, 'scope>(
             break;
         }
         let SceneTurn { scene, past, archived, rendered } = turn;
-        let outcome = match rendered {
-            Some(finished) => batch.finish_scene(finished),
-            None => {
-                let is_current = archived.as_ref().is_some_and(|images| images.is_current);
-                let done = PastOutcome::Done { images: 0 };
-                batch.skip(&scene, if is_current { done } else { past.unwrap_or(done) });
+        let outcome = match (rendered, &archived) {
+            (Some(finished), _) => batch.finish_scene(finished),
+            (None, Some(images)) if images.is_current => {
+                batch.keep(&scene, images.count, past);
+                Ok(None)
+            }
+            (None, _) => {
+                batch.skip(&scene, PastOutcome::Failed);
                 Ok(None)
             }
         };
