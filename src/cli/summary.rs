@@ -17,8 +17,10 @@ const LISTED: usize = 100;
 pub struct Summary {
     /// Number of scenes that were started.
     pub scenes: usize,
-    /// Number of scenes that were not started.
+    /// Number of scenes that were not started, or given up before they ended.
     pub not_started: usize,
+    /// Number of scenes that were rendered for an archive that was not written.
+    pub not_written: usize,
     /// Number of scenes that failed.
     pub failed: usize,
     /// Error lines of the first scenes that failed.
@@ -49,6 +51,16 @@ impl Summary {
         }
     }
 
+    /// Counts as not started what is left of `all` scenes.
+    pub fn count_not_started(&mut self, all: usize) {
+        self.not_started = all.saturating_sub(self.scenes + self.skipped_done + self.skipped_failed);
+    }
+
+    /// Number of scenes whose images were not made, for no reason of their own.
+    pub fn left(&self) -> usize {
+        self.not_started + self.not_written
+    }
+
     /// Adds an error line, which has been reported.
     pub fn add_failure(&mut self, line: String) {
         self.failed += 1;
@@ -69,12 +81,10 @@ impl Summary {
     /// exit code.
     pub fn exit(self) -> u8 {
         let total = self.scenes + self.not_started;
-        if total > 1 && self.failed > 0 {
-            let not_started = match self.not_started {
-                0 => String::new(),
-                count => format!(", {count} not started"),
-            };
-            print_error(&format!("{} of {total} scenes failed{not_started}:", self.failed));
+        if total > 1
+            && let Some(line) = self.incomplete_line(total)
+        {
+            print_error(&line);
             self.failures.iter().for_each(|line| print_error_detail(line));
             if self.failed > self.failures.len() {
                 print_error_detail(&format!("and {} more", self.failed - self.failures.len()));
@@ -83,8 +93,43 @@ impl Summary {
         self.exit_code()
     }
 
+    /// How many of all scenes have no images; `None` if all have.
+    fn incomplete_line(&self, total: usize) -> Option<String> {
+        let counts =
+            [(self.failed, "failed"), (self.not_written, "not written"), (self.not_started, "not started")];
+        let mut parts = counts.into_iter().filter(|&(count, _)| count > 0);
+        let (count, what) = parts.next()?;
+        let mut line = format!("{count} of {total} scenes {what}");
+        parts.for_each(|(count, what)| line += &format!(", {count} {what}"));
+        if self.failed > 0 {
+            line.push(':');
+        }
+        Some(line)
+    }
+
     pub fn exit_code(&self) -> u8 {
         let is_complete = self.failed == 0 && self.skipped_failed == 0 && !self.other_failure;
         if is_complete && !self.is_different { EXIT_SUCCESS } else { EXIT_FAILURE }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn scenes_without_images_are_counted_by_reason() {
+        let line = |failed, not_written, not_started| {
+            let summary = Summary { failed, not_written, not_started, ..Summary::default() };
+            summary.incomplete_line(9)
+        };
+        assert_eq!(line(0, 0, 0), None);
+        assert_eq!(line(2, 0, 0).as_deref(), Some("2 of 9 scenes failed:"));
+        assert_eq!(line(0, 0, 4).as_deref(), Some("4 of 9 scenes not started"));
+        assert_eq!(line(1, 0, 4).as_deref(), Some("1 of 9 scenes failed, 4 not started:"));
+        assert_eq!(line(0, 3, 4).as_deref(), Some("3 of 9 scenes not written, 4 not started"));
+        let mut summary = Summary { scenes: 3, skipped_done: 2, skipped_failed: 1, ..Summary::default() };
+        summary.count_not_started(9);
+        assert_eq!((summary.not_started, summary.left()), (3, 3));
     }
 }

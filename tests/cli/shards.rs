@@ -355,6 +355,53 @@ fn kept_archives_are_noted_in_the_ledger() {
     }
 }
 
+/// On a full disk, all scenes are counted: those in archives, those of the archive that is not written, and the others.
+#[cfg(target_os = "linux")]
+#[test]
+fn scenes_of_an_archive_that_is_not_written_are_not_done() {
+    let (_dir, at) = folder();
+    fs::create_dir(at.join("objects")).unwrap();
+    for i in 0..12 {
+        let text = format!("v 0 0 0\nv {} 0 0\nv 0 {} 0\nf 1 2 3\n", 1 + i % 5, 1 + i % 7);
+        fs::write(at.join(format!("objects/{i:02}.obj")), text).unwrap();
+    }
+    // Two scenes in each archive.
+    for (i, size) in ["2", "4100B"].into_iter().enumerate() {
+        for (full, not_written, not_started) in [(2, 2, ", 6 not started"), (5, 2, "")] {
+            let run = |flags: &str| {
+                let line =
+                    format!("render objects --size 16x12 -s 1 --shard-size {size} -o {i}/{{shard}}.tar");
+                let output = blinn(&at, &format!("{line} {flags}"));
+                (output.status.code(), String::from_utf8(output.stderr).unwrap())
+            };
+            let _ = fs::remove_dir_all(at.join(i.to_string()));
+            fs::create_dir(at.join(i.to_string())).unwrap();
+            let file = at.join(format!("{i}/{full}.tar"));
+            std::os::unix::fs::symlink("/dev/full", &file).unwrap();
+            let (code, messages) = run("");
+            assert_eq!((code, messages.matches("wrote ").count()), (Some(1), full), "{messages}");
+            let line = format!("blinn: {not_written} of 12 scenes not written{not_started}\n");
+            assert!(messages.ends_with(&line), "{messages}");
+            let (_, messages) = run("--ledger l");
+            let done = 2 * full;
+            let line =
+                format!("scenes: 12: {done} done, {not_written} not written{not_started}; images: {done};");
+            assert!(messages.contains(&line), "{messages}");
+            assert_eq!(fs::read_to_string(at.join("l")).unwrap().lines().count(), done);
+            let (_, messages) = run("--progress json");
+            let event = messages.lines().find(|line| line.contains("\"done\"")).unwrap();
+            let event: Value = serde_json::from_str(event).unwrap();
+            let counts = ["scenes", "failed", "left"].map(|name| event[name].as_u64().unwrap() as usize);
+            assert_eq!(counts, [12, 0, 12 - done], "{messages}");
+            // The others are rendered later.
+            fs::remove_file(&file).unwrap();
+            let (code, messages) = run("--resume --ledger l");
+            assert_eq!((code, messages.matches("wrote ").count()), (Some(0), 6 - full), "{messages}");
+            assert_eq!(fs::read_to_string(at.join("l")).unwrap().lines().count(), 12);
+        }
+    }
+}
+
 /// A run that is killed leaves complete archives only.
 #[cfg(unix)]
 #[test]

@@ -36,6 +36,8 @@ pub struct Batch<'a> {
     /// Time that a scene may take.
     pub timeout: Option<Duration>,
     pub summary: &'a mut Summary,
+    /// Number of scenes that were rendered for an archive that is not complete.
+    pub in_archive: usize,
     /// The files that the last scene was made from; empty if it was not read.
     pub scene_files: Vec<PathBuf>,
     /// The golden images of the scenes so far.
@@ -104,16 +106,19 @@ impl<'a> Batch<'a> {
         };
         self.write_ledger(|ledger| ledger.add(&entry));
         self.summary.add_scene(failure);
+        self.in_archive += usize::from(part.is_some() && outcome.is_ok());
         outcome.map(|()| part)
     }
 
     /// Notes in the ledger that the images of an archive are complete.
     pub fn complete_archive(&mut self) {
+        self.in_archive = 0;
         self.write_ledger(|ledger| ledger.append());
     }
 
-    /// Forgets the scenes of an archive that was not written.
+    /// Counts the scenes of an archive that was not written, and forgets their lines.
     pub fn give_up_archive(&mut self) {
+        self.summary.not_written += std::mem::take(&mut self.in_archive);
         if let Some(ledger) = &mut self.ledger {
             ledger.discard();
         }
@@ -183,11 +188,11 @@ impl<'a> Batch<'a> {
 
     /// Writes the page and the totals.
     pub fn finish(self) {
-        let is_whole = self.plan.is_whole_batch() && self.summary.not_started == 0;
+        let is_whole = self.plan.is_whole_batch() && self.summary.left() == 0;
         if let Some(check) = self.plan.check.as_ref().filter(|_| is_whole) {
             self.goldens.warn(check, self.reporter);
         }
-        if self.summary.not_started == 0
+        if self.summary.left() == 0
             && let Err(error) = self.finish_dataset()
         {
             fail(self.summary, self.reporter, &error);

@@ -75,6 +75,15 @@ impl ImageCounts {
         self.files += written.files;
         self.bytes += written.bytes;
     }
+
+    /// Counts the images of another scene.
+    pub fn add_images(&mut self, ImageCounts { rendered, kept, empty, files, bytes }: ImageCounts) {
+        self.rendered += rendered;
+        self.kept += kept;
+        self.empty += empty;
+        self.files += files;
+        self.bytes += bytes;
+    }
 }
 
 /// Identifies a scene, its version and its settings: equal for two runs that would write the same images.

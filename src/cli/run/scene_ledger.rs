@@ -22,10 +22,17 @@ pub struct SceneLedger<'a> {
     /// True to skip scenes that failed before.
     skips_failed: bool,
     since: Instant,
-    /// Images of all scenes of this run.
+    /// Images of all scenes of this run that are complete.
     images: ImageCounts,
-    /// Lines of scenes whose archive is not complete.
-    pending: String,
+    /// Images and lines of scenes whose archive is not complete.
+    pending: PendingScenes,
+}
+
+/// Scenes that are not in the ledger yet.
+#[derive(Default)]
+struct PendingScenes {
+    images: ImageCounts,
+    lines: String,
 }
 
 impl<'a> SceneLedger<'a> {
@@ -43,7 +50,7 @@ impl<'a> SceneLedger<'a> {
             skips_failed: process.no_retry,
             since: Instant::now(),
             images: ImageCounts::default(),
-            pending: String::new(),
+            pending: PendingScenes::default(),
         }))
     }
 
@@ -80,13 +87,8 @@ impl<'a> SceneLedger<'a> {
     /// # Errors
     /// As [`Ledger::append`].
     pub fn add(&mut self, entry: &LedgerEntry) -> Result<()> {
-        let ImageCounts { rendered, kept, empty, files, bytes } = entry.images;
-        self.images.rendered += rendered;
-        self.images.kept += kept;
-        self.images.empty += empty;
-        self.images.files += files;
-        self.images.bytes += bytes;
-        self.pending += &entry.to_line();
+        self.pending.images.add_images(entry.images);
+        self.pending.lines += &entry.to_line();
         if self.plan.outputs.shards.is_none() { self.append() } else { Ok(()) }
     }
 
@@ -95,22 +97,25 @@ impl<'a> SceneLedger<'a> {
     /// # Errors
     /// As [`Ledger::append`].
     pub fn append(&mut self) -> Result<()> {
-        self.ledger.append(&std::mem::take(&mut self.pending))
+        let PendingScenes { images, lines } = std::mem::take(&mut self.pending);
+        self.images.add_images(images);
+        self.ledger.append(&lines)
     }
 
-    /// Drops the lines of scenes whose archive was not written.
+    /// Forgets the scenes whose archive was not written.
     pub fn discard(&mut self) {
-        self.pending.clear();
+        self.pending = PendingScenes::default();
     }
 
     /// One line about all scenes of this run.
     pub fn totals(&self, summary: &Summary) -> String {
-        let Summary { scenes, failed, skipped_done, skipped_failed, not_started, .. } = *summary;
-        let mut parts = vec![format!("{} done", scenes - failed)];
+        let Summary { scenes, failed, skipped_done, skipped_failed, not_written, not_started, .. } = *summary;
+        let mut parts = vec![format!("{} done", scenes.saturating_sub(failed + not_written))];
         for (count, what) in [
             (failed, "failed"),
             (skipped_done, "done before"),
             (skipped_failed, "failed before"),
+            (not_written, "not written"),
             (not_started, "not started"),
         ] {
             if count > 0 {

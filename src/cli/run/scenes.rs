@@ -49,6 +49,7 @@ pub fn render_scenes(
         ledger,
         timeout,
         summary,
+        in_archive: 0,
         scene_files: Vec::new(),
         goldens: GoldenNames::default(),
     };
@@ -58,7 +59,8 @@ pub fn render_scenes(
         capacity.threads = 1;
     }
     let range = plan.scene_range();
-    let list = plan.numbered_scenes().skip(range.start).take(range.len());
+    let range_length = range.len();
+    let list = plan.numbered_scenes().skip(range.start).take(range_length);
     run_scheduled(capacity, |scenes| match &plan.outputs.shards {
         Some(shards) => match shards.max_bytes() {
             Some(_) => render_limited_shards(&mut batch, scenes, shards, Box::new(list)),
@@ -68,6 +70,9 @@ pub fn render_scenes(
     })?;
     if let Some(peak) = peak_bytes() {
         reporter.perf(&format!("memory   {:>10}  peak", format_bytes(peak)));
+    }
+    if !plan.dry_run {
+        batch.summary.count_not_started(range_length);
     }
     let files = std::mem::take(&mut batch.scene_files);
     batch.finish();
@@ -93,16 +98,13 @@ fn render_files<'a: 'scope, 'scope>(
         let Some(finished) = scenes.next_finished() else { break };
         if batch.finish_scene(finished).is_err_and(|error| is_disk_full(&error)) {
             // Nothing more can be written, and one error for it is enough. Later scenes may be finished by now.
-            let mut given_up = scenes.stop();
+            scenes.stop();
             while let Some(late) = scenes.next_finished() {
-                if late.output.is_given_up() {
-                    given_up += 1;
-                } else {
+                if !late.output.is_given_up() {
                     // A failure was reported.
                     let _ = batch.finish_scene(late);
                 }
             }
-            batch.summary.not_started = given_up + list.count();
             return Ok(());
         }
     }

@@ -330,7 +330,7 @@ impl Reporter {
         }
         let mut event = json!({
             "event": "done", "scenes": summary.scenes + summary.not_started,
-            "failed": summary.failed, "left": summary.not_started,
+            "failed": summary.failed, "left": summary.left(),
             "wrote": self.wrote.load(Ordering::Relaxed), "kept": self.kept.load(Ordering::Relaxed),
             "exit_code": summary.exit_code(),
         });
