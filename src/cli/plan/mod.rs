@@ -29,6 +29,7 @@ use super::args::{ProcessArgs, RenderArgs, TurntableArgs};
 use super::console::is_stdout;
 use super::usage::UsageError;
 use blinn_accel::AccelSettings;
+use blinn_output::datasets::WorldUp;
 use blinn_session::{
     Chunk, EnvironmentSource, FrameNeighbours, ImageCamera, PlannedFrame, SessionPlan, SettingsHash,
     simd_level,
@@ -192,8 +193,7 @@ impl RenderPlan {
         if let (Some(cameras), Some(index)) = (&self.session.cameras, frame.camera) {
             return Some(self.view_hash(frame, &cameras.camera(index).ok()?));
         }
-        let dataset = self.session.dataset.map(|dataset| (dataset.count, dataset.up));
-        let settings = (self.settings_hash(frame).hash(), dataset);
+        let settings = (self.settings_hash(frame).hash(), self.described_views());
         let hash = match self.formats.describes_samples() {
             true => SettingsHash::of(&(settings, &self.formats)),
             false => SettingsHash::of(&settings),
@@ -201,9 +201,14 @@ impl RenderPlan {
         Some(hash.strict(self.strict))
     }
 
+    /// Settings of a dataset that the descriptions of its views depend on: their number and the up axis.
+    fn described_views(&self) -> Option<(u32, WorldUp)> {
+        self.session.dataset.map(|dataset| (dataset.count, dataset.up))
+    }
+
     /// Hash of everything that decides the images of a scene except its files.
     pub fn scene_settings_hash(&self) -> SettingsHash {
-        let dataset = self.session.dataset.map(|dataset| (dataset.count, dataset.up));
+        let dataset = self.described_views();
         let world_up = self.session.cameras.as_ref().map(|cameras| cameras.world_up());
         let formats = (&self.session.neighbours, &self.formats, world_up);
         SettingsHash::of(&(&self.session.options, self.outputs.kind, &self.frames, dataset, formats))

@@ -161,9 +161,10 @@ impl<'a> SceneJob<'a> {
         if let Some(report) = &mut self.report {
             report.check_not_input(&paths)?;
         }
-        // A list may have many cameras.
-        for part in frames.chunks(FILES_AT_ONCE).chain([&frames[..0]]) {
-            let files = self.plan.output_files(self.path, self.index, part);
+        // A list may have many cameras. Without images, there are still the files that describe a dataset.
+        let parts = if frames.is_empty() { vec![frames] } else { frames.chunks(FILES_AT_ONCE).collect() };
+        for frames in parts {
+            let files = self.plan.output_files(self.path, self.index, frames);
             for file in &files {
                 paths.check_not_input(file, Writer::Scene(self.path)).map_err(Error::msg)?;
             }

@@ -31,6 +31,8 @@ impl ImageSink for ArchiveSink<'_> {
         let mut files = WrittenFiles::default();
         let OutputKind::Images(ImageKind { format, depth }) = plan.outputs.kind else { return Ok(files) };
         let Target::File(name) = self.output.target(frame) else { return Ok(files) };
+        // The image is the same as in a file of its own, with the fingerprint of its camera. That of the description is known
+        // without the scene.
         image.picture.fingerprint = self.output.fingerprint(frame, image);
         let own_fingerprint = plan.member_hash(frame).and_then(|hash| fingerprint(hash, path, &scene.source));
         let mut description = json!({
