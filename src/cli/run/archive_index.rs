@@ -8,7 +8,7 @@ use std::path::{Path, PathBuf};
 
 use anyhow::Result;
 
-use super::archived_scenes::archived_scenes;
+use super::archived_scenes::ArchivedShard;
 use super::common_files::{merge_models_info, warn_of_missing, write_common_file};
 use super::progress::Reporter;
 use crate::plan::RenderPlan;
@@ -27,14 +27,14 @@ pub fn write_archive_index(plan: &RenderPlan, reporter: &Reporter) -> Result<Vec
     let mut numbers: BTreeSet<usize> = BTreeSet::new();
     for shard in 0..shards.count(count) {
         let file = shards.numbered(shard);
-        let Some(scenes) = file.is_file().then(|| archived_scenes(&file)).flatten() else {
+        let Some(archive) = ArchivedShard::open(&file)? else {
             // Archives of limited bytes follow one another.
             if shards.max_bytes().is_some() {
                 break;
             }
             continue;
         };
-        for scene in scenes {
+        for scene in &archive.scenes {
             // Archives of earlier runs may have scenes of those before them, or no models.
             let has_models = || folder.scene_models_info(scene.number).is_file();
             if scene.number <= count && has_models() && numbers.insert(scene.number) {

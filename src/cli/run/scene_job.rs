@@ -132,7 +132,7 @@ impl<'a> SceneJob<'a> {
         let transforms = TransformsFile { plan: self.plan, views, scene, path: self.path, index: self.index };
         let dataset_files = DatasetFiles { transforms: &transforms, log: self.log };
         let mut files = Vec::new();
-        if self.shard.is_some() {
+        if self.part.is_some() {
             files.extend(dataset_files.write_archive_models()?);
         } else {
             files.extend(dataset_files.write(&self.cancel)?);
