@@ -2,22 +2,28 @@
 
 from __future__ import annotations
 
-from typing import Any, Iterable
+import math
+from typing import Any
 
 import bpy
 import numpy
 
-from . import material_loss
-from .bake_routes import NORMALS, VALUES, Values, connect, is_socket
+from . import material_loss, principled
+from .bake_passes import Plan
+from .bake_values import BLACK, DIRECTION, NORMAL_MIX, NORMALS, VALUES, Values, connect, is_socket
 from .journal import Journal
-from .node_links import linked_node
 
 # Images, and the values in their channels.
 PACKED = {
     "Metallic Roughness": {"Roughness": "Green", "Metallic": "Blue"},
     "Transmission": {"Transmission Weight": "Red"},
     "Coat": {"Coat Weight": "Red", "Coat Roughness": "Green"},
+    "Sheen Roughness": {"Sheen Roughness": "Red"},
 }
+# Values that are the input of the same name.
+INPUTS = ("Base Color", "Specular Tint", *(name for name in VALUES if name not in {*DIRECTION, NORMAL_MIX}))
+# A mix of normals is soft if more than this share of its texels shows more than this share of both.
+SOFT_TEXELS, SOFT_SHARE = 0.01, 0.02
 Pixels = dict[str, numpy.ndarray]
 
 
@@ -29,11 +35,19 @@ class BakedMaterial:
         self.material = journal.add(bpy.data.materials, material.copy())
         self.tree = self.material.node_tree
 
-    def write(self, values: Values, principled: bpy.types.Node | None, baked: Pixels, is_whole: bool) -> None:
-        """Replaces what was baked. A whole surface gets a new Principled BSDF, with all its values."""
-        shader = self.new_surface(values, principled) if is_whole else material_loss.surface_of(self.material)
-        self.write_color(shader, values, baked)
+    def write(self, plan: Plan, baked: Pixels, lost: set[str] | None) -> None:
+        """Replaces what was lost. A whole surface gets a new Principled BSDF, with all its values."""
+        shader = self.new_surface(plan.principled) if lost is None else material_loss.surface_of(self.material)
+        self.write_numbers(shader, plan.values, lost)
+        self.write_color(shader, plan.values, baked)
         self.write_emission(shader, baked)
+        if "Sheen Color" in baked:
+            texture = self.texture("Sheen", srgb(baked["Sheen Color"]), None, is_color=True)
+            self.replace(texture.outputs["Color"], shader.inputs["Sheen Tint"])
+            self.set_number(shader, "Sheen Weight", 1.0)
+        self.write_specular(shader, plan.values, baked)
+        if DIRECTION[0] in baked:
+            self.write_stretch(shader, plan.values, baked)
         for name, channels in PACKED.items():
             present = {value: channel for value, channel in channels.items() if value in baked}
             if present:
@@ -46,26 +60,41 @@ class BakedMaterial:
                 self.tree.links.new(texture.outputs["Color"], node.inputs["Color"])
                 self.tree.links.new(node.outputs[0], shader.inputs[name])
 
-    def new_surface(self, values: Values, like: bpy.types.Node | None) -> bpy.types.Node:
-        """Returns a new Principled BSDF with the numbers of a surface, and others of an old one."""
+    def new_surface(self, like: bpy.types.Node | None) -> bpy.types.Node:
+        """Returns a new Principled BSDF with the numbers of another one."""
         shader = self.tree.nodes.new(material_loss.PRINCIPLED)
         if like is not None:
             for old in like.inputs:
                 new = shader.inputs.get(old.name)
                 if new is not None and not old.is_linked and hasattr(old, "default_value"):
                     new.default_value = old.default_value
-        for name in ("Base Color", *VALUES):
-            if name in values and not is_socket(values[name]):
-                connect(self.tree, values[name], shader.inputs[name])
-        emission = values.get("Emission", (0.0, 0.0, 0.0))
-        if not is_socket(emission):
-            peak = max(emission)
-            tint = tuple(channel / peak for channel in emission) if peak > 0.0 else emission
-            connect(self.tree, tint, shader.inputs["Emission Color"])
-            shader.inputs["Emission Strength"].default_value = peak
         output = self.tree.get_output_node("CYCLES")
         self.tree.links.new(shader.outputs[0], output.inputs["Surface"])
         return shader
+
+    def write_numbers(self, shader: bpy.types.Node, values: Values, lost: set[str] | None) -> None:
+        """Writes those of the values that are no images."""
+        names = {name for name, value in values.items() if not is_socket(value) and (lost is None or name in lost)}
+        for name in names.intersection(INPUTS):
+            self.set_number(shader, name, values[name])
+        for name, color, strength in (
+            ("Emission", "Emission Color", "Emission Strength"),
+            ("Sheen Color", "Sheen Tint", "Sheen Weight"),
+        ):
+            if name in names:
+                peak = max(values[name])
+                tint = tuple(channel / peak for channel in values[name]) if peak > 0.0 else BLACK
+                self.set_number(shader, color, tint)
+                self.set_number(shader, strength, peak)
+        if lost is None or "Base Color" in lost:
+            # Its light is part of the colours.
+            self.set_number(shader, "Coat Tint", principled.WHITE)
+
+    def set_number(self, shader: bpy.types.Node, name: str, value: Any) -> None:
+        """Gives an input a number or a colour in place of its links."""
+        for link in shader.inputs[name].links:
+            self.tree.links.remove(link)
+        connect(self.tree, value, shader.inputs[name])
 
     def write_color(self, shader: bpy.types.Node, values: Values, baked: Pixels) -> None:
         """Writes base colour and alpha into one image."""
@@ -95,6 +124,60 @@ class BakedMaterial:
         if peak > 0.0:
             texture = self.texture("Emission", srgb(light / peak), None, is_color=True)
             self.tree.links.new(texture.outputs["Color"], shader.inputs["Emission Color"])
+
+    def write_specular(self, shader: bpy.types.Node, values: Values, baked: Pixels) -> None:
+        """Writes the specular factor, twice the level of Blender, and the specular colour, which has what exceeds 1."""
+        factor = baked.get("Specular IOR Level")
+        color = baked.get("Specular Tint")
+        if factor is not None:
+            factor = 2.0 * numpy.maximum(factor, 0.0)
+            if factor.max() > 1.0 + 1.0 / 255.0:
+                tint = values.get("Specular Tint", principled.WHITE) if color is None else color
+                tint = numpy.array(principled.WHITE if is_socket(tint) else tint, numpy.float32)
+                color = numpy.maximum(factor, 1.0)[..., None] * tint
+            self.write_packed("Specular", shader, {"Specular IOR Level": "Red"}, {"Specular IOR Level": factor})
+        if color is not None:
+            peak = max(float(color.max()), 1.0)
+            texture = self.texture("Specular Tint", srgb(color / peak), None, is_color=True)
+            product = self.tree.nodes.new("ShaderNodeMix")
+            product.data_type, product.blend_type = "RGBA", "MULTIPLY"
+            product.inputs[0].default_value = 1.0
+            product.inputs[7].default_value = (peak, peak, peak, 1.0)
+            self.tree.links.new(texture.outputs["Color"], product.inputs[6])
+            self.replace(product.outputs[2], shader.inputs["Specular Tint"])
+
+    def write_stretch(self, shader: bpy.types.Node, values: Values, baked: Pixels) -> None:
+        """Writes strength and direction of an anisotropy, with the nodes that the exporter knows."""
+        nodes, link = self.tree.nodes, self.tree.links.new
+        direction = numpy.stack([2.0 * baked[name] - 1.0 for name in DIRECTION], axis=-1)
+        length = numpy.linalg.norm(direction, axis=-1, keepdims=True)
+        direction = numpy.where(length > 1e-3, direction / numpy.maximum(length, 1e-3), (1.0, 0.0))
+        strength = baked.get("Anisotropic")
+        factor = 1.0 if strength is not None else values["Anisotropic"]
+        texels = numpy.ones((*direction.shape[:2], 3), numpy.float32)
+        texels[..., :2] = 0.5 * direction + 0.5
+        if strength is not None:
+            texels[..., 2] = strength
+        texture = self.texture("Anisotropy", texels, None)
+        signed, split = nodes.new("ShaderNodeVectorMath"), nodes.new("ShaderNodeSeparateXYZ")
+        signed.operation = "MULTIPLY_ADD"
+        signed.inputs[1].default_value, signed.inputs[2].default_value = (2.0, 2.0, 1.0), (-1.0, -1.0, 0.0)
+        link(texture.outputs["Color"], signed.inputs[0])
+        link(signed.outputs[0], split.inputs[0])
+        turned = self.number("ADD", self.number("ARCTAN2", split.outputs["Y"], split.outputs["X"]), 0.0)
+        self.replace(self.number("DIVIDE", turned, 2.0 * math.pi), shader.inputs["Anisotropic Rotation"])
+        self.replace(self.number("MULTIPLY", split.outputs["Z"], factor), shader.inputs["Anisotropic"])
+        tangent = nodes.new("ShaderNodeTangent")
+        tangent.direction_type, tangent.uv_map = "UV_MAP", self.map_name
+        self.replace(tangent.outputs[0], shader.inputs["Tangent"])
+
+    def number(self, operation: str, first: Any, second: Any) -> bpy.types.NodeSocket:
+        """Returns the output of a new node."""
+        node = self.tree.nodes.new("ShaderNodeMath")
+        node.operation = operation
+        connect(self.tree, first, node.inputs[0])
+        connect(self.tree, second, node.inputs[1])
+        return node.outputs[0]
 
     def write_packed(self, name: str, shader: bpy.types.Node, channels: dict[str, str], baked: Pixels) -> None:
         """Writes numbers into channels of an image."""
@@ -138,49 +221,8 @@ def srgb(linear: numpy.ndarray) -> numpy.ndarray:
     return numpy.where(linear <= 0.0031308, 12.92 * linear, 1.055 * linear ** (1.0 / 2.4) - 0.055)
 
 
-def lost_values(material: bpy.types.Material) -> set[str] | None:
-    """Returns the values of a Principled BSDF that are to be baked; None for the whole surface."""
-    shader = material_loss.surface_of(material)
-    if shader is None:
-        return set()
-    if shader.bl_idname != material_loss.PRINCIPLED:
-        return None if is_lost_mix(shader) or material_loss.losses(material) else set()
-    lost = set()
-    for socket in shader.inputs:
-        if any(material_loss.losses_of_socket(socket)):
-            lost.add("Emission" if socket.name.startswith("Emission") else socket.name)
-    # The exporter writes heights as a normal map.
-    bent = {name for name in NORMALS if any(n.bl_idname == "ShaderNodeBump" for n in before(shader.inputs[name]))}
-    lost |= bent | ({"Normal"} if material_loss.has_bump(material) else set())
-    for pair in (("Metallic", "Roughness"), ("Base Color", "Alpha"), ("Coat Weight", "Coat Roughness")):
-        # One image holds both.
-        if lost.intersection(pair):
-            lost.update(name for name in pair if linked_node(shader.inputs[name]) is not None)
-    return lost.intersection({"Base Color", "Emission", *VALUES, *NORMALS})
-
-
-def is_lost_mix(shader: bpy.types.Node) -> bool:
-    """Returns True for several surfaces, or a group, that depend on nodes which the exporter does not evaluate.
-
-    Light alone is not baked: the exporter reads it.
-    """
-    if shader.bl_idname not in {"ShaderNodeMixShader", "ShaderNodeAddShader", "ShaderNodeGroup"}:
-        return False
-    nodes = list(material_loss.upstream(shader))
-    surfaces = [n for n in nodes if n.bl_idname.startswith("ShaderNodeBsdf")]
-    groups = [n for n in nodes if n.bl_idname == "ShaderNodeGroup" and n != shader and has_shader(n)]
-    if all(n.bl_idname == "ShaderNodeBsdfTransparent" for n in surfaces):
-        return False
-    has_procedure = any(n.bl_idname in material_loss.PROCEDURES for n in nodes)
-    return has_procedure or shader.bl_idname != "ShaderNodeGroup" and len(surfaces) + len(groups) > 1
-
-
-def has_shader(group: bpy.types.Node) -> bool:
-    """Returns True for a group that is linked as a shader."""
-    return any(socket.type == "SHADER" and socket.is_linked for socket in group.outputs)
-
-
-def before(socket: bpy.types.NodeSocket) -> Iterable[bpy.types.Node]:
-    """Returns the nodes that an input depends on."""
-    first = linked_node(socket)
-    return [] if first is None else material_loss.upstream(first)
+def has_soft_mix(plan: Plan, baked: Pixels) -> bool:
+    """Returns True for a mix of surfaces with different normals that are seen at the same place."""
+    factor = baked.get(NORMAL_MIX, plan.values.get(NORMAL_MIX, 0.0))
+    is_soft = (SOFT_SHARE < numpy.asarray(factor)) & (numpy.asarray(factor) < 1.0 - SOFT_SHARE)
+    return bool(is_soft.mean() > SOFT_TEXELS)

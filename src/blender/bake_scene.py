@@ -7,7 +7,7 @@ from typing import Any
 import bpy
 import numpy
 
-from .bake_routes import BLACK, CannotBake, connect, is_socket
+from .bake_values import BLACK, CannotBake, connect, is_socket
 from .journal import Journal
 
 NAME = "blinn bake"

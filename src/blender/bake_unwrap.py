@@ -5,7 +5,8 @@ from __future__ import annotations
 import bpy
 import numpy
 
-from .bake_routes import CannotBake
+from .bake_anisotropy import SIDE
+from .bake_values import CannotBake
 
 LAYER = "blinn bake"
 MAX_LAYERS = 8  # Of a mesh in Blender.
@@ -137,3 +138,17 @@ def same_corners(mesh: bpy.types.Mesh, copy: bpy.types.Mesh) -> bool:
         each.loops.foreach_get("vertex_index", found)
         indices.append(found)
     return numpy.array_equal(*indices)
+
+
+def mark_mirrored(mesh: bpy.types.Mesh, map_name: str) -> None:
+    """Gives each face -1 where a map shows it mirrored, else 1."""
+    mesh.calc_loop_triangles()
+    count = len(mesh.loop_triangles)
+    corners, faces = numpy.empty(3 * count, dtype=numpy.int32), numpy.empty(count, dtype=numpy.int32)
+    mesh.loop_triangles.foreach_get("loops", corners)
+    mesh.loop_triangles.foreach_get("polygon_index", faces)
+    a, b, c = coordinates(mesh, mesh.uv_layers[map_name])[corners.reshape(-1, 3)].transpose(1, 0, 2)
+    areas = (b[:, 0] - a[:, 0]) * (c[:, 1] - a[:, 1]) - (b[:, 1] - a[:, 1]) * (c[:, 0] - a[:, 0])
+    totals = numpy.bincount(faces, weights=areas, minlength=len(mesh.polygons))
+    sides = numpy.where(totals < 0.0, -1.0, 1.0).astype(numpy.float32)
+    mesh.attributes.new(SIDE, "FLOAT", "FACE").data.foreach_set("value", sides)

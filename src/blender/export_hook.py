@@ -7,9 +7,9 @@ from typing import Any
 import bpy
 
 from . import area_light, bake, camera, engine_settings, journal, light_emission, material_extensions, material_loss
-from . import punctual_light, scene_settings
-from . import unused_alpha
+from . import punctual_light, scene_settings, unused_alpha
 from .gltf_types import add_extras
+from .mesh_replacement import Replacements
 
 ENABLED = "blinn_export"
 
@@ -19,6 +19,7 @@ class glTF2ExportUserExtension:
 
     is_critical = False
     baker: bake.Baker | None = None
+    replacements: Replacements | None = None
 
     def __init__(self) -> None:
         self.is_enabled = getattr(bpy.context.scene, ENABLED, True)
@@ -29,24 +30,32 @@ class glTF2ExportUserExtension:
         # The exporter goes to frame 0, or to each frame of an animation in turn.
         self.current_frames = {scene.name: scene.frame_current for scene in bpy.data.scenes}
 
-    def bake(self, settings: dict[str, Any]) -> None:
-        """Bakes materials for the time of the export, at the frame of static values."""
-        options = getattr(bpy.context.scene, engine_settings.PROPERTY)
-        if not self.is_enabled or options.bake == "never" or settings["gltf_materials"] != "EXPORT":
+    def replace(self, settings: dict[str, Any]) -> None:
+        """Converts metaballs and bakes materials for the time of the export, at the frame of static values."""
+        if not self.is_enabled:
             return
-        self.baker = bake.Baker(settings, options.bake_size, settings["log"].warning)
+        self.replacements = Replacements(settings)
         if not bpy.app.background:
             bpy.app.timers.register(journal.restore_all, first_interval=0.0)
         try:
-            self.baker.bake()
+            self.bake(settings, self.replacements)
+            self.replacements.convert_metaballs()
         except Exception as error:
             settings["log"].error(f"blinn: materials are not baked: {type(error).__name__}: {error}")
-            self.baker.restore()
+            self.replacements.restore()
+
+    def bake(self, settings: dict[str, Any], replacements: Replacements) -> None:
+        """Bakes materials if the scene asks for it."""
+        options = getattr(bpy.context.scene, engine_settings.PROPERTY)
+        if options.bake == "never" or settings["gltf_materials"] != "EXPORT":
+            return
+        self.baker = bake.Baker(settings, options.bake_size, settings["log"].warning, replacements)
+        self.baker.bake()
 
     def restore(self) -> None:
-        """Gives the scene back what it had before it was baked."""
-        if self.baker is not None:
-            self.baker.restore()
+        """Gives the scene back what it had."""
+        if self.replacements is not None:
+            self.replacements.restore()
 
     def vtree_before_filter_hook(self, tree: Any, settings: dict[str, Any]) -> None:
         """Remembers the colours of lights at the frame of static values, before some versions change them."""
@@ -54,9 +63,11 @@ class glTF2ExportUserExtension:
             self.colors.setdefault(light.name_full, tuple(light.color))
 
     def gather_node_hook(self, node: Any, blender_object: bpy.types.Object | None, settings: dict[str, Any]) -> None:
-        """Adds what a light or a camera lacks. Objects that the exporter leaves out never come here."""
+        """Adds what a light, a camera or a mesh lacks. Objects that the exporter leaves out never come here."""
         if not self.is_enabled or blender_object is None:
             return
+        if self.replacements is not None:
+            self.replacements.write(node, blender_object, settings)
         if blender_object.type == "LIGHT" and settings["gltf_lights"]:
             self.warn_of_lost_keys(blender_object, settings)
             color = self.colors.get(blender_object.data.name_full, tuple(blender_object.data.color))
@@ -96,9 +107,9 @@ class glTF2ExportUserExtension:
             settings["log"].warning(material_loss.message(name, losses, self.baker is None))
 
     def gather_mesh_hook(self, gltf_mesh: Any, mesh: bpy.types.Mesh, *_: Any) -> None:
-        """Gives a mesh that was baked its name."""
-        if self.baker is not None:
-            gltf_mesh.name = self.baker.mesh_names.get(mesh.name, gltf_mesh.name)
+        """Gives a mesh that replaces another one its name."""
+        if self.replacements is not None:
+            gltf_mesh.name = self.replacements.names.get(mesh.name, gltf_mesh.name)
 
     def gather_image_hook(self, gltf_image: Any, export_image: Any, sockets: tuple, settings: dict[str, Any]) -> None:
         """Gives an image the colours that Blender shows if nothing uses its alpha."""
@@ -120,7 +131,7 @@ def own_extensions(settings: dict[str, Any]) -> list[glTF2ExportUserExtension]:
 def glTF2_pre_export_callback(settings: dict[str, Any]) -> None:
     """Called by the exporter, at the frame of static values and in object mode, where exceptions would end it."""
     for extension in own_extensions(settings):
-        extension.bake(settings)
+        extension.replace(settings)
 
 
 def glTF2_post_export_callback(settings: dict[str, Any]) -> None:

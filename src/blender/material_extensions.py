@@ -1,4 +1,4 @@
-"""Values of opaque materials that glTF has extensions for and that Blender's exporter leaves out."""
+"""Values of materials that glTF has fields for and that Blender's exporter leaves out."""
 
 from __future__ import annotations
 
@@ -7,11 +7,12 @@ from typing import Any
 
 import bpy
 
+from . import principled
 from .gltf_types import Extension
 
 IOR = "KHR_materials_ior"
 IRIDESCENCE = "KHR_materials_iridescence"
-
+SHEEN = "KHR_materials_sheen"
 SPECULAR = "KHR_materials_specular"
 NEEDED = {"KHR_materials_transmission", "KHR_materials_volume", SPECULAR}
 
@@ -20,7 +21,9 @@ DEFAULT_IOR = 1.5
 
 
 def write(gltf_material: Any, shader: bpy.types.Node) -> None:
-    """Adds the index of refraction and the thin film of a Principled BSDF where they are missing."""
+    """Adds what is missing of a Principled BSDF: index of refraction, thin film, weight of a sheen, tint of a coat."""
+    weigh_sheen(gltf_material, shader)
+    tint_below_coat(gltf_material, shader)
     present = gltf_material.extensions or {}
     # The exporter begins with empty extensions, and removes those that stay empty.
     filled = {name for name, value in present.items() if getattr(value, "extension", value)}
@@ -41,6 +44,41 @@ def write(gltf_material: Any, shader: bpy.types.Node) -> None:
     if added:
         values = {name: Extension(name, value, False) for name, value in added.items()}
         gltf_material.extensions = {**present, **values}
+
+
+def weigh_sheen(gltf_material: Any, shader: bpy.types.Node) -> None:
+    """Multiplies the colour of a sheen, which has the tint alone, by its weight."""
+    weight = constant(shader, "Sheen Weight")
+    values = extension_of(gltf_material, SHEEN)
+    if values and weight is not None and "sheenColorFactor" in values:
+        values["sheenColorFactor"] = scaled(values["sheenColorFactor"], (min(weight, 1.0),) * 3)
+
+
+def tint_below_coat(gltf_material: Any, shader: bpy.types.Node) -> None:
+    """Multiplies colours by the tint of a coat, as it looks from the front: coats of glTF have none."""
+    tint = principled.constant_coat_tint(shader)
+    if tint is None:
+        return
+    surface = gltf_material.pbr_metallic_roughness
+    if surface is not None:
+        old = surface.base_color_factor or [1.0] * 4
+        surface.base_color_factor = [*scaled(old[:3], tint), old[3]]
+    if gltf_material.emissive_factor is not None:
+        gltf_material.emissive_factor = scaled(gltf_material.emissive_factor, tint)
+    values = extension_of(gltf_material, SPECULAR)
+    if values is not None:
+        values["specularColorFactor"] = scaled(values.get("specularColorFactor") or [1.0] * 3, tint)
+
+
+def extension_of(gltf_material: Any, name: str) -> dict[str, Any] | None:
+    """Returns the values of an extension; None without it."""
+    found = (gltf_material.extensions or {}).get(name)
+    return getattr(found, "extension", found)
+
+
+def scaled(color: Any, factors: Any) -> list[float]:
+    """Returns the product of two colours."""
+    return [a * b for a, b in zip(color, factors)]
 
 
 def constant(shader: bpy.types.Node, name: str) -> float | None:

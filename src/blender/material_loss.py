@@ -6,6 +6,7 @@ from typing import Iterator
 
 import bpy
 
+from . import principled
 from .node_links import linked_node
 
 PRINCIPLED = "ShaderNodeBsdfPrincipled"
@@ -29,9 +30,6 @@ SHADERS = {
     BsdfMetallic BsdfHair BsdfHairPrincipled BsdfRayPortal SubsurfaceScattering AddShader EeveeSpecular
     """.split()
 }
-
-# Inputs of a Principled BSDF without a counterpart, and the weight that shows them.
-INPUTS = {"Coat Tint": "Coat Weight", "Subsurface Weight": "Subsurface Weight"}
 
 # Those that show in the factor of a mix. Mixes by the kind of a ray are common tricks, which pictures do without.
 FACTORS = PROCEDURES - {"ShaderNodeLightPath", "ShaderNodeCameraData"}
@@ -102,13 +100,10 @@ def is_thin_wall(material: bpy.types.Material | None) -> bool:
 
 def losses_of_principled(shader: bpy.types.Node) -> Iterator[str]:
     """Yields what is lost of the inputs of a Principled BSDF."""
-    for name, weight in INPUTS.items():
-        socket, factor = shader.inputs.get(name), shader.inputs.get(weight)
-        if socket is None or factor is None or not (factor.is_linked or factor.default_value > 0.0):
-            continue
-        is_white = name == "Coat Tint" and not socket.is_linked and min(socket.default_value[:3]) >= 1.0
-        if not is_white:
-            yield name
+    if principled.is_used(shader.inputs.get("Subsurface Weight")):
+        yield "Subsurface Weight"
+    for _, loss in principled.misread(shader):
+        yield loss
     for socket in shader.inputs:
         yield from losses_of_socket(socket)
 

@@ -12,8 +12,9 @@ import pytest
 
 try:
     import bpy
+    import numpy
 except ImportError:
-    bpy = None  # The modules with tests skip themselves.
+    bpy = numpy = None  # The modules with tests skip themselves.
 
 ROOT = Path(__file__).resolve().parents[2]
 MODULE = "blinn_extension"
@@ -111,5 +112,42 @@ def export(tmp_path: Path) -> Callable[..., Export]:
         options = {"export_lights": True, "export_cameras": True, **options}
         assert bpy.ops.export_scene.gltf(filepath=str(path), export_format="GLB", **options) == {"FINISHED"}
         return Export(path)
+
+    return run
+
+
+@pytest.fixture()
+def cycles(tmp_path: Path) -> Callable[[], Any]:
+    """A function that renders by Cycles, and returns the bytes of the picture, the uppermost row first."""
+
+    def run() -> Any:
+        scene = bpy.context.scene
+        settings = scene.render.image_settings
+        settings.file_format, settings.color_mode = "PNG", "RGBA"
+        scene.render.filepath = str(tmp_path / "cycles.png")
+        assert bpy.ops.render.render(write_still=True) == {"FINISHED"}
+        image = bpy.data.images.load(scene.render.filepath, check_existing=False)
+        width, height = image.size
+        texels = numpy.empty(width * height * 4, numpy.float32)
+        image.pixels.foreach_get(texels)
+        bpy.data.images.remove(image)
+        return over_black(numpy.rint(texels.reshape(height, width, 4)[::-1] * 255.0))
+
+    return run
+
+
+def over_black(rgba: Any) -> Any:
+    """The picture over black, with its alpha."""
+    return numpy.concatenate([rgba[..., :3] * (rgba[..., 3:] / 255.0), rgba[..., 3:]], axis=-1)
+
+
+@pytest.fixture()
+def exported(export: Callable[..., Export], tmp_path: Path) -> Callable[[], Any]:
+    """A function that exports the scene, and returns the picture that blinn makes of the file alone."""
+
+    def run() -> Any:
+        blinn = pytest.importorskip("blinn")
+        export(export_apply=True)
+        return over_black(blinn.load(tmp_path / "scene.glb").render(samples=16).rgba.astype(float))
 
     return run

@@ -57,41 +57,6 @@ def add_object(kind, location, size, color):
     bpy.context.object.data.materials.append(material)
 
 
-@pytest.fixture()
-def cycles(tmp_path):
-    """A function that renders by Cycles, and returns the bytes of the picture, the uppermost row first."""
-
-    def run():
-        scene = bpy.context.scene
-        settings = scene.render.image_settings
-        settings.file_format, settings.color_mode = "PNG", "RGBA"
-        scene.render.filepath = str(tmp_path / "cycles.png")
-        assert bpy.ops.render.render(write_still=True) == {"FINISHED"}
-        image = bpy.data.images.load(scene.render.filepath, check_existing=False)
-        width, height = image.size
-        texels = np.empty(width * height * 4, np.float32)
-        image.pixels.foreach_get(texels)
-        bpy.data.images.remove(image)
-        return over_black(np.rint(texels.reshape(height, width, 4)[::-1] * 255.0))
-
-    return run
-
-
-def over_black(rgba):
-    return np.concatenate([rgba[..., :3] * (rgba[..., 3:] / 255.0), rgba[..., 3:]], axis=-1)
-
-
-@pytest.fixture()
-def exported(export, tmp_path):
-    """A function that exports the scene, and returns the picture that blinn makes of the file alone."""
-
-    def run():
-        export(export_apply=True)
-        return over_black(blinn.load(tmp_path / "scene.glb").render(samples=16).rgba.astype(float))
-
-    return run
-
-
 def shift(scene):
     scene.camera.data.shift_x, scene.camera.data.shift_y = 0.2, -0.1
 
