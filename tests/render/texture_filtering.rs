@@ -8,9 +8,9 @@ use blinn::geometry::{Rgb, Rgba};
 use blinn::integrator::{Aov, Frame, Integrator, LowDiscrepancySampler, Phong, Sample, Scratch};
 use blinn::render::{PixelRect, RenderSettings, render, render_aovs};
 use blinn::scene::{
-    AlphaMode, Channels, ColorInput, Dielectric, Image, Instance, Material, Mesh, MipMaps, MtlReflectance,
-    Node, NormalMap, PoseSettings, PosedLight, Reflectance, ScalarInput, Scene, TexelSemantics, Texels,
-    Texture, TextureFilter, TextureRef, UvTransform, View, Wrap, pose,
+    AlphaMode, Anisotropy, Channels, ColorInput, Dielectric, Image, Instance, Material, Mesh, MipMaps,
+    MtlReflectance, Node, NormalMap, PoseSettings, PosedLight, Reflectance, ScalarInput, Scene,
+    TexelSemantics, Texels, Texture, TextureFilter, TextureRef, UvTransform, View, Wrap, pose,
 };
 use glam::{DVec3, Vec2, Vec3, Vec4};
 
@@ -361,6 +361,30 @@ fn sun() -> PosedLight {
 
 fn mean(pixels: &[Rgba]) -> f64 {
     pixels.iter().map(|p| f64::from(p.x)).sum::<f64>() / pixels.len() as f64
+}
+
+/// Red and green are the direction, blue the strength.
+#[test]
+fn a_texture_turns_and_weakens_an_anisotropy() {
+    let highlight = |strength: f32, rotation: f32, texel: Option<[u8; 4]>| {
+        let mut metal = ball(0.4, false);
+        metal.images = vec![image(1, 1, |_, _| texel.unwrap_or([255; 4]))];
+        let texture = texel.map(|_| reference(0));
+        metal.materials[0].anisotropy =
+            Some(Anisotropy { strength, rotation, texture, ..Anisotropy::default() });
+        picture(&metal, &towards_ball(8.0), Some(sun()), samples(1), &Phong::default())
+    };
+    let along_u = highlight(0.9, 0.0, None);
+    let along_v = highlight(0.9, std::f32::consts::FRAC_PI_2, None);
+    let round = highlight(0.0, 0.0, None);
+    let turned = highlight(0.9, 0.0, Some([128, 255, 255, 255]));
+    let weakened = highlight(0.9, 0.0, Some([255, 128, 0, 255]));
+    let stretch = error(&along_u, &along_v).min(error(&along_u, &round));
+    assert!(stretch > 0.01, "{stretch}");
+    // 128 is nearly the middle between −1 and 1.
+    for (name, off) in [("turned", error(&turned, &along_v)), ("weakened", error(&weakened, &round))] {
+        assert!(off < 0.05 * stretch, "{name}: {off} of {stretch}");
+    }
 }
 
 #[test]

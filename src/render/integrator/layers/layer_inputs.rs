@@ -105,9 +105,10 @@ impl<'a> LayerInputs<'a> {
 
     /// The stretch of the microfacets; `None` without one or on a mesh without tangents.
     fn anisotropy(&self, triangle: &TriangleSurface, block: &PointBlock, lane: usize) -> Option<Anisotropy> {
-        let &blinn_scene::Anisotropy { strength, rotation, texture, model } =
+        // Texels are found by the address of their reference, so that a copy of it finds none.
+        let blinn_scene::Anisotropy { strength, rotation, texture, model } =
             self.material.anisotropy.as_ref()?;
-        let [mut x, mut y, mut strength] = [1.0, 0.0, strength];
+        let [mut x, mut y, mut strength] = [1.0, 0.0, *strength];
         if texture.is_some() {
             let texels = self.inputs.texels.get(texture.as_ref(), TexelSemantics::Data);
             let [r, g, b, _] = texels.rgba.each_ref().map(|channel| channel[lane]);
@@ -117,12 +118,12 @@ impl<'a> LayerInputs<'a> {
         if !(strength > 0.0) {
             return None;
         }
-        let (sin, cos) = (libm::sinf(rotation), libm::cosf(rotation));
+        let (sin, cos) = (libm::sinf(*rotation), libm::cosf(*rotation));
         let [x, y] = [x * cos - y * sin, x * sin + y * cos].map(f64::from);
         let surface = triangle.surface_from_hit(&block.hit(lane));
         let [t, b] = surface.tangents(self.posed)?;
         let direction = (t * x + b * y).try_normalize()?;
-        Some(Anisotropy { direction, strength: strength.min(1.0), model })
+        Some(Anisotropy { direction, strength: strength.min(1.0), model: *model })
     }
 
     /// The normal of the coat: that of its own map, or of the vertices.
