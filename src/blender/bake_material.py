@@ -22,8 +22,8 @@ PACKED = {
 }
 # Values that are the input of the same name.
 INPUTS = ("Base Color", "Specular Tint", *(name for name in VALUES if name not in {*DIRECTION, NORMAL_MIX}))
-# A mix of normals is soft if more than this share of its texels shows more than this share of both.
-SOFT_TEXELS, SOFT_SHARE = 0.01, 0.02
+# A mix of normals is soft if more than this share of the texels of its second part shows more than this share of both.
+SOFT_TEXELS, SOFT_SHARE = 0.25, 0.1
 Pixels = dict[str, numpy.ndarray]
 
 
@@ -223,6 +223,6 @@ def srgb(linear: numpy.ndarray) -> numpy.ndarray:
 
 def has_soft_mix(plan: Plan, baked: Pixels) -> bool:
     """Returns True for a mix of surfaces with different normals that are seen at the same place."""
-    factor = baked.get(NORMAL_MIX, plan.values.get(NORMAL_MIX, 0.0))
-    is_soft = (SOFT_SHARE < numpy.asarray(factor)) & (numpy.asarray(factor) < 1.0 - SOFT_SHARE)
-    return bool(is_soft.mean() > SOFT_TEXELS)
+    factor = numpy.asarray(baked.get(NORMAL_MIX, plan.values.get(NORMAL_MIX, 0.0)))
+    second = factor[factor > SOFT_SHARE]
+    return numpy.count_nonzero(second < 1.0 - SOFT_SHARE) > SOFT_TEXELS * second.size

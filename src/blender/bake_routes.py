@@ -91,7 +91,10 @@ class Router:
         found |= bake_anisotropy.stretch(tree, strength, rotation, inputs["Tangent"], self.map_name)
         found.update({name: self.bent(tree, inputs[name]) for name in NORMALS if name in inputs})
         if principled.has_coat_tint(node):
-            tint = color_mix(tree, principled.WHITE, source(inputs["Coat Tint"]), source(inputs["Coat Weight"]))
+            deep = tree.nodes.new("ShaderNodeGamma")
+            connect(tree, source(inputs["Coat Tint"]), deep.inputs["Color"])
+            deep.inputs["Gamma"].default_value = principled.COAT_DEPTH
+            tint = color_mix(tree, principled.WHITE, deep.outputs[0], source(inputs["Coat Weight"]))
             for name in principled.BELOW_COAT:
                 found[name] = product(tree, found[name], tint)
         return found

@@ -55,7 +55,7 @@ def weigh_sheen(gltf_material: Any, shader: bpy.types.Node) -> None:
 
 
 def tint_below_coat(gltf_material: Any, shader: bpy.types.Node) -> None:
-    """Multiplies colours by the tint of a coat, as it looks from the front: coats of glTF have none."""
+    """Multiplies colours by the tint of a coat: coats of glTF have none."""
     tint = principled.constant_coat_tint(shader)
     if tint is None:
         return

@@ -49,6 +49,9 @@ CONSTANTS = {"ShaderNodeRGB", "ShaderNodeValue", "ShaderNodeVertexColor", "Shade
 COLORS = {"Base Color", "Emission Color", "Sheen Tint", "Specular Tint"}
 SRGB = {"sRGB", "sRGB - Texture", "sRGB Encoded Rec.709"}
 
+# Inputs that become one texture.
+STRETCH = {"Anisotropic", "Anisotropic Rotation"}
+
 MAX_LOSSES = 5
 
 
@@ -110,6 +113,8 @@ def losses_of_principled(shader: bpy.types.Node) -> Iterator[str]:
 
 def losses_of_socket(socket: bpy.types.NodeSocket) -> Iterator[str]:
     """Yields what is lost of an input of a Principled BSDF."""
+    if socket.name in STRETCH and principled.has_stretch_image(socket.node):
+        return
     first = linked_node(socket)
     for node in upstream(first) if first is not None else []:
         if node.bl_idname in PROCEDURES or node.bl_idname in COMBINING and not is_factor(node, socket):

@@ -9,6 +9,8 @@ import bpy
 from .node_links import linked_node
 
 WHITE = (1.0, 1.0, 1.0)
+# Light below a coat has the power of the tint by 1/cos of its direction in the coat: the mean over a ball, at the index 1.5.
+COAT_DEPTH = 1.146
 # Colours that light has which passes a coat.
 BELOW_COAT = ("Base Color", "Emission", "Specular Tint")
 
@@ -27,11 +29,12 @@ def has_coat_tint(shader: bpy.types.Node) -> bool:
 
 
 def constant_coat_tint(shader: bpy.types.Node) -> tuple[float, ...] | None:
-    """Returns the colour that light has behind a coat, seen from the front; None without one that is constant."""
+    """Returns the colour that light has below a coat, in the mean; None without one that is constant."""
     if not has_coat_tint(shader) or shader.inputs["Coat Tint"].is_linked or shader.inputs["Coat Weight"].is_linked:
         return None
     weight = min(shader.inputs["Coat Weight"].default_value, 1.0)
-    return tuple(1.0 - weight + weight * channel for channel in shader.inputs["Coat Tint"].default_value[:3])
+    tint = (channel**COAT_DEPTH for channel in shader.inputs["Coat Tint"].default_value[:3])
+    return tuple(1.0 - weight + weight * channel for channel in tint)
 
 
 def is_stretched_otherwise(shader: bpy.types.Node) -> bool:
@@ -40,6 +43,16 @@ def is_stretched_otherwise(shader: bpy.types.Node) -> bool:
         return False
     node = linked_node(shader.inputs["Tangent"])
     return node is None or node.bl_idname != "ShaderNodeTangent" or node.direction_type != "UV_MAP"
+
+
+def has_stretch_image(shader: bpy.types.Node) -> bool:
+    """Returns True for an anisotropy with the nodes that Blender's importer makes of glTF's texture, and the exporter knows."""
+    product = linked_node(shader.inputs["Anisotropic"])
+    if product is None or product.bl_idname != "ShaderNodeMath" or product.operation != "MULTIPLY":
+        return False
+    split = linked_node(product.inputs[0])
+    vector = linked_node(split.inputs[0]) if split is not None and split.bl_idname == "ShaderNodeSeparateXYZ" else None
+    return vector is not None and vector.bl_idname == "ShaderNodeVectorMath" and has_plain_image(vector.inputs[0])
 
 
 def has_plain_image(socket: bpy.types.NodeSocket | None) -> bool:

@@ -369,6 +369,99 @@ def test_deformations_leave_the_texture_in_place(baking, export):
     assert np.abs(straight - bent).mean() < 2.0
 
 
+@pytest.mark.parametrize(("is_mirrored", "sine"), [(False, 255), (True, 0)])
+def test_directions_of_highlights_become_an_image(baking, export, is_mirrored, sine, capfd):
+    material, tree, shader = new_material("Brushed", Metallic=1.0, Anisotropic=0.5)
+    link_checker(tree, shader.inputs["Anisotropic Rotation"], (0.0, 0.0, 0.0), (0.25, 0.25, 0.25))
+    tangent = add_node(tree, "Tangent")
+    tangent.direction_type, tangent.uv_map = "UV_MAP", "UVMap"
+    tree.links.new(tangent.outputs[0], shader.inputs["Tangent"])
+    bpy.ops.mesh.primitive_plane_add()
+    plane = bpy.context.object.data
+    plane.materials.append(material)
+    corners = [(0.0, 0.0), (1.0, 0.0), (1.0, 1.0), (0.0, 1.0)]
+    # Without the tangent of the map, Cycles turns the strokes to the other side of a mirrored one.
+    uv = [(1.0 - u, v) for u, v in corners] if is_mirrored else corners
+    plane.uv_layers[0].uv.foreach_set("vector", np.array(uv, np.float32).ravel())
+    result = export()
+    stretch = materials_of(result)["Brushed"]["extensions"]["KHR_materials_anisotropy"]
+    assert stretch["anisotropyStrength"] == 0.5 and "anisotropyRotation" not in stretch
+    pixels = png(result, stretch["anisotropyTexture"])
+    columns = {1 if is_mirrored else 0: [255, 128, 255], 0 if is_mirrored else 1: [128, sine, 255]}
+    for half, expected in columns.items():
+        assert np.abs(pixels[SIZE // 2, SIZE // 4 + half * SIZE // 2, :3] - expected).max() <= 2
+    assert "loses" not in "".join(capfd.readouterr())
+
+
+def test_metaballs_are_meshes_also_without_baking(scene, export):
+    for x in (0.0, 1.0):
+        bpy.ops.object.metaball_add(location=(x, 0.0, 0.0))
+    bpy.context.object.data.materials.append(new_material("Clay")[0])
+    before = state()
+    result = export()
+    assert state() == before
+    assert [("mesh" in node) for node in result.json["nodes"] if node["name"].startswith("Mball")].count(True) == 1
+    (mesh,) = result.json["meshes"]
+    assert mesh["name"].startswith("Mball")
+    positions = attribute(result, mesh["primitives"][0], "POSITION")
+    # One surface around both.
+    assert positions[:, 0].min() < -0.9 and positions[:, 0].max() > 1.9
+
+
+def test_parts_with_different_normals_are_named_if_both_show(baking, export, capfd):
+    for name, hard in (("Soft", False), ("Hard", True)):
+        material, tree, smooth = new_material(name)
+        bumpy, bump = add_node(tree, "BsdfPrincipled"), add_node(tree, "Bump")
+        link_noise(tree, bump.inputs["Height"])
+        tree.links.new(bump.outputs[0], bumpy.inputs["Normal"])
+        mix = add_node(tree, "MixShader")
+        if hard:
+            link_checker(tree, mix.inputs[0], (0.0, 0.0, 0.0), (1.0, 1.0, 1.0))
+        for i, shader in ((1, smooth), (2, bumpy)):
+            tree.links.new(shader.outputs[0], mix.inputs[i])
+        tree.links.new(mix.outputs[0], tree.nodes["Material Output"].inputs["Surface"])
+        add_cube(baking, material)
+    result = export()
+    assert all("normalTexture" in material for material in result.json["materials"])
+    printed = "".join(capfd.readouterr())
+    assert "material 'Soft' has parts with different normals" in printed and "'Hard' has parts" not in printed
+
+
+def test_linked_objects_and_curves_stay_as_they_are(baking, export, tmp_path):
+    material, tree, shader = new_material("Cloudy")
+    link_noise(tree, shader.inputs["Base Color"])
+    cube = add_cube(baking, material)
+    collection = bpy.data.collections.new("Shared")
+    collection.objects.link(cube)
+    bpy.data.libraries.write(str(tmp_path / "library.blend"), {collection})
+    for block in (cube, collection):
+        getattr(bpy.data, "objects" if block == cube else "collections").remove(block)
+    bpy.data.orphans_purge()
+    with bpy.data.libraries.load(str(tmp_path / "library.blend"), link=True) as (_, found):
+        found.collections = ["Shared"]
+    for i in range(2):
+        empty = bpy.data.objects.new("Instance", None)
+        empty.instance_type, empty.instance_collection = "COLLECTION", found.collections[0]
+        empty.location.x = 3.0 * i
+        baking.collection.objects.link(empty)
+    bpy.ops.curve.primitive_bezier_circle_add()
+    bpy.context.object.data.bevel_depth = 0.2
+    bpy.ops.object.text_add()
+    material, tree, shader = new_material("Painted")
+    link_noise(tree, shader.inputs["Base Color"])
+    for item in baking.collection.objects:
+        if item.type in {"CURVE", "FONT"}:
+            item.data.materials.append(material)
+    bpy.context.view_layer.update()
+    before = state()
+    result = export()
+    assert state() == before
+    written = [node for node in result.json["nodes"] if "mesh" in node]
+    assert len(written) == 4 and len({node["mesh"] for node in written}) == 3
+    assert all("baseColorTexture" in material["pbrMetallicRoughness"] for material in result.json["materials"])
+    assert sorted({material["name"] for material in result.json["materials"]}) == ["Cloudy", "Painted"]
+
+
 def test_exports_are_repeatable(baking, export):
     material, tree, shader = new_material("Cloudy")
     link_noise(tree, shader.inputs["Base Color"])
