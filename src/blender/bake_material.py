@@ -10,7 +10,7 @@ import numpy
 
 from . import material_loss, principled
 from .bake_passes import Plan
-from .bake_values import BLACK, DIRECTION, NORMAL_MIX, NORMALS, VALUES, Values, connect, is_socket
+from .bake_values import BLACK, DIRECTION, NORMAL_MIX, NORMALS, PLAIN_VALUES, Values, connect, is_socket
 from .journal import Journal
 
 # Images, and the values in their channels.
@@ -21,7 +21,7 @@ PACKED = {
     "Sheen Roughness": {"Sheen Roughness": "Red"},
 }
 # Values that are the input of the same name.
-INPUTS = ("Base Color", "Specular Tint", *(name for name in VALUES if name not in {*DIRECTION, NORMAL_MIX}))
+INPUTS = ("Base Color", "Specular Tint", "Anisotropic", *PLAIN_VALUES)
 # A mix of normals is soft if more than this share of the texels of its second part shows more than this share of both.
 SOFT_TEXELS, SOFT_SHARE = 0.25, 0.1
 Pixels = dict[str, numpy.ndarray]

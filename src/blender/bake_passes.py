@@ -57,7 +57,8 @@ def routed_copy(material: bpy.types.Material | None) -> bpy.types.Material:
 def bake_passes(plans: dict[int, Plan], targets: dict[int, Target]) -> dict[int, dict[str, numpy.ndarray]]:
     """Returns the pixels of each value of each material."""
     found: dict[int, dict[str, numpy.ndarray]] = {slot: {} for slot in plans}
-    groups = [[name] for name in COLORS] + [list(VALUES[i : i + 3]) for i in range(0, len(VALUES), 3)] + [[name] for name in NORMALS]
+    numbers = [list(VALUES[i : i + 3]) for i in range(0, len(VALUES), 3)]
+    groups = [[name] for name in COLORS] + numbers + [[name] for name in NORMALS]
     for names in groups:
         present = {slot: [n for n in names if n in plan.wanted] for slot, plan in plans.items()}
         if not any(present.values()):

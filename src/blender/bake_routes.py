@@ -8,7 +8,7 @@ import bpy
 
 from . import bake_anisotropy, principled
 from .bake_mix import mix_of
-from .bake_values import BLACK, DIRECTION, NORMAL_MIX, NORMALS, VALUES, CannotBake
+from .bake_values import BLACK, NORMALS, PLAIN_VALUES, CannotBake
 from .bake_values import Value, Values, color_mix, connect, is_socket, product, source
 from .material_loss import PRINCIPLED
 from .node_links import linked_node
@@ -66,7 +66,8 @@ class Router:
             stretched = bake_anisotropy.stretch(tree, strength, rotation, tangent, self.map_name)
             return {**BODY, "Sheen Color": BLACK, **surface, **stretched, "Metallic": 1.0}
         if kind == "ShaderNodeEmission":
-            return {**MATTE, "Base Color": BLACK, "Emission": product(tree, source(inputs["Color"]), source(inputs["Strength"]))}
+            emission = product(tree, source(inputs["Color"]), source(inputs["Strength"]))
+            return {**MATTE, "Base Color": BLACK, "Emission": emission}
         if kind == "ShaderNodeBsdfTransparent":
             return {"Alpha": 0.0}
         if kind == "ShaderNodeMixShader":
@@ -82,11 +83,10 @@ class Router:
     def principled_values(self, tree: bpy.types.NodeTree, node: bpy.types.Node) -> Values:
         """Returns the values of a Principled BSDF."""
         inputs = node.inputs
-        computed = {"Anisotropic", *DIRECTION, NORMAL_MIX}
-        found = {name: source(inputs[name]) for name in ("Base Color", *VALUES) if name in inputs and name not in computed}
+        names = [name for name in ("Base Color", "Specular Tint", *PLAIN_VALUES) if name in inputs]
+        found = {name: source(inputs[name]) for name in names}
         found["Emission"] = product(tree, source(inputs["Emission Color"]), source(inputs["Emission Strength"]))
         found["Sheen Color"] = product(tree, source(inputs["Sheen Tint"]), source(inputs["Sheen Weight"]))
-        found["Specular Tint"] = source(inputs["Specular Tint"])
         strength, rotation = source(inputs["Anisotropic"]), source(inputs["Anisotropic Rotation"])
         found |= bake_anisotropy.stretch(tree, strength, rotation, inputs["Tangent"], self.map_name)
         found.update({name: self.bent(tree, inputs[name]) for name in NORMALS if name in inputs})

@@ -19,6 +19,8 @@ VALUES = (
     *("Sheen Roughness", "Specular IOR Level", NORMAL_MIX),
     *("Anisotropic", *DIRECTION),
 )
+# Those that are an input of the same name.
+PLAIN_VALUES = tuple(name for name in VALUES if name not in {"Anisotropic", *DIRECTION, NORMAL_MIX})
 NORMALS = ("Normal", "Coat Normal")
 
 BLACK = (0.0, 0.0, 0.0)

@@ -9,7 +9,7 @@ import bpy
 from .node_links import linked_node
 
 WHITE = (1.0, 1.0, 1.0)
-# Light below a coat has the power of the tint by 1/cos of its direction in the coat: the mean over a ball, at the index 1.5.
+# Light below a coat has the power of its tint by 1/cos in the coat. This is the mean over a ball, at the index 1.5.
 COAT_DEPTH = 1.146
 # Colours that light has which passes a coat.
 BELOW_COAT = ("Base Color", "Emission", "Specular Tint")
@@ -46,7 +46,7 @@ def is_stretched_otherwise(shader: bpy.types.Node) -> bool:
 
 
 def has_stretch_image(shader: bpy.types.Node) -> bool:
-    """Returns True for an anisotropy with the nodes that Blender's importer makes of glTF's texture, and the exporter knows."""
+    """Returns True for an anisotropy with the nodes that Blender's importer makes of a texture."""
     product = linked_node(shader.inputs["Anisotropic"])
     if product is None or product.bl_idname != "ShaderNodeMath" or product.operation != "MULTIPLY":
         return False

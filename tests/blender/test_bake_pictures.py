@@ -11,11 +11,10 @@ if not hasattr(bpy.types.Scene, "cycles") and not hasattr(bpy.context.scene, "cy
     pytest.skip("this Blender has no Cycles", allow_module_level=True)
 pytest.importorskip("blinn")
 
-from mathutils import Vector  # noqa: E402
 from node_trees import add_node, link_checker, new_material  # noqa: E402
 
 SIZE = (48, 36)
-# Mean difference of 255, where Cycles' grain and models of light are left. Without baking it is half as much again at least.
+# Mean difference of 255, where Cycles' grain and models of light are left. Without baking it is 1.5 times as large.
 CLOSE = 3.0
 
 
@@ -81,7 +80,7 @@ def specular_tint(scene):
 
 
 def ball_with_turned_map(scene, material):
-    """A ball whose map has its axes exchanged, so that it is mirrored. Strokes without a tangent go around the z axis."""
+    """A ball whose map has exchanged axes, so that it is mirrored. Strokes without a tangent go around the z axis."""
     layer = ball(scene, material).data.uv_layers[0].uv
     uv = np.empty(2 * len(layer), np.float32)
     layer.foreach_get("vector", uv)
