@@ -38,7 +38,9 @@ def stretch(
     side = tree.nodes.new("ShaderNodeAttribute")
     side.attribute_name = SIDE
     cosine = vector_node(tree, "DOT_PRODUCT", turned.outputs[0], right.outputs[0])
-    sine = math_node(tree, "MULTIPLY", vector_node(tree, "DOT_PRODUCT", turned.outputs[0], up), side.outputs["Fac"])
+    # The output of numbers, whose name is not the same in all versions.
+    number = side.outputs[2]
+    sine = math_node(tree, "MULTIPLY", vector_node(tree, "DOT_PRODUCT", turned.outputs[0], up), number)
     halves = [math_node(tree, "MULTIPLY_ADD", value, 0.5, 0.5) for value in (cosine, sine)]
     return {"Anisotropic": strength, **dict(zip(DIRECTION, halves))}
 

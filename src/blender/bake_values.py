@@ -67,9 +67,11 @@ def connect(tree: bpy.types.NodeTree, value: Value, socket: bpy.types.NodeSocket
 
 def product(tree: bpy.types.NodeTree, tint: Value, factor: Value) -> Value:
     """Returns a colour times a number or a colour."""
-    if not is_socket(factor) and (factor == 0.0 or not is_socket(tint)):
+    if factor == 0.0 or tint == BLACK:
+        return BLACK
+    if not is_socket(factor) and not is_socket(tint):
         factors = factor if isinstance(factor, tuple) else (factor,) * 3
-        return BLACK if factor == 0.0 else tuple(a * b for a, b in zip(tint, factors))
+        return tuple(a * b for a, b in zip(tint, factors))
     node = tree.nodes.new("ShaderNodeVectorMath")
     node.operation = "MULTIPLY"
     for value, socket in zip((tint, factor), node.inputs):
