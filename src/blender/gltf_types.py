@@ -1,4 +1,4 @@
-"""Types of Blender's exporter, whose modules have other names before Blender 5.0."""
+"""Types and a function of Blender's exporter, whose modules have other names in other versions."""
 
 from __future__ import annotations
 
@@ -11,7 +11,16 @@ try:
 except ImportError:
     from io_scene_gltf2.io.exp.gltf2_io_binary_data import BinaryData
 
-__all__ = ["BinaryData", "ChildOfRootExtension", "Extension", "add_extras", "set_extras"]
+try:
+    # From Blender 5.2 on.
+    from io_scene_gltf2.blender.exp.obj_data import gather_mesh
+except ImportError:
+    try:
+        from io_scene_gltf2.blender.exp.mesh import gather_mesh
+    except ImportError:
+        from io_scene_gltf2.blender.exp.gltf2_blender_gather_mesh import gather_mesh
+
+__all__ = ["BinaryData", "ChildOfRootExtension", "Extension", "add_extras", "gather_mesh", "set_extras"]
 
 KEY = "blinn"
 

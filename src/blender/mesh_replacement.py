@@ -6,6 +6,7 @@ from typing import Any
 
 import bpy
 
+from .gltf_types import gather_mesh
 from .journal import Journal
 from .mesh_evaluation import new_mesh
 
@@ -71,9 +72,7 @@ class Replacements:
     def write(self, node: Any, item: bpy.types.Object, settings: dict[str, Any]) -> None:
         """Gives a node of the exporter the mesh that is written for its object."""
         if item.name_full in self.written:
-            from io_scene_gltf2.blender.exp import mesh as exporter
-
             mesh, materials = self.written[item.name_full]
             identifiers = settings.setdefault("material_identifiers", {})
             identifiers.update({id(material): material for material in materials if material is not None})
-            node.mesh = exporter.gather_mesh(mesh, None, None, None, materials, None, settings)
+            node.mesh = gather_mesh(mesh, None, None, None, materials, None, settings)
