@@ -11,15 +11,6 @@ try:
 except ImportError:
     from io_scene_gltf2.io.exp.gltf2_io_binary_data import BinaryData
 
-try:
-    # From Blender 5.2 on.
-    from io_scene_gltf2.blender.exp.obj_data import gather_mesh
-except ImportError:
-    try:
-        from io_scene_gltf2.blender.exp.mesh import gather_mesh
-    except ImportError:
-        from io_scene_gltf2.blender.exp.gltf2_blender_gather_mesh import gather_mesh
-
 __all__ = ["BinaryData", "ChildOfRootExtension", "Extension", "add_extras", "gather_mesh", "set_extras"]
 
 KEY = "blinn"
@@ -37,3 +28,16 @@ def set_extras(json: dict[str, Any], values: dict[str, Any]) -> None:
     """Adds values to ``extras.blinn`` of an object that is JSON already."""
     if values:
         json["extras"] = {**(json.get("extras") or {}), KEY: values}
+
+
+def gather_mesh(mesh: Any, materials: tuple[Any, ...], settings: dict[str, Any]) -> Any:
+    """Returns the exporter's form of a mesh without skin and modifiers."""
+    try:
+        # From Blender 5.2 on.
+        from io_scene_gltf2.blender.exp.obj_data import gather_mesh as gather
+    except ImportError:
+        try:
+            from io_scene_gltf2.blender.exp.mesh import gather_mesh as gather
+        except ImportError:
+            from io_scene_gltf2.blender.exp.gltf2_blender_gather_mesh import gather_mesh as gather
+    return gather(mesh, None, None, None, materials, None, settings)

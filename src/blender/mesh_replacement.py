@@ -75,4 +75,4 @@ class Replacements:
             mesh, materials = self.written[item.name_full]
             identifiers = settings.setdefault("material_identifiers", {})
             identifiers.update({id(material): material for material in materials if material is not None})
-            node.mesh = gather_mesh(mesh, None, None, None, materials, None, settings)
+            node.mesh = gather_mesh(mesh, materials, settings)
