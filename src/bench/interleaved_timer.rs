@@ -10,8 +10,6 @@ use blinn_session::memory;
 
 /// Fewest samples per measurement.
 const MIN_SAMPLES: usize = 3;
-/// Most samples per measurement.
-const MAX_SAMPLES: usize = 50;
 /// Work is repeated within a sample until the sample lasts about this many seconds.
 const MIN_SAMPLE_SECONDS: f64 = 0.002;
 /// Fewest consecutive runs of the calibration loop, whose median counts.
@@ -214,8 +212,7 @@ impl Default for Samples {
 
 impl Samples {
     fn needs_more(&self, min_seconds: f64) -> bool {
-        self.seconds.len() < MIN_SAMPLES
-            || (self.total.wall < min_seconds && self.seconds.len() < MAX_SAMPLES)
+        self.seconds.len() < MIN_SAMPLES || self.total.wall < min_seconds
     }
 
     /// Adds a sample of `repeats` runs, between two calibrations in seconds.
@@ -248,6 +245,23 @@ impl Samples {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    /// Short samples go on until they lasted `min_seconds`, however many there are; long ones are at least three.
+    #[test]
+    fn samples_last_as_long_as_wanted() {
+        let count = |sample_seconds: f64, min_seconds: f64| {
+            let mut samples = Samples::default();
+            let interval = Interval { wall: sample_seconds, net: sample_seconds, joules: f64::NAN };
+            while samples.needs_more(min_seconds) {
+                samples.add(interval, 10, 1.0, 1.0);
+            }
+            samples.seconds.len()
+        };
+        // Powers of two have exact sums.
+        assert_eq!(count(0.001_953_125, 2.0), 1024);
+        assert_eq!(count(0.001_953_125, 0.5), 256);
+        assert_eq!(count(4.0, 0.5), MIN_SAMPLES);
+    }
 
     #[test]
     fn waiting_is_subtracted_but_running_is_not() {
