@@ -39,6 +39,8 @@ pub struct Timing {
     pub seconds: f64,
     /// The same in units of the calibration loop.
     pub relative: f64,
+    /// Median of the samples in seconds by the clock, with waiting for a processor. NaN if it was not timed.
+    pub wall_seconds: f64,
     /// The fastest sample in seconds.
     pub min_seconds: f64,
     /// The fastest run of the calibration loop in seconds.
@@ -57,6 +59,7 @@ impl Timing {
         Timing {
             seconds: f64::NAN,
             relative: f64::NAN,
+            wall_seconds: f64::NAN,
             min_seconds: f64::NAN,
             min_calibration_seconds: f64::NAN,
             wait_fraction: 0.0,
@@ -192,6 +195,8 @@ impl InterleavedTimer {
 struct Samples {
     seconds: Vec<f64>,
     relative: Vec<f64>,
+    /// By the clock.
+    wall_seconds: Vec<f64>,
     total: Interval,
     /// Repetitions of all samples.
     repeats: usize,
@@ -203,6 +208,7 @@ impl Default for Samples {
         Samples {
             seconds: Vec::new(),
             relative: Vec::new(),
+            wall_seconds: Vec::new(),
             total: Interval { wall: 0.0, net: 0.0, joules: 0.0 },
             repeats: 0,
             min_calibration_seconds: f64::INFINITY,
@@ -220,6 +226,7 @@ impl Samples {
         let seconds = interval.net / repeats as f64;
         self.seconds.push(seconds);
         self.relative.push(seconds / (0.5 * (before + after)));
+        self.wall_seconds.push(interval.wall / repeats as f64);
         self.min_calibration_seconds = before.min(after).min(self.min_calibration_seconds);
         self.total.wall += interval.wall;
         self.total.net += interval.net;
@@ -235,6 +242,7 @@ impl Samples {
             min_calibration_seconds: self.min_calibration_seconds,
             seconds: median(self.seconds).unwrap_or(f64::NAN),
             relative: median(self.relative).unwrap_or(f64::NAN),
+            wall_seconds: median(self.wall_seconds).unwrap_or(f64::NAN),
             wait_fraction: wait_fraction.clamp(0.0, 1.0),
             joules: joules / self.repeats as f64,
             peak_bytes: None,
@@ -261,6 +269,18 @@ mod tests {
         assert_eq!(count(0.001_953_125, 2.0), 1024);
         assert_eq!(count(0.001_953_125, 0.5), 256);
         assert_eq!(count(4.0, 0.5), MIN_SAMPLES);
+    }
+
+    /// The time by the clock is kept beside the corrected one, and is that of one repetition.
+    #[test]
+    fn wall_time_is_kept() {
+        let mut samples = Samples::default();
+        for wall in [8.0, 4.0, 16.0] {
+            samples.add(Interval { wall, net: 0.5 * wall, joules: f64::NAN }, 2, 1.0, 1.0);
+        }
+        let timing = samples.timing();
+        assert_eq!((timing.wall_seconds, timing.seconds), (4.0, 2.0));
+        assert_eq!(timing.wait_fraction, 0.5);
     }
 
     #[test]

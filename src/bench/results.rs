@@ -143,6 +143,9 @@ pub struct StageResults {
     /// The same in units of the interleaved calibration loop.
     #[serde(default)]
     pub relative: Vec<Option<f64>>,
+    /// Seconds of each round by the clock: `seconds` with the time spent waiting for a processor.
+    #[serde(default)]
+    pub wall_seconds: Vec<Option<f64>>,
     /// Peak memory of a process that measured nothing else, for each round.
     #[serde(default)]
     pub peak_bytes: Vec<Option<u64>>,
@@ -198,6 +201,7 @@ impl StageResults {
             triangles_per_ray: work.steps.map(|steps| steps.triangles),
             seconds: finite(|t| t.seconds),
             relative: finite(|t| t.relative),
+            wall_seconds: finite(|t| t.wall_seconds),
             peak_bytes: rounds.iter().filter_map(|t| t.peak_bytes).map(Some).collect(),
             joules: finite(|t| t.joules),
             least_seconds,

@@ -70,11 +70,15 @@ fn the_results_file_holds_all_measurements() {
     }
     assert_eq!(order, expected);
     for s in stages {
-        for rounds in ["seconds", "relative"] {
+        for rounds in ["seconds", "relative", "wall_seconds"] {
             let rounds = s[rounds].as_array().unwrap();
             assert!(rounds.len() == 2 && rounds.iter().all(|v| v.as_f64().unwrap() > 0.0), "{s}");
         }
         assert!((0.0..=1.0).contains(&s["waited"].as_f64().unwrap()), "{s}");
+        // Waiting is subtracted, so the time by the clock is no less.
+        let [walls, nets] = ["wall_seconds", "seconds"].map(|key| s[key].as_array().unwrap());
+        let is_no_less = |(wall, net): (&Value, &Value)| wall.as_f64() >= net.as_f64();
+        assert!(walls.iter().zip(nets).all(is_no_less), "{s}");
         assert_eq!(s["joules"].as_array().unwrap().len(), 2);
         // Where the system reports it.
         if cfg!(target_os = "linux") {

@@ -37,6 +37,8 @@ use public_scenes::PublicScenes;
 
 /// Triangles of the standard scenes without a size.
 const DEFAULT_TRIANGLES: usize = 70_000;
+/// Share of waiting from which a warning says that speed-ups are too good.
+const LARGE_WAIT: f64 = 0.1;
 /// Width and height of images without --size.
 const DEFAULT_SIZE: (u32, u32) = (640, 360);
 
@@ -105,6 +107,9 @@ pub fn run(args: &BenchArgs) -> Result<Summary, UsageError> {
         summary.record(print_stdout(measurement.results.to_json().as_bytes()));
         return Ok(summary);
     }
+    if args.from.is_empty() && !args.common.quiet {
+        warn_of_waiting(&measurement.results);
+    }
     let comparison = old.map(|old| compare(&old, &measurement.results));
     print_tables(args, &measurement.results, comparison.as_ref(), &mut summary);
     let Measurement { results, heat_maps, interrupt } = &measurement;
@@ -169,6 +174,22 @@ fn warn_of_threads(settings: &BenchSettings, args: &BenchArgs) {
         let processors = plural(processors as u64, "processor");
         print_warning(&format!(
             "--threads {most}: this process has {processors}; the times of more threads say nothing about larger machines"
+        ));
+    }
+}
+
+/// Warns of times on several threads from which much waiting was subtracted.
+fn warn_of_waiting(results: &BenchResults) {
+    let stages = results.scenes.iter().flat_map(|scene| &scene.stages);
+    let waited = stages.filter(|stage| stage.threads > 1).filter_map(|stage| Some((stage.waited?, stage)));
+    let Some((share, stage)) = waited.max_by(|a, b| a.0.total_cmp(&b.0)) else { return };
+    if share >= LARGE_WAIT {
+        print_warning(&format!(
+            "other programs had the processors for up to {:.0} % of the time ({}): times are without it, as if the work \
+             were even on all threads, which favours several threads; measure on an idle machine or compare \
+             \"wall_seconds\" of --json",
+            100.0 * share,
+            stage.description()
         ));
     }
 }
