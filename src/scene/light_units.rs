@@ -41,6 +41,15 @@ impl LightUnits {
         }
     }
 
+    /// Returns true if the light intensities of a file from `source`, with these units, are photometric: candela, lux and
+    /// nits, as glTF has them, unless the file names another unit or these units do.
+    pub fn is_photometric(self, source: &Source) -> bool {
+        match self {
+            LightUnits::Auto => source.light_units.is_none_or(|units| units == LightUnits::Standard),
+            given => given == LightUnits::Standard,
+        }
+    }
+
     /// Returns the factor from a file's value to the lecture's I, or to E for a directional light.
     pub fn factor(self, kind: LightKind) -> f32 {
         use std::f64::consts::PI;
@@ -66,6 +75,18 @@ impl LightUnits {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    /// glTF's own units are photometric, whoever wrote the file. Others are named.
+    #[test]
+    fn units_without_a_name_are_photometric() {
+        let named = |light_units| Source { light_units, ..Source::default() };
+        assert!(LightUnits::Auto.is_photometric(&named(None)));
+        assert!(LightUnits::Auto.is_photometric(&named(Some(LightUnits::Standard))));
+        for radiometric in [LightUnits::Unitless, LightUnits::Raw] {
+            assert!(!LightUnits::Auto.is_photometric(&named(Some(radiometric))));
+            assert!(!radiometric.is_photometric(&named(None)));
+        }
+    }
 
     #[test]
     fn blenders_export_modes_give_the_same_intensity() {

@@ -80,11 +80,53 @@ fn info_lists_light_sources_with_position_and_power() {
     assert_eq!(json["probable_area_lights"], lost);
     for line in [
         "lights (4):",
-        "  name Bulb, node a, kind point, color 1 1 1, intensity 54351.414, watts 1000",
+        "  name Bulb, node a, kind point, color 1 1 1, intensity 54351.414, unit cd, watts 1000",
         "  node lost, position 0 4 0, direction 0 -1 0",
         "  name glow, radiance 1 0.5 0, textured false, triangles 1, area 2, watts 6.283",
     ] {
         assert!(text.contains(line), "{line}: {text}");
+    }
+}
+
+/// A candela of glTF is 4π lumens; a program that does not know watts prints none.
+#[test]
+fn fluxes_have_the_unit_of_the_file() {
+    let (_dir, at) = folder();
+    let lights = |generator: &str, extras: serde_json::Value| -> Vec<serde_json::Value> {
+        let mut file = Fixture::triangle();
+        file.json["asset"]["generator"] = json!(generator);
+        file.json["extensions"] = json!({"KHR_lights_punctual": {"lights": [
+            {"type": "point", "intensity": 100}, {"type": "directional", "intensity": 2}]}});
+        if !extras.is_null() {
+            file.json["scenes"][0]["extras"] = json!({"blinn": extras});
+        }
+        for light in 0..2 {
+            file.node(json!({"extensions": {"KHR_lights_punctual": {"light": light}}}));
+        }
+        fs::write(at.join("a.glb"), file.glb()).unwrap();
+        let json: serde_json::Value =
+            serde_json::from_slice(&blinn(&at, "info a.glb --json").stdout).unwrap();
+        json["lights"].as_array().unwrap().clone()
+    };
+    let four_pi = 4.0 * std::f64::consts::PI;
+    let raw = json!({"version": 1, "lightUnits": "raw"});
+    let unitless = json!({"version": 1, "lightUnits": "unitless"});
+    let blender = "Khronos glTF Blender I/O v5.0.21";
+    for (generator, extras, units, watts, lumens) in [
+        ("a modeller", json!(null), ["cd", "lx"], None, Some(100.0 * four_pi)),
+        (blender, json!(null), ["cd", "lx"], Some(100.0 * four_pi / 683.0), Some(100.0 * four_pi)),
+        (blender, raw, ["W", "W/m²"], Some(100.0), None),
+        (blender, unitless, ["W/sr", "W/m²"], Some(100.0 * four_pi), None),
+    ] {
+        let lights = lights(generator, extras);
+        assert_eq!(lights.iter().map(|light| light["unit"].as_str().unwrap()).collect::<Vec<_>>(), units);
+        for (key, expected) in [("watts", watts), ("lumens", lumens)] {
+            let found = lights[0][key].as_f64();
+            let is_close = |(a, b): (f64, f64)| (a / b - 1.0).abs() < 1e-5;
+            assert_eq!(found.is_some(), expected.is_some(), "{generator} {units:?}: {key}");
+            assert!(found.zip(expected).is_none_or(is_close), "{generator} {units:?}: {key} {found:?}");
+            assert!(lights[1][key].is_null());
+        }
     }
 }
 

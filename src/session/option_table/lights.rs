@@ -58,7 +58,9 @@ pub static LIGHTS: &[OptionDef] = &[
         value_name: "LIGHT_UNITS",
         choices: &names(&UNITS),
         default: Some("auto"),
-        help: "Unit of the file's light intensities",
+        help: "Unit of the file's light intensities, named as Blender's glTF export names them: `standard` is candela, lux \
+               and nits (683 lm/W), `unitless` W/sr and W/m², `raw` Blender's watts. `auto` takes the unit that the file \
+               names, else `standard` for files from Blender and `unitless` for others",
         effect: Effect::Value(|options, text| choose(&mut options.lighting.units, text, &UNITS)),
         ..BASE
     },
