@@ -141,6 +141,10 @@ pub fn comparable_properties(scene: &Scene, warnings: &[Warning], mode: GlassMod
     for key in ["file", "exporters", "quirks", "up"] {
         all.remove(key);
     }
+    // They follow from the other fields of a material.
+    for material in all.get_mut("materials").and_then(Value::as_array_mut).into_iter().flatten() {
+        material.as_object_mut().map(|fields| fields.remove("phong"));
+    }
     Ok(Value::Object(all))
 }
 

@@ -4,6 +4,7 @@ use serde_json::{Value, json};
 
 use super::material_layers;
 use blinn_core::geometry::Rgb;
+use blinn_render::integrator::Coefficients;
 use blinn_scene::{AlphaMode, Material, Reflectance};
 
 /// Returns the fields of a material.
@@ -22,6 +23,7 @@ pub(crate) fn material(material: &Material) -> Value {
         "textured": material.base_color.texture.is_some(),
         "double_sided": material.double_sided,
         "reflectance": reflectance(&material.reflectance),
+        "phong": phong(material),
         "emission": color(emission),
         "alpha": alpha(material),
         "normal_map": material.normal.map(|map| json!({"scale": map.scale})),
@@ -29,10 +31,27 @@ pub(crate) fn material(material: &Material) -> Value {
     })
 }
 
+/// Returns the coefficients of the lecture's shading model that the material is converted to: those of its factors. If it is
+/// textured, its points have others.
+fn phong(material: &Material) -> Value {
+    if matches!(material.reflectance, Reflectance::Unlit | Reflectance::Unshaded) {
+        return Value::Null;
+    }
+    let k = Coefficients::of_factors(material);
+    json!({
+        "k_a": color(k.k_a),
+        "k_d": color(k.k_d),
+        "k_s": color(k.k_s),
+        "shininess": k.shininess,
+        "textured": material.is_textured(),
+    })
+}
+
 /// Returns the parameters of a reflection model by their names in the file's format.
 fn reflectance(of: &Reflectance) -> Value {
     match of {
         Reflectance::Mtl(mtl) => json!({
+            "ambient": mtl.ambient.map(|ambient| color(ambient.factor)),
             "specular": color(mtl.specular.factor),
             "shininess": mtl.shininess,
             "ior": Some(mtl.ior).filter(|ior| *ior > 0.0),

@@ -258,9 +258,24 @@ fn info_lists_the_fields_of_materials() {
     assert_eq!(glass["layers"], json!({"transmission": transmission, "volume": volume}));
     assert_eq!(leaf["alpha"], json!({"mode": "mask", "factor": 1.0, "cutoff": 0.25}));
     assert!(leaf["normal_map"].is_null() && leaf["layers"] == json!({}));
-    fs::write(at.join("a.mtl"), "newmtl m\nKs 1 0.5 0\nNs 32\nNi 1.5\nd 0.5\n").unwrap();
+    fs::write(
+        at.join("a.mtl"),
+        "newmtl m\nKa 0.25 0.25 0.25\nKd 0.5 0.5 0.5\nKs 1 0.5 0\nNs 32\nNi 1.5\nd 0.5\n",
+    )
+    .unwrap();
     fs::write(at.join("b.obj"), "mtllib a.mtl\nusemtl m\nv 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n").unwrap();
     let mtl = &materials("info b.obj --json")[0];
-    assert_eq!(mtl["reflectance"], json!({"specular": [1.0, 0.5, 0.0], "shininess": 32.0, "ior": 1.5}));
+    let reflectance =
+        json!({"ambient": [0.25, 0.25, 0.25], "specular": [1.0, 0.5, 0.0], "shininess": 32.0, "ior": 1.5});
+    assert_eq!(mtl["reflectance"], reflectance);
+    let phong = json!({"k_a": [0.25, 0.25, 0.25], "k_d": [0.5, 0.5, 0.5], "k_s": [1.0, 0.5, 0.0],
+        "shininess": 32.0, "textured": false});
+    assert_eq!(mtl["phong"], phong);
+    // Roughness 0.5 is p = 30, and 1 is p = 0.
+    let shininess = |material: &serde_json::Value| material["phong"]["shininess"].as_f64().unwrap();
+    assert!((shininess(glass) - 30.0).abs() < 1e-4 && shininess(leaf).abs() < 1e-5, "{glass} {leaf}");
+    let text = String::from_utf8(blinn(&at, "info b.obj").stdout).unwrap();
+    let line = "phong k_a 0.25 0.25 0.25, k_d 0.5 0.5 0.5, k_s 1 0.5 0, shininess 32, textured false";
+    assert!(text.contains(line), "{text}");
     assert_eq!(mtl["alpha"], json!({"mode": "blend", "factor": 0.5}));
 }

@@ -2,6 +2,7 @@
 
 pub(crate) mod coefficient_lanes;
 pub(crate) mod coefficients;
+pub(crate) mod constant_coefficients;
 pub(crate) mod directional_albedo;
 pub(crate) mod evaluator;
 pub(crate) mod facet_view;
