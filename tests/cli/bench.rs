@@ -478,6 +478,13 @@ fn a_failing_scene_does_not_affect_the_others() {
     let alone = blinn(&folder, &format!("bench bad.glb {MINIMAL} --json b.json"));
     assert_eq!(alone.status.code(), Some(1));
     assert_eq!(names(&folder), ["a.json", "bad.glb", "none.obj"]);
+    // A file that does not exist is known before anything is measured.
+    let output =
+        blinn(&folder, &format!("bench {triangle} absent.glb {MINIMAL} --json c.json").replace(" -q", ""));
+    let messages = String::from_utf8(output.stderr).unwrap();
+    assert_eq!(output.status.code(), Some(1), "{messages}");
+    assert!(messages.contains("absent.glb") && !messages.contains("round 1"), "{messages}");
+    assert!(!names(&folder).contains(&"c.json".to_string()));
 }
 
 #[test]

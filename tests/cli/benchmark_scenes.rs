@@ -24,7 +24,8 @@ fn public_scenes_are_measured_where_they_exist() {
     assert!(messages.contains("none of the 15 scenes is there"), "{messages}");
     let triangle = "v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n";
     fs::write(scenes.join("mine.obj"), triangle).unwrap();
-    let manifest = "[[scene]]\nname = 'Mine'\nfiles = ['mine.obj']\nlicence = 'CC0'\nsource = 'here'\n\
+    let manifest = "[[scene]]\nname = 'Other'\nfiles = ['other.obj']\n\
+        [[scene]]\nname = 'Mine'\nfiles = ['mine.obj']\n\
         sha256 = '00000000000000000000000000000000000000000000000000000000000000ff'\n\
         camera = [{ name = 'front', orbit = [0, 0] },\n\
         { name = 'near', eye = [0.5, 0.5, 2], look_at = [0.5, 0.5, 0], yfov = 40 }]\n";
@@ -33,10 +34,12 @@ fn public_scenes_are_measured_where_they_exist() {
     let output = blinn(&folder, line);
     let messages = String::from_utf8(output.stderr).unwrap();
     assert_eq!(output.status.code(), Some(0), "{messages}");
+    // A folder with scenes of its own alone needs no list of the others.
     assert!(
-        messages.contains("missing: Lantern") && messages.contains("Mine: the file differs"),
+        messages.contains("missing: Other: other.obj\n") && messages.contains("Mine: the file differs"),
         "{messages}"
     );
+    assert!(!messages.contains("Lantern"), "{messages}");
     let results = serde_json::from_slice::<Value>(&fs::read(folder.join("a.json")).unwrap()).unwrap();
     let scene = &results["scenes"][0];
     assert_eq!((&scene["name"], &scene["triangles"]), (&json!("Mine"), &json!(1)));
@@ -48,6 +51,11 @@ fn public_scenes_are_measured_where_they_exist() {
     assert_eq!(cameras("load"), [&Value::Null]);
     assert_eq!(cameras("eye"), ["front", "near"]);
     assert_eq!(cameras("frame"), ["front", "near"]);
+    // With one of the built-in scenes, they are listed.
+    fs::write(scenes.join("hairball.obj"), triangle).unwrap();
+    let output = blinn(&folder, &format!("{line} --stages load"));
+    let messages = String::from_utf8(output.stderr).unwrap();
+    assert!(messages.contains("missing: Lantern") && !messages.contains("missing: Hairball"), "{messages}");
     fs::write(scenes.join("manifest.toml"), manifest.replace("mine.obj", "../mine.obj")).unwrap();
     refused(&folder, "bench --scenes scenes", "must stay below the folder of scenes");
 }

@@ -18,10 +18,10 @@ pub struct ManifestScene {
     pub name: String,
     /// Patterns of its file's path below the folder of scenes, in order of preference.
     pub files: Vec<String>,
-    /// The licence, as its source names it.
-    pub licence: String,
-    /// The page or repository that offers it.
-    pub source: String,
+    /// The licence, as its source names it. Manifests of users need not name it.
+    pub licence: Option<String>,
+    /// The page or repository that offers it. Manifests of users need not name it.
+    pub source: Option<String>,
     /// SHA-256 of the file in hexadecimal digits, where it is known.
     pub sha256: Option<String>,
     /// Names of the peculiarities of its file.

@@ -18,7 +18,8 @@ mod tests {
         assert_eq!(manifest.scenes.len(), 15);
         for scene in &manifest.scenes {
             assert_eq!(scene.cameras.len(), 3, "{}", scene.name);
-            assert!(scene.source.starts_with("https://") && !scene.licence.is_empty(), "{}", scene.name);
+            let is_online = scene.source.as_ref().is_some_and(|source| source.starts_with("https://"));
+            assert!(is_online && scene.licence.is_some(), "{}", scene.name);
             for quirk in &scene.quirks {
                 assert!(manifest.quirks.iter().any(|(name, _)| name == quirk), "{}: {quirk}", scene.name);
             }

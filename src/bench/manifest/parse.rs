@@ -29,8 +29,8 @@ struct File {
 struct Scene {
     name: String,
     files: Vec<String>,
-    licence: String,
-    source: String,
+    licence: Option<String>,
+    source: Option<String>,
     sha256: Option<String>,
     #[serde(default)]
     quirks: Vec<String>,
@@ -161,5 +161,8 @@ mod tests {
             assert!(error.contains(message), "{more}: {error}");
         }
         assert!(parse_manifest("scene = 1").is_err());
+        // Licence and source are for readers.
+        let shortest = parse_manifest("[[scene]]\nname = 'a'\nfiles = ['a.obj']\n").unwrap();
+        assert_eq!((&shortest.scenes[0].licence, &shortest.scenes[0].source), (&None, &None));
     }
 }

@@ -51,8 +51,8 @@ mod tests {
         let scene = |files: &[&str]| ManifestScene {
             name: "s".into(),
             files: files.iter().map(|file| file.to_string()).collect(),
-            licence: String::new(),
-            source: String::new(),
+            licence: None,
+            source: None,
             sha256: None,
             quirks: Vec::new(),
             cameras: Vec::new(),

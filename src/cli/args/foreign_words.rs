@@ -29,6 +29,23 @@ pub fn flag(flag: &str) -> Option<&'static Equivalent> {
     FLAGS.iter().find(|(names, _)| names.contains(&name)).map(|(_, equivalent)| equivalent)
 }
 
+/// Looks up a flag that a command lacks, although other commands have it or it could be expected.
+pub fn flag_of_command(command: &str, flag: &str) -> Option<&'static str> {
+    let name = flag.split('=').next().unwrap_or(flag);
+    let is_meant = |(of, names, _): &&(&str, &[&str], &str)| *of == command && names.contains(&name);
+    FLAGS_OF_COMMANDS.iter().find(is_meant).map(|(_, _, hint)| *hint)
+}
+
+static FLAGS_OF_COMMANDS: [(&str, &[&str], &str); 3] = [
+    (
+        "bench",
+        &["--camera", "--cameras", "--view-point", "--look-at", "--yfov", "--azimuth", "--elevation"],
+        "cameras are those of manifest.toml in the folder of --scenes",
+    ),
+    ("bench", &["-o", "--output", "--out"], "use --json FILE.json, --markdown FILE.md or --report FILE.html"),
+    ("bench", &["--simd"], "set the environment variable BLINN_SIMD to portable, avx2 or avx512"),
+];
+
 /// Flags of other programs. f3d's names of cameras and sizes are aliases and not listed.
 static FLAGS: &[(&[&str], Equivalent)] = &[
     // f3d

@@ -8,6 +8,7 @@ mod public_scenes;
 mod table;
 mod trace_bound;
 
+use std::fs;
 use std::path::{Path, PathBuf};
 
 use anyhow::Result;
@@ -85,6 +86,10 @@ pub fn run(args: &BenchArgs) -> Result<Summary, UsageError> {
     }
     if from.len() > 1 {
         machines::show(args, &from, &mut summary);
+        return Ok(summary);
+    }
+    if let Some((path, error)) = scenes.iter().find_map(|path| Some((path, fs::metadata(path).err()?))) {
+        fail(&mut summary, &scene_error(path, &anyhow::Error::new(error)).to_string());
         return Ok(summary);
     }
     let measurement = match from.into_iter().next() {

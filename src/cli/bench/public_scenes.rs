@@ -18,7 +18,10 @@ pub struct PublicScenes {
     folder: PathBuf,
     /// Those that exist, in the order of the manifest.
     pub workloads: Vec<Workload>,
+    /// Those that do not exist. Of the built-in ones only if some exist, or the folder has no manifest of its own.
     missing: Vec<ManifestScene>,
+    /// The number of scenes that were looked for.
+    searched: usize,
 }
 
 impl PublicScenes {
@@ -29,16 +32,29 @@ impl PublicScenes {
             return Err(error("this is not a folder".into()));
         }
         let mut manifest = Manifest::built_in().map_err(|e| error(e.to_string()))?;
-        if let Some(text) = read_manifest(folder).map_err(error)? {
-            let added = parse_manifest(&text).map_err(|e| error(format!("{MANIFEST_FILE}: {e}")))?;
-            manifest.extend(added);
-        }
-        let mut public = PublicScenes { folder: folder.into(), workloads: Vec::new(), missing: Vec::new() };
+        let own = read_manifest(folder).map_err(error)?;
+        let own = own.as_deref().map(parse_manifest).transpose();
+        let own = own.map_err(|e| error(format!("{MANIFEST_FILE}: {e}")))?;
+        let has_own = own.is_some();
+        let own = own.unwrap_or_default();
+        let own_names: Vec<String> = own.scenes.iter().map(|scene| scene.name.clone()).collect();
+        manifest.extend(own);
+        let searched = manifest.scenes.len();
+        let mut public =
+            PublicScenes { folder: folder.into(), workloads: Vec::new(), missing: Vec::new(), searched };
+        let mut has_built_in = false;
         for scene in manifest.scenes {
+            let is_own = own_names.contains(&scene.name);
             match find_scene_file(folder, &scene) {
-                Some(file) => public.workloads.push(Workload::public(scene, &file)),
+                Some(file) => {
+                    has_built_in |= !is_own;
+                    public.workloads.push(Workload::public(scene, &file));
+                }
                 None => public.missing.push(scene),
             }
+        }
+        if has_own && !has_built_in {
+            public.missing.retain(|scene| own_names.contains(&scene.name));
         }
         Ok(public)
     }
@@ -55,8 +71,10 @@ impl PublicScenes {
     pub fn list_missing(&self, quiet: bool) {
         for scene in self.missing.iter().filter(|_| !quiet) {
             let ManifestScene { name, files, licence, source, .. } = scene;
-            let line = format!("missing: {name}: {} from {source} (licence: {licence})", files.join(" or "));
-            print_warning(&line);
+            let source = source.as_ref().map(|source| format!(" from {source}")).unwrap_or_default();
+            let licence =
+                licence.as_ref().map(|licence| format!(" (licence: {licence})")).unwrap_or_default();
+            print_warning(&format!("missing: {name}: {}{source}{licence}", files.join(" or ")));
         }
     }
 
@@ -70,7 +88,7 @@ impl PublicScenes {
         format!(
             "--scenes: {}: none of the {} scenes is there; {advice}",
             self.folder.display(),
-            self.missing.len()
+            self.searched
         )
     }
 }
