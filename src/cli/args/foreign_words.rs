@@ -32,8 +32,8 @@ pub fn flag(flag: &str) -> Option<&'static Equivalent> {
 /// Looks up a flag that a command lacks, although other commands have it or it could be expected.
 pub fn flag_of_command(command: &str, flag: &str) -> Option<&'static str> {
     let name = flag.split('=').next().unwrap_or(flag);
-    let is_meant = |(of, names, _): &&(&str, &[&str], &str)| *of == command && names.contains(&name);
-    FLAGS_OF_COMMANDS.iter().find(is_meant).map(|(_, _, hint)| *hint)
+    let mut entries = FLAGS_OF_COMMANDS.iter();
+    entries.find(|(of, names, _)| *of == command && names.contains(&name)).map(|(_, _, hint)| *hint)
 }
 
 static FLAGS_OF_COMMANDS: [(&str, &[&str], &str); 3] = [
@@ -129,6 +129,20 @@ mod tests {
             }
             assert!(words.iter().all(|word| root.find_subcommand(word).is_none()), "{words:?}");
         }
+    }
+
+    #[test]
+    fn flags_of_commands_do_not_exist() {
+        let root = built();
+        for (name, flags, _) in &FLAGS_OF_COMMANDS {
+            let command = root.find_subcommand(name).unwrap();
+            for flag in *flags {
+                let long = flag.strip_prefix("--");
+                assert!(long.is_none_or(|long| find_flag(command, long).is_none()), "{flag} exists");
+                assert!(flag_of_command(name, flag).is_some());
+            }
+        }
+        assert_eq!(flag_of_command("render", "--simd"), None);
     }
 
     #[test]

@@ -89,7 +89,7 @@ pub fn run(args: &BenchArgs) -> Result<Summary, UsageError> {
         return Ok(summary);
     }
     if let Some((path, error)) = scenes.iter().find_map(|path| Some((path, fs::metadata(path).err()?))) {
-        fail(&mut summary, &scene_error(path, &anyhow::Error::new(error)).to_string());
+        fail(&mut summary, &scene_error(path, &anyhow::Error::new(error)));
         return Ok(summary);
     }
     let measurement = match from.into_iter().next() {
