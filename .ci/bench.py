@@ -52,7 +52,7 @@ def schema():
             parent = parent[key]
         parent[path[-1]] = value
         assert not validator.is_valid(wrong), path
-    for parent in (results, results["machine"], results["settings"], results["scenes"][0], stages[0]):
+    for parent in (results, results["program"], results["machine"], results["settings"], results["scenes"][0], stages[0]):
         for key in list(parent):
             value = parent.pop(key)
             assert not validator.is_valid(results), f"{key} is optional"

@@ -51,6 +51,8 @@ pub struct Change {
 /// The comparison of two runs.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Comparison {
+    /// The programs of the old and of the new run: `blinn 0.1.0, x86_64-linux, executable 01234567`.
+    pub programs: [String; 2],
     /// All costs that both runs measured, in the order of the new run.
     pub changes: Vec<Change>,
     /// Differences between the runs that prevent or limit the comparison.
@@ -62,6 +64,14 @@ pub struct Comparison {
 }
 
 impl Comparison {
+    /// The programs of both runs in one line.
+    pub fn program_line(&self) -> String {
+        match &self.programs {
+            [old, new] if old == new => format!("{new} in both runs"),
+            [old, new] => format!("old: {old}; new: {new}"),
+        }
+    }
+
     /// The significant changes.
     pub fn significant(&self) -> impl Iterator<Item = &Change> {
         self.changes.iter().filter(|change| change.verdict != Verdict::Same)
@@ -79,7 +89,8 @@ impl Comparison {
 /// measurements, since a few rounds may agree by chance. A change is significant if the ratio of the medians is beyond
 /// five standard errors and beyond 5 %, and its bootstrap confidence interval excludes 1.
 pub fn compare(old: &BenchResults, new: &BenchResults) -> Comparison {
-    let mut out = Comparison { notes: setup_differences(old, new), ..Comparison::default() };
+    let programs = [old, new].map(BenchResults::program_name);
+    let mut out = Comparison { programs, notes: setup_differences(old, new), ..Comparison::default() };
     let calibrated = old.settings.calibration == new.settings.calibration;
     let pairs = matching_scenes(old, new, &mut out.notes);
     let typical = TypicalSpread::of(old, new, calibrated);

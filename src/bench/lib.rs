@@ -50,7 +50,7 @@ pub use report::{
     HeatMap, MachineResults, Table, comparison_table, different_work, format_duration, machines_page,
     report_page, result_tables, trace_page, trace_tables,
 };
-pub use results::{BenchResults, BvhResults, Machine, RecordedSettings, SceneResults, StageResults};
+pub use results::{BenchResults, BvhResults, Machine, Program, RecordedSettings, SceneResults, StageResults};
 pub use results_file::ResultsError;
 pub use settings::{BenchObserver, BenchSettings};
 pub use stage::BenchStage;

@@ -4,7 +4,7 @@ use super::calibration::Calibration;
 use super::interleaved_timer::InterleavedTimer;
 use super::record::{MeasureError, SceneRecord};
 use super::report::HeatMap;
-use super::results::{BenchResults, RecordedSettings};
+use super::results::{BenchResults, Program, RecordedSettings};
 use super::scene_round::SceneRound;
 use super::settings::{BenchObserver, BenchSettings};
 use super::workload::Workload;
@@ -48,7 +48,9 @@ pub fn measure(
     let (measured, scenes) = measured.map(|((i, workload), record)| (i, record.results(workload))).collect();
     let failed =
         records.into_iter().enumerate().filter_map(|(i, record)| Some((i, record.failure?))).collect();
-    BenchRun { results: BenchResults::new(recorded(settings), scenes), measured, heat_maps, failed }
+    let results =
+        BenchResults { program: Program::current(), ..BenchResults::new(recorded(settings), scenes) };
+    BenchRun { results, measured, heat_maps, failed }
 }
 
 /// Measures one round of a scene for each number of threads.

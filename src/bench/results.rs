@@ -4,6 +4,7 @@ use serde::{Deserialize, Serialize};
 
 use super::calibration::Calibration;
 use super::interleaved_timer::Timing;
+use super::manifest::sha256_of_file;
 use super::stage::BenchStage;
 use super::stage_record::StageRecord;
 use super::stats::{log_std_dev, median};
@@ -18,6 +19,9 @@ pub struct BenchResults {
     pub format: String,
     /// The version of blinn.
     pub version: String,
+    /// The program that measured; empty in files of earlier versions.
+    #[serde(default)]
+    pub program: Program,
     /// When the run ended, in seconds since 1970.
     #[serde(default)]
     pub unix_time: u64,
@@ -27,6 +31,27 @@ pub struct BenchResults {
     pub settings: RecordedSettings,
     /// The scenes.
     pub scenes: Vec<SceneResults>,
+}
+
+/// The executable file that measured. The version alone does not tell builds apart.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+#[serde(default)]
+pub struct Program {
+    /// SHA-256 of the file in hexadecimal digits; `None` where it cannot be read.
+    pub sha256: Option<String>,
+    /// The processor architecture and the system that it was compiled for, such as `x86_64-linux`.
+    pub target: String,
+}
+
+impl Program {
+    /// The file of this process.
+    pub(super) fn current() -> Program {
+        let file = std::env::current_exe().ok();
+        Program {
+            sha256: file.and_then(|file| sha256_of_file(&file).ok()),
+            target: format!("{}-{}", std::env::consts::ARCH, std::env::consts::OS),
+        }
+    }
 }
 
 /// A machine.
@@ -293,12 +318,26 @@ impl BenchResults {
         self.scenes.iter().find(has_same_name).or_else(|| self.scenes.iter().find(has_same_file))
     }
 
+    /// The version and the program in words: `blinn 0.1.0, x86_64-linux, executable 01234567`.
+    pub(super) fn program_name(&self) -> String {
+        let mut text = format!("blinn {}", self.version);
+        if !self.program.target.is_empty() {
+            text += &format!(", {}", self.program.target);
+        }
+        if let Some(hash) = &self.program.sha256 {
+            let start: String = hash.chars().take(8).collect();
+            text += &format!(", executable {start}");
+        }
+        text
+    }
+
     /// The results of a run that has just ended on this machine.
     pub(super) fn new(settings: RecordedSettings, scenes: Vec<SceneResults>) -> BenchResults {
         let since_epoch = std::time::SystemTime::now().duration_since(std::time::UNIX_EPOCH);
         BenchResults {
             format: FORMAT.into(),
             version: env!("CARGO_PKG_VERSION").into(),
+            program: Program::default(),
             unix_time: since_epoch.map_or(0, |duration| duration.as_secs()),
             machine: Machine::detect(),
             settings: RecordedSettings { calibration: Calibration::VERSION, ..settings },

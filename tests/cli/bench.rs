@@ -34,6 +34,9 @@ fn the_results_file_holds_all_measurements() {
     let figures = read_json(&folder.join("figures.json"));
     assert_eq!(figures["format"], "blinn bench 2");
     assert_eq!(figures["version"], env!("CARGO_PKG_VERSION"));
+    let program = &figures["program"];
+    assert_eq!(program["sha256"].as_str().unwrap().len(), 64);
+    assert!(program["target"].as_str().unwrap().contains('-'), "{program}");
     for key in ["cpu", "os", "simd"] {
         assert!(!figures["machine"][key].as_str().unwrap().is_empty(), "{key}");
     }
@@ -272,6 +275,8 @@ fn significant_changes_are_listed_and_are_errors_with_strict() {
     }
     let same = stdout_of(&folder, "bench --from same.json --compare old.json --strict");
     assert!(same.contains("no change beyond the noise in 62 measurements"), "{same}");
+    // The programs and the columns are explained.
+    assert!(same.contains("blinn 0.1.0 in both runs\n") && same.contains("noise: the change that"), "{same}");
     let fast = stdout_of(&folder, "bench --from fast.json --compare old.json --strict");
     assert!(
         fast.contains("28 of 62 measurements changed")

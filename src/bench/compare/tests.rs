@@ -1,6 +1,6 @@
 use super::*;
 use crate::interleaved_timer::Timing;
-use crate::results::BvhResults;
+use crate::results::{BvhResults, Program};
 use crate::stage_record::{StageKey, StageRecord, StageWork};
 
 /// A run of five scenes whose rounds scatter by about 1 %. All times are multiplied by `factor`.
@@ -179,4 +179,18 @@ fn stages_that_were_measured_otherwise_are_counted_and_not_compared() {
     assert!(compared.changes.iter().all(|change| !change.metric.starts_with("frame")));
     let note = "different numbers of threads: 1, then 1, 2";
     assert!(compared.notes.iter().any(|text| text == note), "{:?}", compared.notes);
+}
+
+/// Both programs are named, also where only their files differ.
+#[test]
+fn programs_are_named() {
+    let [old, mut new] = [1.0, 1.0].map(|factor| run(factor, 2, 0));
+    let version = env!("CARGO_PKG_VERSION");
+    assert_eq!(compare(&old, &new).program_line(), format!("blinn {version} in both runs"));
+    new.program = Program { sha256: Some("0123456789abcdef".into()), target: "x86_64-linux".into() };
+    let line = compare(&old, &new).program_line();
+    assert_eq!(
+        line,
+        format!("old: blinn {version}; new: blinn {version}, x86_64-linux, executable 01234567")
+    );
 }

@@ -176,7 +176,7 @@ pub fn comparison_table(comparison: &Comparison) -> Table {
         ]
     };
     Table {
-        title: "Comparison with the baseline".into(),
+        title: format!("Comparison with the baseline ({})", comparison.program_line()),
         head: texts(["cost", "new / old", "95 % interval", "noise", "by least", "verdict"]),
         rows: comparison.changes.iter().map(row).collect(),
     }

@@ -79,9 +79,16 @@ pub(super) fn stages(results: &BenchResults) -> String {
     table(&columns, &rows)
 }
 
+/// The meaning of the columns of a comparison.
+const COMPARED_COLUMNS: &str = "<p class=\"facts\">new / old: ratio of the medians of the rounds, relative to the \
+                                calibration loop; noise: the change that the spread of the rounds of both runs may cause; \
+                                less, more: beyond the noise, and the interval excludes 1; by least: ratio of the fastest \
+                                samples.</p>\n";
+
 /// A summary of the comparison, and a row for each change.
 pub(super) fn comparison(comparison: &Comparison) -> String {
     let mut out = String::from("<h2 id=\"compared\">Comparison with the baseline</h2>\n");
+    out += &format!("<p class=\"facts\">{}</p>\n", escape_html(&comparison.program_line()));
     for text in &comparison.different_work {
         out += &format!("<p class=\"bad\">{}</p>\n", escape_html(text));
     }
@@ -115,5 +122,5 @@ pub(super) fn comparison(comparison: &Comparison) -> String {
         column("by least", |change| optional(change.min_ratio, |v| format!("{v:.3}"))),
         column("", verdict),
     ];
-    out + &table(&columns, &comparison.changes)
+    out + &table(&columns, &comparison.changes) + COMPARED_COLUMNS
 }

@@ -116,7 +116,9 @@ pub fn comparison(compared: &Comparison) -> String {
         ]);
     }
     let mut out = align(&rows);
-    out.push('\n');
+    out += "\nratio: new / old, of the medians of the rounds; noise: the change that the spread of the rounds of both runs \
+            may cause\nless, MORE: beyond the noise, and the interval excludes 1; by least: ratio of the fastest samples\n\n";
+    out += &format!("{}\n", single_line(&compared.program_line()));
     for note in &compared.notes {
         out += &format!("note: {}\n", single_line(note));
     }
