@@ -3,10 +3,12 @@
 mod canonical_material;
 mod faces;
 mod flip;
+mod in_order;
 mod json;
 mod objects;
 mod pictures;
 mod regions;
+mod scene_objects;
 mod surface_distance;
 
 pub use flip::{FLIP_PIXELS_PER_DEGREE, flip};

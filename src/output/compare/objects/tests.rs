@@ -1,4 +1,4 @@
-use glam::{DAffine3, DVec3};
+use glam::{DAffine3, DVec3, Vec3, Vec4};
 
 use super::*;
 use blinn_core::geometry::Rgb;
@@ -128,4 +128,50 @@ fn in_another_order_the_distance_is_that_of_the_surfaces() {
     };
     assert_eq!(change, &expected);
     assert_eq!((bounds.min, bounds.max), (DVec3::ZERO, DVec3::new(1.0, 1.0, 0.25)));
+}
+
+/// Every corner moves by less than `by`, as quantisation does.
+fn rounded(mut scene: Scene, by: f32) -> Scene {
+    scene.meshes[0].positions.iter_mut().for_each(|p| *p += by * Vec3::new(0.5, 0.25, 1.0));
+    scene
+}
+
+#[test]
+fn triangles_that_moved_and_are_in_another_order_are_not_matched_by_their_place() {
+    let heights = [0.0, 0.1, 0.0, 0.3, 0.0, 0.2, 0.0, 0.0, 0.1];
+    let old = grid(heights, ORDER);
+    let by = 1.0 / 1024.0;
+    let found = compare(&old, &rounded(grid(heights, SHUFFLED), by));
+    let ObjectChange::Rebuilt { differing: [8, 8], surface_distance, .. } = found[0].change else {
+        panic!("{found:?}")
+    };
+    assert!(surface_distance > 0.0 && surface_distance < 1.2 * f64::from(by), "{surface_distance}");
+    // In the same order, corners are matched.
+    let found = compare(&old, &rounded(grid(heights, ORDER), by));
+    let ObjectChange::Changed { moved_triangles: 8, max_distance, .. } = found[0].change else {
+        panic!("{found:?}")
+    };
+    assert!((max_distance / f64::from(by) - 1.3125f64.sqrt()).abs() < 1e-3, "{max_distance}");
+}
+
+#[test]
+fn triangles_without_shared_corners_are_matched_by_their_surfaces() {
+    let apart = |order: [usize; 8], by: f32| {
+        let mut scene = grid([0.0; 9], order);
+        let mesh = &mut scene.meshes[0];
+        let corners = mesh.triangles.concat();
+        mesh.positions = corners.iter().map(|&i| mesh.positions[i as usize] * 0.5).collect();
+        mesh.positions.chunks_mut(3).enumerate().for_each(|(i, corners)| {
+            let place = 4.0 * order[i] as f32 + by;
+            corners.iter_mut().for_each(|corner| corner.x += place);
+        });
+        mesh.colors = Vec::new();
+        mesh.triangles = (0..8u32).map(|i| [3 * i, 3 * i + 1, 3 * i + 2]).collect();
+        scene
+    };
+    let found = compare(&apart(ORDER, 0.0), &apart(SHUFFLED, 0.125));
+    let ObjectChange::Rebuilt { differing: [8, 8], surface_distance, .. } = found[0].change else {
+        panic!("{found:?}")
+    };
+    assert!((surface_distance - 0.125).abs() < 1e-6, "{surface_distance}");
 }
