@@ -106,6 +106,18 @@ fn reordered_json_is_equal_and_another_colour_is_not() {
     assert!(text.starts_with("different: ") && text.contains("material changed"), "{text}");
 }
 
+/// Where triangles overlap at the same distance, the picture shows the first one.
+#[test]
+fn triangles_in_another_order_have_equal_pictures() {
+    let (_dir, dir) = folder();
+    let red = ["0 0 0", "4 0 0", "0 4 0"].map(|place| format!("v {place} 1 0 0\n")).concat();
+    let green = ["1 -1 0", "4 3 0", "-1 3 0"].map(|place| format!("v {place} 0 1 0\n")).concat();
+    let scene = |faces: &str| format!("o sheet\n{red}{green}{faces}");
+    fs::write(dir.join("old.obj"), scene("f 1 2 3\nf 4 5 6\n")).unwrap();
+    fs::write(dir.join("new.obj"), scene("f 5 6 4\nf 1 2 3\n")).unwrap();
+    diff(&dir, "old.obj new.obj --size 64x48", 0);
+}
+
 /// A small fin is added to a room with bounced light. Its own pixels are reported, and not the other noise of
 /// walls far away.
 #[test]

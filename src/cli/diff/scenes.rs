@@ -17,7 +17,9 @@ use crate::scene_file::load_scene_file;
 use blinn_core::cancellation::CancelToken;
 use blinn_core::geometry::Aabb;
 use blinn_import::{LoadOptions, Warning};
-use blinn_output::compare::{DifferenceMap, ObjectDifference, compare_objects, json_differences};
+use blinn_output::compare::{
+    CanonicalOrder, DifferenceMap, ObjectDifference, compare_objects, json_differences,
+};
 use blinn_render::PixelRect;
 use blinn_scene::{
     Camera, PoseSettings, PosedScene, Projection, ResolvedLighting, Scene, SourceFormat, StandardView,
@@ -92,7 +94,8 @@ pub fn compare(
     };
     let [old, new] =
         [(files[0], of_old), (files[1], &of_new)].map(|(file, load)| load_scene(&plan, file, load));
-    let [old, new] = [old.map_err(|e| in_file(files[0], e))?, new.map_err(|e| in_file(files[1], e))?];
+    let mut old = old.map_err(|e| in_file(files[0], e))?;
+    let mut new = new.map_err(|e| in_file(files[1], e))?;
     logs[0].warn_of_import(old.warnings.clone())?;
     logs[1].warn_of_import(new.warnings.clone())?;
     let mode = plan.session.options.load.glass;
@@ -109,12 +112,23 @@ pub fn compare(
 
     // Both scenes have one centre, so that equal triangles have equal coordinates.
     let animation = |scene: &Scene| plan.session.options.animation(scene);
-    let at = PoseSettings { time: planned.time, animation: animation(&old.scene)?, centre: None };
-    let posed_old = pose(&old.scene, &at)?;
+    let mut at_old = PoseSettings { time: planned.time, animation: animation(&old.scene)?, centre: None };
     let animation = animation(&new.scene).or_else(|_| plan.session.options.animation(&Scene::default()))?;
-    let at = PoseSettings { time: planned.time, animation, centre: Some(posed_old.centre) };
-    let posed_new = pose(&new.scene, &at)?;
-    let objects = compare_objects(&posed_old, &posed_new);
+    let mut at_new = PoseSettings { time: planned.time, animation, centre: None };
+    let (objects, orders) = {
+        let posed_old = pose(&old.scene, &at_old)?;
+        at_old.centre = Some(posed_old.centre);
+        at_new.centre = at_old.centre;
+        let posed_new = pose(&new.scene, &at_new)?;
+        let orders = [&posed_old, &posed_new].map(CanonicalOrder::new);
+        (compare_objects(&posed_old, &posed_new), orders)
+    };
+    // Triangles of one order have equal pictures.
+    let [old_order, new_order] = orders;
+    old_order.apply(&mut old.scene);
+    new_order.apply(&mut new.scene);
+    let posed_old = pose(&old.scene, &at_old)?;
+    let posed_new = pose(&new.scene, &at_new)?;
     let views = shared_views(&plan, &posed_old, &posed_new)?;
     plan.session.options.view.complete = views.first().map(|view| view.camera);
 

@@ -1,6 +1,7 @@
 //! Differences of pictures, of scenes, and of their descriptions.
 
 mod canonical_material;
+mod canonical_order;
 mod faces;
 mod flip;
 mod in_order;
@@ -11,6 +12,7 @@ mod regions;
 mod scene_objects;
 mod surface_distance;
 
+pub use canonical_order::CanonicalOrder;
 pub use flip::{FLIP_PIXELS_PER_DEGREE, flip};
 pub use json::{JsonDifference, json_differences};
 pub use objects::{ObjectChange, ObjectDifference, compare_objects};
