@@ -43,6 +43,10 @@ pub struct DiffArgs {
     pub new: NewSceneArgs,
     #[command(flatten)]
     pub compare: CompareArgs,
+    /// Largest distance of surfaces that counts as equal, in metres, or in the unit of files that do not name theirs, after
+    /// --scale; pictures then count only with --tolerance or --flip [default: the precision of the coordinates]
+    #[arg(long, value_name = "DISTANCE", value_parser = values::distance_tolerance, help_heading = "Comparison")]
+    pub distance_tolerance: Option<f64>,
     /// Width and height of the pictures of scenes in pixels [default: 640x480, or the aspect ratio of the file's camera]
     #[arg(long, value_name = "WxH", value_parser = values::size, help_heading = "Image")]
     pub size: Option<(u32, u32)>,

@@ -27,12 +27,18 @@ pub struct Comparison {
     pub objects: Vec<ObjectDifference>,
     /// Differences of what `blinn info` prints.
     pub properties: Vec<JsonDifference>,
+    /// Differences of properties that do not make the scenes different.
+    pub information: Vec<JsonDifference>,
+    /// Largest distance of surfaces that was accepted, if any moved.
+    pub accepted_distance: Option<f64>,
     /// The reason why no pixels could be compared.
     pub mismatch: Option<String>,
     /// The old and the new picture, if their pixels could not be compared.
     pub apart: Vec<ShownPicture>,
     /// True if the pictures alone decide: with a tolerance, small differences of scenes are accepted.
     pub pictures_decide: bool,
+    /// True if pictures do not count, since surfaces moved by an accepted distance.
+    pub ignores_pictures: bool,
     /// The unit of lengths of both scenes.
     pub unit: LengthUnit,
 }
@@ -64,7 +70,8 @@ pub struct ViewComparison {
 
 impl Comparison {
     pub fn is_different(&self) -> bool {
-        let pictures = self.mismatch.is_some() || self.views.iter().any(|view| view.summary.changed > 0);
+        let is_changed = self.views.iter().any(|view| view.summary.changed > 0);
+        let pictures = self.mismatch.is_some() || is_changed && !self.ignores_pictures;
         let scenes = !self.objects.is_empty() || !self.properties.is_empty();
         pictures || scenes && !self.pictures_decide
     }

@@ -1,5 +1,9 @@
 //! Lengths in texts, in units that suit them.
 
+use glam::DVec3;
+
+use blinn_core::geometry::Aabb;
+
 /// The unit of a scene's coordinates.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum LengthUnit {
@@ -28,6 +32,24 @@ pub fn length_text(length: f64, unit: LengthUnit) -> String {
             format!("{} {name}", two_digits(length * scale))
         }
     }
+}
+
+/// Returns the corners of a box, with a hundredth of its size as the last digit: `from 1.00, 2.00, 0.00 to 1.50, 2.50, 0.00
+/// m (y up)`.
+pub fn bounds_text(bounds: &Aabb, unit: LengthUnit) -> String {
+    let size = bounds.extent().max_element();
+    let size = if size > 0.0 { size } else { bounds.max.abs().max_element() };
+    let digits = if size > 0.0 { (2.0 - libm::floor(libm::log10(size))).clamp(0.0, 12.0) } else { 0.0 };
+    let corner = |v: DVec3| {
+        // -0 is 0.
+        let digits = digits as usize;
+        v.to_array().map(|x| format!("{:.digits$}", x + 0.0)).join(", ")
+    };
+    let unit = match unit {
+        LengthUnit::Metre => "m",
+        LengthUnit::Unknown => "units",
+    };
+    format!("from {} to {} {unit} (y up)", corner(bounds.min), corner(bounds.max))
 }
 
 /// A number with two significant digits, in scientific notation where many zeros would be needed.
@@ -67,5 +89,15 @@ mod tests {
         }
         assert_eq!(length_text(0.001, LengthUnit::Unknown), "0.0010 units");
         assert_eq!(length_text(25.0, LengthUnit::Unknown), "25 units");
+    }
+
+    #[test]
+    fn boxes_have_digits_that_suit_their_size() {
+        let bounds = Aabb { min: DVec3::new(25.25, -5.0, 0.0), max: DVec3::new(33.259, 5.0, 0.0) };
+        let text = bounds_text(&bounds, LengthUnit::Unknown);
+        assert_eq!(text, "from 25.25, -5.00, 0.00 to 33.26, 5.00, 0.00 units (y up)");
+        let small = Aabb { min: DVec3::splat(0.001), max: DVec3::splat(0.002) };
+        let text = bounds_text(&small, LengthUnit::Metre);
+        assert_eq!(text, "from 0.00100, 0.00100, 0.00100 to 0.00200, 0.00200, 0.00200 m (y up)");
     }
 }

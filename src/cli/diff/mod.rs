@@ -6,6 +6,7 @@ mod animations;
 pub(super) mod comparison;
 pub(super) mod html;
 pub(super) mod images;
+mod information;
 mod length;
 mod noise;
 mod scenes;
@@ -124,8 +125,12 @@ fn compare(args: &DiffArgs, files: [&Path; 2], plan: RenderPlan, reporter: &Repo
     }
     let [old, new] = files;
     match (is_picture(old)?, is_picture(new)?) {
-        (true, true) if args.new.new_up.is_some() || args.new.new_scale.is_some() => {
-            anyhow::bail!("--new-up and --new-scale apply only to scenes; remove them")
+        (true, true)
+            if args.new.new_up.is_some()
+                || args.new.new_scale.is_some()
+                || args.distance_tolerance.is_some() =>
+        {
+            anyhow::bail!("--new-up, --new-scale and --distance-tolerance apply only to scenes; remove them")
         }
         (true, true) => images::compare(old, new, &args.compare, &load_limits(plan.session.max_memory)),
         (false, false) => scenes::compare(files, plan, args, reporter),

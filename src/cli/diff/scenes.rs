@@ -7,6 +7,7 @@ use glam::{DMat3, DVec2, DVec3};
 
 use super::animations::curve_differences;
 use super::comparison::{Comparison, PicturePair, ViewComparison};
+use super::information::is_information;
 use super::length::LengthUnit;
 use super::noise::forgive_noise;
 use crate::args::{DiffArgs, UpArg};
@@ -18,7 +19,7 @@ use blinn_core::cancellation::CancelToken;
 use blinn_core::geometry::Aabb;
 use blinn_import::{LoadOptions, Warning};
 use blinn_output::compare::{
-    CanonicalOrder, DifferenceMap, ObjectDifference, compare_objects, json_differences,
+    CanonicalOrder, DifferenceMap, ObjectComparison, ObjectDifference, compare_objects, json_differences,
 };
 use blinn_render::PixelRect;
 use blinn_scene::{
@@ -99,11 +100,14 @@ pub fn compare(
     logs[0].warn_of_import(old.warnings.clone())?;
     logs[1].warn_of_import(new.warnings.clone())?;
     let mode = plan.session.options.load.glass;
-    let mut properties = json_differences(
+    let mut differences = json_differences(
         &comparable_properties(&old.scene, &old.warnings, mode)?,
         &comparable_properties(&new.scene, &new.warnings, mode)?,
     );
-    properties.extend(curve_differences(&old.scene, &new.scene));
+    differences.extend(curve_differences(&old.scene, &new.scene));
+    let tolerance = args.distance_tolerance;
+    let (information, properties) =
+        differences.into_iter().partition(|difference| is_information(difference, tolerance));
     let frames = plan.frames.resolve(0.0, None)?;
     let planned = *frames.first().context("there is no frame")?;
     plan.session.options.size = Some(args.size.unwrap_or_else(|| default_size(&old.scene)));
@@ -115,13 +119,13 @@ pub fn compare(
     let mut at_old = PoseSettings { time: planned.time, animation: animation(&old.scene)?, centre: None };
     let animation = animation(&new.scene).or_else(|_| plan.session.options.animation(&Scene::default()))?;
     let mut at_new = PoseSettings { time: planned.time, animation, centre: None };
-    let (objects, orders) = {
+    let (ObjectComparison { differences: objects, accepted_distance }, orders) = {
         let posed_old = pose(&old.scene, &at_old)?;
         at_old.centre = Some(posed_old.centre);
         at_new.centre = at_old.centre;
         let posed_new = pose(&new.scene, &at_new)?;
         let orders = [&posed_old, &posed_new].map(CanonicalOrder::new);
-        (compare_objects(&posed_old, &posed_new), orders)
+        (compare_objects(&posed_old, &posed_new, tolerance), orders)
     };
     // Triangles of one order have equal pictures.
     let [old_order, new_order] = orders;
@@ -168,13 +172,17 @@ pub fn compare(
         }
     }
     logs.into_iter().for_each(|log| drop(log.finish()));
+    let has_picture_tolerance = args.compare.tolerance.is_some() || args.compare.flip;
     Ok(Comparison {
         views: pictures,
         objects,
         properties,
+        information,
+        accepted_distance,
         mismatch: None,
         apart: Vec::new(),
-        pictures_decide: args.compare.tolerance.is_some() || args.compare.flip,
+        pictures_decide: has_picture_tolerance && tolerance.is_none(),
+        ignores_pictures: accepted_distance.is_some() && !has_picture_tolerance,
         unit: length_unit(&old.scene, &new.scene),
     })
 }

@@ -3,7 +3,7 @@
 use serde_json::{Value, json};
 
 use super::comparison::{Comparison, Heading};
-use super::length::{LengthUnit, length_text};
+use super::length::{LengthUnit, bounds_text, length_text};
 use crate::info::inline;
 use crate::plural::plural;
 use blinn_output::compare::{DifferenceSummary, JsonDifference, ObjectChange, ObjectDifference};
@@ -40,10 +40,20 @@ pub fn to_text(heading: &Heading, comparison: &Comparison) -> String {
         );
     }
     for object in &comparison.objects {
-        out += &format!("  object '{}': {}\n", object.name, change_text(&object.change, comparison.unit));
+        let change = change_text(&object.change, comparison.unit);
+        let place = place_text(object, comparison.unit);
+        out += &format!("  object '{}': {change}{place}\n", object.name);
+    }
+    if let Some(distance) = comparison.accepted_distance {
+        let pictures = if comparison.ignores_pictures { "; pictures do not count" } else { "" };
+        let distance = length_text(distance, comparison.unit);
+        out += &format!("  surfaces up to {distance} apart are accepted{pictures}\n");
     }
     for property in &comparison.properties {
         out += &format!("  {}: {}\n", property.path, values_text(property));
+    }
+    for property in &comparison.information {
+        out += &format!("  {}: {} (does not count)\n", property.path, values_text(property));
     }
     out
 }
@@ -62,6 +72,19 @@ pub fn amount_text(summary: &DifferenceSummary, is_flip: bool) -> String {
 
 fn rect_text(rect: &PixelRect) -> String {
     format!("{},{},{},{}", rect.x, rect.y, rect.width, rect.height)
+}
+
+/// The place of a change, where it is not the whole object.
+fn place_text(object: &ObjectDifference, unit: LengthUnit) -> String {
+    let has_place = match object.change {
+        ObjectChange::Added { .. } | ObjectChange::Removed { .. } => false,
+        ObjectChange::Rebuilt { surface_distance, .. } => surface_distance > 0.0,
+        ObjectChange::Changed { moved_triangles, .. } => moved_triangles > 0,
+    };
+    if !has_place || object.bounds.is_empty() {
+        return String::new();
+    }
+    format!(", {}", bounds_text(&object.bounds, unit))
 }
 
 /// A change of an object as a part of a sentence.
@@ -152,10 +175,7 @@ pub fn to_json(heading: &Heading, comparison: &Comparison) -> String {
             "objects": objects.collect::<Vec<_>>(),
         })
     });
-    let properties = comparison
-        .properties
-        .iter()
-        .map(|property| json!({"path": property.path, "old": property.old, "new": property.new}));
+    let property = |p: &JsonDifference| json!({"path": p.path, "old": p.old, "new": p.new});
     let value = json!({
         "old": heading.old.to_string_lossy(),
         "new": heading.new.to_string_lossy(),
@@ -165,7 +185,16 @@ pub fn to_json(heading: &Heading, comparison: &Comparison) -> String {
         "mismatch": comparison.mismatch,
         "views": views.collect::<Vec<_>>(),
         "objects": comparison.objects.iter().map(object_json).collect::<Vec<_>>(),
-        "properties": properties.collect::<Vec<_>>(),
+        "properties": comparison.properties.iter().map(property).collect::<Vec<_>>(),
+        "information": comparison.information.iter().map(property).collect::<Vec<_>>(),
+        "accepted_distance": comparison.accepted_distance,
+        "pictures_count": !comparison.ignores_pictures,
+        // Of distances and bounds.
+        "length_unit": match comparison.unit {
+            LengthUnit::Metre => Some("m"),
+            LengthUnit::Unknown => None,
+        },
+        "up": "y",
     });
     format!("{value:#}\n")
 }

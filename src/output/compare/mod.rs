@@ -15,5 +15,5 @@ mod surface_distance;
 pub use canonical_order::CanonicalOrder;
 pub use flip::{FLIP_PIXELS_PER_DEGREE, flip};
 pub use json::{JsonDifference, json_differences};
-pub use objects::{ObjectChange, ObjectDifference, compare_objects};
+pub use objects::{ObjectChange, ObjectComparison, ObjectDifference, compare_objects};
 pub use pictures::{DifferenceMap, DifferenceSummary, Mismatch, compare_pictures};

@@ -18,7 +18,8 @@ pub struct ObjectDifference {
     pub name: String,
     /// The kind of difference.
     pub change: ObjectChange,
-    /// Bounds of the triangles that differ, in both scenes, in world coordinates.
+    /// Bounds of the places where the surfaces are apart, in world coordinates (y up). Where they are not, or where triangles
+    /// moved one by one, bounds of the triangles that differ, in both scenes.
     pub bounds: Aabb,
 }
 
@@ -42,7 +43,8 @@ pub enum ObjectChange {
         /// Triangles of each scene that the other one lacks.
         differing: [u64; 2],
         /// Distance of the surfaces in scene units: the largest distance of a corner, middle of an edge or centre of a
-        /// differing triangle from the other surface. Infinite if there is no other surface.
+        /// differing triangle from the other surface. 0 up to the precision of the coordinates, infinite if there is
+        /// no other surface.
         surface_distance: f64,
         /// True if normals, tangents, texture coordinates or colours of triangles that both have differ.
         attributes: bool,
@@ -62,84 +64,136 @@ pub enum ObjectChange {
     },
 }
 
+/// The differences of the objects of two scenes.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct ObjectComparison {
+    /// The objects that differ.
+    pub differences: Vec<ObjectDifference>,
+    /// Largest distance that was accepted, in scene units; `None` if all other objects have equal coordinates.
+    pub accepted_distance: Option<f64>,
+}
+
 /// Compares the objects of two scenes that are posed around the same centre. Objects are matched by name, those of one
 /// name in their order. Objects that are equal are left out.
-pub fn compare_objects(old: &PosedScene, new: &PosedScene) -> Vec<ObjectDifference> {
+///
+/// Corners that moved by no more than the precision of the coordinates are equal. With a `tolerance`, in scene units, so
+/// are surfaces that are no farther apart, whatever their triangles.
+pub fn compare_objects(old: &PosedScene, new: &PosedScene, tolerance: Option<f64>) -> ObjectComparison {
     let [old, new] = [old, new].map(Objects::new);
     let mut of_new: HashMap<&str, Vec<usize>> = HashMap::new();
     for object in (0..new.instances.len()).rev() {
         of_new.entry(new.name(object)).or_default().push(object);
     }
-    let mut differences = Vec::new();
+    let mut comparison = ObjectComparison::default();
     for object in 0..old.instances.len() {
         let name = old.name(object);
-        let difference = match of_new.get_mut(name).and_then(Vec::pop) {
-            Some(other) => compare_object(&old, object, &new, other),
+        let (change, bounds) = match of_new.get_mut(name).and_then(Vec::pop) {
+            Some(other) => {
+                let pair = ObjectPair { old: &old, old_object: object, new: &new, new_object: other };
+                let outcome = pair.compare(tolerance);
+                comparison.accept(outcome.accepted_distance);
+                match outcome.change {
+                    Some(change) => change,
+                    None => continue,
+                }
+            }
             None => {
                 let (triangles, bounds) = old.extent(object);
-                Some((ObjectChange::Removed { triangles }, bounds))
+                (ObjectChange::Removed { triangles }, bounds)
             }
         };
-        differences.extend(difference.map(|(change, bounds)| ObjectDifference {
-            name: name.into(),
-            change,
-            bounds,
-        }));
+        comparison.differences.push(ObjectDifference { name: name.into(), change, bounds });
     }
     let mut added: Vec<usize> = of_new.into_values().flatten().collect();
     added.sort_unstable();
-    differences.extend(added.into_iter().map(|object| {
+    comparison.differences.extend(added.into_iter().map(|object| {
         let (triangles, bounds) = new.extent(object);
         let name = new.name(object).to_string();
         ObjectDifference { name, change: ObjectChange::Added { triangles }, bounds }
     }));
-    differences
+    comparison
 }
 
-fn compare_object(
-    old: &Objects,
-    old_object: usize,
-    new: &Objects,
-    new_object: usize,
-) -> Option<(ObjectChange, Aabb)> {
-    let precision = old.precision(old_object).max(new.precision(new_object));
-    let in_order = compare_in_order(old, old_object, new, new_object, precision);
-    if let Some(InOrder { moved_triangles: 0, attributes, material, .. }) = in_order {
-        let change = ObjectChange::Changed { moved_triangles: 0, max_distance: 0.0, attributes, material };
-        return (attributes || material).then(|| (change, old.extent(old_object).1));
+impl ObjectComparison {
+    fn accept(&mut self, distance: Option<f64>) {
+        let larger = |distance: f64| self.accepted_distance.map_or(distance, |other| other.max(distance));
+        self.accepted_distance = distance.map(larger).or(self.accepted_distance);
     }
-    // Exporters order triangles as they like.
-    let mut numbers = HashMap::new();
-    let old_faces = old.faces(old_object, &mut numbers);
-    let new_faces = new.faces(new_object, &mut numbers);
-    let triangles = [&old_faces, &new_faces].map(|faces| faces.len() as u64);
-    let difference = match_faces(old_faces, new_faces);
-    let material = difference.material || old.material_set(old_object) != new.material_set(new_object);
-    let attributes = difference.attributes;
-    let differing = difference.unmatched.each_ref().map(|faces| faces.len() as u64);
-    match in_order {
-        // As many moved as have no equal, and with their neighbours: the order is the same.
-        Some(in_order) if in_order.is_same_order && differing == [in_order.moved_triangles; 2] => {
-            let InOrder { moved_triangles, max_distance, attributes, material, bounds, .. } = in_order;
-            let change = ObjectChange::Changed { moved_triangles, max_distance, attributes, material };
-            Some((change, bounds))
+}
+
+/// An object of both scenes.
+struct ObjectPair<'a> {
+    old: &'a Objects<'a>,
+    old_object: usize,
+    new: &'a Objects<'a>,
+    new_object: usize,
+}
+
+/// The outcome of a comparison of an object.
+#[derive(Default)]
+struct Outcome {
+    /// The difference, if there is one, and its bounds.
+    change: Option<(ObjectChange, Aabb)>,
+    /// The distance that was accepted, if any.
+    accepted_distance: Option<f64>,
+}
+
+impl ObjectPair<'_> {
+    fn compare(&self, tolerance: Option<f64>) -> Outcome {
+        let &ObjectPair { old, old_object, new, new_object } = self;
+        let precision = old.precision(old_object).max(new.precision(new_object));
+        let accepted = tolerance.unwrap_or(0.0).max(precision);
+        let in_order = compare_in_order(old, old_object, new, new_object, precision);
+        if let Some(InOrder { moved_triangles, max_distance, attributes, material, .. }) = in_order
+            && max_distance <= accepted
+        {
+            let accepted_distance = (moved_triangles > 0).then_some(max_distance);
+            return Outcome { change: self.in_place(attributes, material), accepted_distance };
         }
-        _ if differing == [0, 0] => {
-            let change =
-                ObjectChange::Changed { moved_triangles: 0, max_distance: 0.0, attributes, material };
-            (attributes || material).then(|| (change, old.extent(old_object).1))
+        // Exporters order triangles as they like.
+        let mut numbers = HashMap::new();
+        let old_faces = old.faces(old_object, &mut numbers);
+        let new_faces = new.faces(new_object, &mut numbers);
+        let triangles = [&old_faces, &new_faces].map(|faces| faces.len() as u64);
+        let difference = match_faces(old_faces, new_faces);
+        let material = difference.material || old.material_set(old_object) != new.material_set(new_object);
+        let attributes = difference.attributes;
+        let differing = difference.unmatched.each_ref().map(|faces| faces.len() as u64);
+        match in_order {
+            // As many moved as have no equal, and with their neighbours: the order is the same.
+            Some(in_order) if in_order.is_same_order && differing == [in_order.moved_triangles; 2] => {
+                let InOrder { moved_triangles, max_distance, attributes, material, bounds, .. } = in_order;
+                let change = ObjectChange::Changed { moved_triangles, max_distance, attributes, material };
+                Outcome { change: Some((change, bounds)), accepted_distance: None }
+            }
+            _ if differing == [0, 0] => {
+                Outcome { change: self.in_place(attributes, material), accepted_distance: None }
+            }
+            _ => {
+                let [before, after] = &difference.unmatched;
+                let [before, after] = [old.corners_of(before), new.corners_of(after)];
+                let to_new = new.surface(new_object).compare(&before, accepted);
+                let apart = to_new.join(old.surface(old_object).compare(&after, accepted));
+                if tolerance.is_some() && apart.distance <= accepted {
+                    let change = self.in_place(attributes, material);
+                    return Outcome { change, accepted_distance: Some(apart.distance) };
+                }
+                // On the same surface, the triangles that differ are all there is to see.
+                let mut bounds = apart.bounds;
+                if bounds.is_empty() {
+                    before.iter().chain(&after).flatten().for_each(|corner| bounds.extend(corner.as_dvec3()));
+                }
+                let surface_distance = if apart.distance <= accepted { 0.0 } else { apart.distance };
+                let change =
+                    ObjectChange::Rebuilt { triangles, differing, surface_distance, attributes, material };
+                Outcome { change: Some((change, old.to_world(bounds))), accepted_distance: None }
+            }
         }
-        _ => {
-            let [before, after] = &difference.unmatched;
-            let [before, after] = [old.corners_of(before), new.corners_of(after)];
-            let to_new = new.surface(new_object).max_distance(&before);
-            let to_old = old.surface(old_object).max_distance(&after);
-            let mut bounds = Aabb::EMPTY;
-            before.iter().chain(&after).flatten().for_each(|corner| bounds.extend(corner.as_dvec3()));
-            let surface_distance = to_new.max(to_old);
-            let change =
-                ObjectChange::Rebuilt { triangles, differing, surface_distance, attributes, material };
-            Some((change, old.to_world(bounds)))
-        }
+    }
+
+    /// The change of an object whose triangles are at their places.
+    fn in_place(&self, attributes: bool, material: bool) -> Option<(ObjectChange, Aabb)> {
+        let change = ObjectChange::Changed { moved_triangles: 0, max_distance: 0.0, attributes, material };
+        (attributes || material).then(|| (change, self.old.extent(self.old_object).1))
     }
 }

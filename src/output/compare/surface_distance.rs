@@ -3,12 +3,43 @@
 use glam::{DVec3, Vec3};
 use rayon::prelude::*;
 
+use blinn_core::geometry::Aabb;
+
 /// Triangles of a leaf.
 const LEAF_TRIANGLES: usize = 4;
 /// Levels of the tree: halves of 2^32 triangles.
 const MAX_DEPTH: usize = 34;
 /// Triangles whose distances a task finds.
 const TASK_TRIANGLES: usize = 256;
+/// Halvings of a line to the border of where surfaces are apart.
+const BISECTIONS: usize = 12;
+/// The samples of a triangle beside each: along the edges, and to and from the centre.
+const NEIGHBOURS: [&[usize]; 7] =
+    [&[3, 5, 6], &[3, 4, 6], &[4, 5, 6], &[0, 1, 6], &[1, 2, 6], &[2, 0, 6], &[0, 1, 2, 3, 4, 5]];
+
+/// How far triangles are from a surface, and where.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Apart {
+    /// Largest distance. Infinite if there is no surface; of no meaning up to the tolerance.
+    pub distance: f64,
+    /// Bounds of the points that are farther than the tolerance.
+    pub bounds: Aabb,
+}
+
+impl Default for Apart {
+    fn default() -> Apart {
+        Apart { distance: 0.0, bounds: Aabb::EMPTY }
+    }
+}
+
+impl Apart {
+    /// Returns the larger distance, and the bounds of both.
+    pub fn join(mut self, other: Apart) -> Apart {
+        self.distance = self.distance.max(other.distance);
+        self.bounds.extend_box(&other.bounds);
+        self
+    }
+}
 
 /// A set of triangles that finds the closest of them to a point: a binary BVH, split at the median.
 pub struct Surface {
@@ -59,14 +90,47 @@ impl Surface {
         Surface { triangles, nodes }
     }
 
-    /// Returns the largest distance of these triangles from the surface, found at their corners, the middles of their
-    /// edges and their centres. It is infinite if the surface is empty, and 0 without triangles.
-    pub fn max_distance(&self, triangles: &[[Vec3; 3]]) -> f64 {
+    /// Finds where these triangles are farther than `tolerance` from the surface, by their corners, the middles of their
+    /// edges and their centres.
+    pub fn compare(&self, triangles: &[[Vec3; 3]], tolerance: f64) -> Apart {
         let of_task = |task: &[[Vec3; 3]]| {
-            let samples = task.iter().filter(|corners| is_finite(corners)).flat_map(samples);
-            samples.fold(0.0, |farthest: f64, point| farthest.max(self.squared_distance(point, farthest)))
+            let mut apart = Apart::default();
+            task.iter().filter(|corners| is_finite(corners)).for_each(|corners| {
+                self.extend(&mut apart, &samples(corners), tolerance);
+            });
+            apart
         };
-        triangles.par_chunks(TASK_TRIANGLES).map(of_task).reduce(|| 0.0, f64::max).sqrt()
+        triangles.par_chunks(TASK_TRIANGLES).map(of_task).reduce(Apart::default, Apart::join)
+    }
+
+    fn extend(&self, apart: &mut Apart, samples: &[DVec3; 7], tolerance: f64) {
+        let accepted = tolerance * tolerance;
+        let farthest = apart.distance * apart.distance;
+        if samples.iter().all(|&point| apart.bounds.contains_box(&Aabb { min: point, max: point })) {
+            let squared =
+                |farthest: f64, &point: &DVec3| farthest.max(self.squared_distance(point, farthest));
+            apart.distance = samples.iter().fold(farthest.max(accepted), squared).sqrt();
+            return;
+        }
+        let squared = samples.map(|point| self.squared_distance(point, accepted));
+        let is_apart = squared.map(|squared| squared > accepted);
+        apart.distance = squared.into_iter().fold(farthest, f64::max).sqrt();
+        for (i, _) in is_apart.iter().enumerate().filter(|(_, is_apart)| **is_apart) {
+            apart.bounds.extend(samples[i]);
+            let ends = NEIGHBOURS[i].iter().filter(|end| !is_apart[**end]);
+            ends.for_each(|&end| apart.bounds.extend(self.last_apart(samples[i], samples[end], accepted)));
+        }
+    }
+
+    /// The last point from `from`, which is apart, to `to`, which is not, that is still apart.
+    fn last_apart(&self, from: DVec3, to: DVec3, accepted: f64) -> DVec3 {
+        let (mut apart, mut near) = (0.0, 1.0);
+        for _ in 0..BISECTIONS {
+            let middle = 0.5 * (apart + near);
+            let is_apart = self.squared_distance(from.lerp(to, middle), accepted) > accepted;
+            *(if is_apart { &mut apart } else { &mut near }) = middle;
+        }
+        from.lerp(to, apart)
     }
 
     /// The squared distance of a point, or any smaller value than `enough` if it is below that.
@@ -168,10 +232,11 @@ mod tests {
     #[test]
     fn parallel_squares_are_as_far_apart_as_their_planes() {
         for (n, m) in [(1, 1), (1, 7), (16, 5)] {
-            let distance = Surface::new(square(0.0, n).into_iter()).max_distance(&square(0.25, m));
+            let distance = Surface::new(square(0.0, n).into_iter()).compare(&square(0.25, m), 0.0).distance;
             assert!((distance - 0.25).abs() < 1e-7, "{n} {m} {distance}");
         }
-        assert_eq!(Surface::new(square(0.0, 3).into_iter()).max_distance(&square(0.0, 8)), 0.0);
+        let same = Surface::new(square(0.0, 3).into_iter()).compare(&square(0.0, 8), 0.0);
+        assert_eq!(same, Apart::default());
     }
 
     #[test]
@@ -208,7 +273,19 @@ mod tests {
     fn an_empty_surface_is_infinitely_far_and_invalid_triangles_do_not_count() {
         let nan = [[Vec3::NAN, Vec3::X, Vec3::Y]];
         let empty = Surface::new(nan.into_iter());
-        assert_eq!(empty.max_distance(&square(0.0, 1)), f64::INFINITY);
-        assert_eq!(Surface::new(square(0.0, 1).into_iter()).max_distance(&nan), 0.0);
+        assert_eq!(empty.compare(&square(0.0, 1), 0.0).distance, f64::INFINITY);
+        assert_eq!(Surface::new(square(0.0, 1).into_iter()).compare(&nan, 0.0), Apart::default());
+    }
+
+    /// A large square, half of which is on another one.
+    #[test]
+    fn bounds_hold_the_part_of_a_triangle_that_is_apart() {
+        let half =
+            Surface::new(square(0.0, 8).into_iter().filter(|corners| corners.iter().all(|c| c.x <= 0.5)));
+        let apart = half.compare(&square(0.0, 1), 1e-6);
+        assert!((apart.distance - 0.5).abs() < 1e-6, "{apart:?}");
+        let Aabb { min, max } = apart.bounds;
+        assert!((min.x - 0.5).abs() < 1e-3 && min.y == 0.0 && max == DVec3::new(1.0, 1.0, 0.0), "{apart:?}");
+        assert_eq!(half.compare(&square(0.0, 1), 0.6).bounds, Aabb::EMPTY);
     }
 }

@@ -6,8 +6,13 @@ use blinn_session::values::number;
 
 /// A number that is not negative, as the largest difference that counts as equal.
 pub fn tolerance(text: &str) -> Result<f32, String> {
+    Ok(distance_tolerance(text)? as f32)
+}
+
+/// A distance that is not negative.
+pub fn distance_tolerance(text: &str) -> Result<f64, String> {
     let v = number(text)?;
-    if v >= 0.0 { Ok(v as f32) } else { Err("must not be negative".into()) }
+    if v >= 0.0 { Ok(v) } else { Err("must not be negative".into()) }
 }
 
 /// Triangle counts such as `70k,1.1m`.

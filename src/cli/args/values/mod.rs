@@ -10,7 +10,7 @@ mod views;
 
 pub use base_url::{BaseUrl, base_url, host_name, split_port};
 pub use bench::{ray_kind, sizes};
-pub use counts::{frame_count, tolerance, triangle_counts};
+pub use counts::{distance_tolerance, frame_count, tolerance, triangle_counts};
 pub use dataset::{CategoryRule, DatasetFormat, DatasetFormats, category_rule, dataset_formats};
 pub use shards::{ShardSize, shard_size};
 pub use sheet_views::{SheetView, SheetViews, sheet_views};
