@@ -11,7 +11,7 @@ use base64::prelude::BASE64_STANDARD;
 
 use super::comparison::{Comparison, Heading, ShownPicture, ViewComparison};
 use super::length::LengthUnit;
-use super::text::{amount_text, change_text, value_text};
+use super::text::{amount_text, object_text, value_text};
 use blinn_output::compare::{JsonDifference, ObjectDifference};
 use blinn_output::{Overwrite, PAGE_STYLE, encode_png, escape_html, write_atomically};
 use blinn_render::PixelRect;
@@ -243,7 +243,7 @@ fn object_table(objects: &[ObjectDifference], unit: LengthUnit) -> String {
         out += &format!(
             "<tr><th scope=\"row\">{}</th><td>{}</td><td>{}</td><td>{}</td></tr>\n",
             escape_html(&object.name),
-            escape_html(&change_text(&object.change, unit)),
+            escape_html(&object_text(object, unit)),
             corner(object.bounds.min),
             corner(object.bounds.max)
         );

@@ -106,7 +106,7 @@ pub fn compare(
     );
     differences.extend(curve_differences(&old.scene, &new.scene));
     let tolerance = args.distance_tolerance;
-    let (information, properties) =
+    let (information, properties): (Vec<_>, Vec<_>) =
         differences.into_iter().partition(|difference| is_information(difference, tolerance));
     let frames = plan.frames.resolve(0.0, None)?;
     let planned = *frames.first().context("there is no frame")?;

@@ -40,7 +40,7 @@ pub fn to_text(heading: &Heading, comparison: &Comparison) -> String {
         );
     }
     for object in &comparison.objects {
-        let change = change_text(&object.change, comparison.unit);
+        let change = object_text(object, comparison.unit);
         let place = place_text(object, comparison.unit);
         out += &format!("  object '{}': {change}{place}\n", object.name);
     }
@@ -87,8 +87,15 @@ fn place_text(object: &ObjectDifference, unit: LengthUnit) -> String {
     format!(", {}", bounds_text(&object.bounds, unit))
 }
 
-/// A change of an object as a part of a sentence.
-pub fn change_text(change: &ObjectChange, unit: LengthUnit) -> String {
+/// Everything that changed of an object, as a part of a sentence.
+pub fn object_text(object: &ObjectDifference, unit: LengthUnit) -> String {
+    let renamed = object.renamed.as_ref().map(|name| format!("renamed to '{name}'"));
+    let change = Some(change_text(&object.change, unit)).filter(|change| !change.is_empty());
+    joined([renamed, change, None, None])
+}
+
+/// A change of an object as a part of a sentence; empty if it has only another name.
+fn change_text(change: &ObjectChange, unit: LengthUnit) -> String {
     let triangles = |count: u64| plural(count, "triangle");
     match change {
         ObjectChange::Added { triangles: count } => format!("added, {}", triangles(*count)),
@@ -208,6 +215,7 @@ fn object_json(object: &ObjectDifference) -> Value {
     let corner = |v: glam::DVec3| if object.bounds.is_empty() { Value::Null } else { json!(v.to_array()) };
     let mut value = json!({
         "name": object.name,
+        "renamed": object.renamed,
         "bounds": {"min": corner(object.bounds.min), "max": corner(object.bounds.max)},
     });
     let more = match &object.change {

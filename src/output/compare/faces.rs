@@ -10,7 +10,7 @@ use twox_hash::XxHash3_128;
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub struct Face {
     /// A digest of the corners, whichever of them comes first.
-    position: u128,
+    pub position: u128,
     /// A digest of normals, texture coordinates and colours at the corners.
     attributes: u64,
     /// The material, by a number that both scenes share.

@@ -6,6 +6,7 @@ mod faces;
 mod flip;
 mod in_order;
 mod json;
+mod object_matching;
 mod objects;
 mod pictures;
 mod regions;

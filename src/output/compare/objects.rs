@@ -7,6 +7,7 @@ use std::collections::HashMap;
 
 use super::faces::match_faces;
 use super::in_order::{InOrder, compare_in_order};
+use super::object_matching::match_objects;
 use super::scene_objects::Objects;
 use blinn_core::geometry::Aabb;
 use blinn_scene::PosedScene;
@@ -14,8 +15,10 @@ use blinn_scene::PosedScene;
 /// An object that differs between two scenes.
 #[derive(Clone, Debug, PartialEq)]
 pub struct ObjectDifference {
-    /// Name of the object.
+    /// Name of the object, in the old scene if it has it.
     pub name: String,
+    /// Its name in the new scene, if that is another one.
+    pub renamed: Option<String>,
     /// The kind of difference.
     pub change: ObjectChange,
     /// Bounds of the places where the surfaces are apart, in world coordinates (y up). Where they are not, or where triangles
@@ -73,43 +76,40 @@ pub struct ObjectComparison {
     pub accepted_distance: Option<f64>,
 }
 
-/// Compares the objects of two scenes that are posed around the same centre. Objects are matched by name, those of one
-/// name in their order. Objects that are equal are left out.
+/// Compares the objects of two scenes that are posed around the same centre. Objects are matched by name, others by
+/// their triangles. Objects that are equal are left out.
 ///
 /// Corners that moved by no more than the precision of the coordinates are equal. With a `tolerance`, in scene units, so
 /// are surfaces that are no farther apart, whatever their triangles.
 pub fn compare_objects(old: &PosedScene, new: &PosedScene, tolerance: Option<f64>) -> ObjectComparison {
     let [old, new] = [old, new].map(Objects::new);
-    let mut of_new: HashMap<&str, Vec<usize>> = HashMap::new();
-    for object in (0..new.instances.len()).rev() {
-        of_new.entry(new.name(object)).or_default().push(object);
-    }
+    let matches = match_objects(&old, &new);
     let mut comparison = ObjectComparison::default();
-    for object in 0..old.instances.len() {
-        let name = old.name(object);
-        let (change, bounds) = match of_new.get_mut(name).and_then(Vec::pop) {
-            Some(other) => {
-                let pair = ObjectPair { old: &old, old_object: object, new: &new, new_object: other };
-                let outcome = pair.compare(tolerance);
-                comparison.accept(outcome.accepted_distance);
-                match outcome.change {
-                    Some(change) => change,
-                    None => continue,
-                }
-            }
-            None => {
-                let (triangles, bounds) = old.extent(object);
-                (ObjectChange::Removed { triangles }, bounds)
-            }
+    for (object, other) in matches.old {
+        let Some(other) = other else {
+            let (triangles, bounds) = old.extent(object);
+            let change = ObjectChange::Removed { triangles };
+            let name = old.name(object).into();
+            comparison.differences.push(ObjectDifference { name, renamed: None, change, bounds });
+            continue;
         };
-        comparison.differences.push(ObjectDifference { name: name.into(), change, bounds });
+        let pair = ObjectPair { old: &old, old_object: object, new: &new, new_object: other };
+        let outcome = pair.compare(tolerance);
+        comparison.accept(outcome.accepted_distance);
+        let renamed = pair.new_name();
+        let change =
+            outcome.change.or_else(|| renamed.is_some().then(|| pair.changed_in_place(false, false)));
+        comparison.differences.extend(change.map(|(change, bounds)| ObjectDifference {
+            name: old.name(object).into(),
+            renamed,
+            change,
+            bounds,
+        }));
     }
-    let mut added: Vec<usize> = of_new.into_values().flatten().collect();
-    added.sort_unstable();
-    comparison.differences.extend(added.into_iter().map(|object| {
+    comparison.differences.extend(matches.added.into_iter().map(|object| {
         let (triangles, bounds) = new.extent(object);
         let name = new.name(object).to_string();
-        ObjectDifference { name, change: ObjectChange::Added { triangles }, bounds }
+        ObjectDifference { name, renamed: None, change: ObjectChange::Added { triangles }, bounds }
     }));
     comparison
 }
@@ -191,9 +191,19 @@ impl ObjectPair<'_> {
         }
     }
 
-    /// The change of an object whose triangles are at their places.
+    /// The name of the new object, if it is another one.
+    fn new_name(&self) -> Option<String> {
+        let name = self.new.name(self.new_object);
+        (name != self.old.name(self.old_object)).then(|| name.to_string())
+    }
+
+    /// The change of an object whose triangles are at their places, if there is one.
     fn in_place(&self, attributes: bool, material: bool) -> Option<(ObjectChange, Aabb)> {
+        (attributes || material).then(|| self.changed_in_place(attributes, material))
+    }
+
+    fn changed_in_place(&self, attributes: bool, material: bool) -> (ObjectChange, Aabb) {
         let change = ObjectChange::Changed { moved_triangles: 0, max_distance: 0.0, attributes, material };
-        (attributes || material).then(|| (change, self.old.extent(self.old_object).1))
+        (change, self.old.extent(self.old_object).1)
     }
 }

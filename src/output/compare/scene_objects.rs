@@ -99,6 +99,12 @@ impl<'a> Objects<'a> {
         faces
     }
 
+    /// A digest of an object's triangles, points and lines, in whichever order.
+    pub fn geometry_digest(&self, object: usize) -> u128 {
+        let faces = self.faces(object, &mut HashMap::new());
+        faces.iter().fold(0, |sum: u128, face| sum.wrapping_add(face.position))
+    }
+
     pub fn corners_of(&self, faces: &[Face]) -> Vec<[Vec3; 3]> {
         faces.iter().map(|face| self.corners(face.instance, face.triangle as usize)).collect()
     }

@@ -36,7 +36,7 @@ fn one_moved_corner_is_found_with_its_distance_and_bounds() {
     let mut new = old.clone();
     new.meshes[1].positions[2].z = 0.001;
     let found = compare(&old, &new);
-    let [ObjectDifference { name, change, bounds }] = &found[..] else { panic!("{found:?}") };
+    let [ObjectDifference { name, change, bounds, .. }] = &found[..] else { panic!("{found:?}") };
     let ObjectChange::Changed { moved_triangles: 1, max_distance, attributes: false, material: false } =
         change
     else {
@@ -230,4 +230,21 @@ fn distances_below_the_precision_or_the_tolerance_are_accepted() {
     assert_eq!(compare(&flat, &shuffled, Some(0.001)).differences.len(), 1);
     let found = compare(&flat, &shuffled, Some(0.02));
     assert!(found.differences.is_empty() && found.accepted_distance.is_some_and(|distance| distance > 0.009));
+}
+
+#[test]
+fn renamed_objects_are_matched_by_their_triangles() {
+    let old = scene(&[("a", 0.0), ("b", 5.0), ("c", 10.0)]);
+    let found = compare(&old, &scene(&[("c", 10.0), ("b2", 5.0), ("d", 0.125)]));
+    let renamed: Vec<_> = found.iter().map(|d| (d.name.as_str(), d.renamed.as_deref(), &d.change)).collect();
+    let changed = |moved_triangles, max_distance| ObjectChange::Changed {
+        moved_triangles,
+        max_distance,
+        attributes: false,
+        material: false,
+    };
+    assert_eq!(renamed, [("a", Some("d"), &changed(1, 0.125)), ("b", Some("b2"), &changed(0, 0.0))]);
+    // A file of one object may call it anything.
+    let found = compare(&scene(&[("default", 0.0)]), &scene(&[("Flange", 20.0)]));
+    assert_eq!((found.len(), found[0].renamed.as_deref()), (1, Some("Flange")));
 }
