@@ -29,6 +29,8 @@ pub struct Comparison {
     pub properties: Vec<JsonDifference>,
     /// Differences of properties that do not make the scenes different.
     pub information: Vec<JsonDifference>,
+    /// Options that would make the scenes more alike.
+    pub hint: Option<String>,
     /// Largest distance of surfaces that was accepted, if any moved.
     pub accepted_distance: Option<f64>,
     /// The reason why no pixels could be compared.

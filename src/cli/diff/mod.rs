@@ -4,6 +4,7 @@
 
 mod animations;
 pub(super) mod comparison;
+mod hints;
 pub(super) mod html;
 pub(super) mod images;
 mod information;

@@ -7,6 +7,7 @@ use glam::{DMat3, DVec2, DVec3};
 
 use super::animations::curve_differences;
 use super::comparison::{Comparison, PicturePair, ViewComparison};
+use super::hints::{NewScene, hint};
 use super::information::is_information;
 use super::length::LengthUnit;
 use super::noise::forgive_noise;
@@ -97,6 +98,7 @@ pub fn compare(
         [(files[0], of_old), (files[1], &of_new)].map(|(file, load)| load_scene(&plan, file, load));
     let mut old = old.map_err(|e| in_file(files[0], e))?;
     let mut new = new.map_err(|e| in_file(files[1], e))?;
+    let new_scale = of_new.scale.unwrap_or(1.0);
     logs[0].warn_of_import(old.warnings.clone())?;
     logs[1].warn_of_import(new.warnings.clone())?;
     let mode = plan.session.options.load.glass;
@@ -134,6 +136,10 @@ pub fn compare(
     let posed_old = pose(&old.scene, &at_old)?;
     let posed_new = pose(&new.scene, &at_new)?;
     let views = shared_views(&plan, &posed_old, &posed_new)?;
+    let hint = hint(
+        &posed_old.bounds(),
+        NewScene { bounds: posed_new.bounds(), up: new.scene.source.up, scale: new_scale },
+    );
     plan.session.options.view.complete = views.first().map(|view| view.camera);
 
     let seed = plan.session.options.seed;
@@ -178,6 +184,7 @@ pub fn compare(
         objects,
         properties,
         information,
+        hint,
         accepted_distance,
         mismatch: None,
         apart: Vec::new(),

@@ -55,6 +55,9 @@ pub fn to_text(heading: &Heading, comparison: &Comparison) -> String {
     for property in &comparison.information {
         out += &format!("  {}: {} (does not count)\n", property.path, values_text(property));
     }
+    if let Some(hint) = &comparison.hint {
+        out += &format!("  hint: {hint}\n");
+    }
     out
 }
 
@@ -194,6 +197,7 @@ pub fn to_json(heading: &Heading, comparison: &Comparison) -> String {
         "objects": comparison.objects.iter().map(object_json).collect::<Vec<_>>(),
         "properties": comparison.properties.iter().map(property).collect::<Vec<_>>(),
         "information": comparison.information.iter().map(property).collect::<Vec<_>>(),
+        "hint": comparison.hint,
         "accepted_distance": comparison.accepted_distance,
         "pictures_count": !comparison.ignores_pictures,
         // Of distances and bounds.
