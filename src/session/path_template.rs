@@ -3,7 +3,7 @@
 use std::ffi::{OsStr, OsString};
 use std::path::{Path, PathBuf, is_separator};
 
-/// A path with placeholders: `{stem}` or `{model}`, `{parent}`, `{index}` or `{index:05}`, `{camera}`, for the frame number `####`,
+/// A path with placeholders: `{stem}`, `{ext}`, `{parent}`, `{index}` or `{index:05}`, `{camera}`, for the frame number `####`,
 /// `%04d` or `{frame:04}`, and for the number of an archive `{shard}` or `{shard:05}`. Other braces, `#` and `%` are literal.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct PathTemplate(Vec<Piece>);
@@ -12,6 +12,8 @@ pub struct PathTemplate(Vec<Piece>);
 enum Piece {
     Literal(String),
     Stem,
+    /// The extension of the scene file, without a dot.
+    Extension,
     Parent,
     /// The number of the scene, padded with zeros.
     Index {
@@ -139,6 +141,7 @@ impl PathTemplate {
             match *piece {
                 Piece::Literal(ref text) => path.push(text),
                 Piece::Stem => path.push(fields.scene.file_stem().unwrap_or_default()),
+                Piece::Extension => path.push(fields.scene.extension().unwrap_or_default()),
                 Piece::Parent => path.push(folder_name(fields.scene)),
                 Piece::Index { digits } => path.push(format!("{:0digits$}", fields.index)),
                 // Folders of a name are folders only where a part of the path begins.
@@ -172,7 +175,8 @@ fn parse_placeholder(text: &str) -> Option<(Piece, &str)> {
     let frame = |digits: usize| Piece::Frame { digits: digits.min(MAX_DIGITS) };
     if let Some((key, after)) = text.strip_prefix('{').and_then(|rest| rest.split_once('}')) {
         let piece = match key {
-            "stem" | "model" => Piece::Stem,
+            "stem" => Piece::Stem,
+            "ext" => Piece::Extension,
             "parent" => Piece::Parent,
             "camera" => Piece::Camera,
             _ => {
@@ -217,7 +221,8 @@ mod tests {
     fn placeholders_are_expanded() {
         for (template, expected) in [
             ("{stem}.png", "Ä robot.png"),
-            ("out/{parent}-{model}-{index}.exr", "out/shots-Ä robot-3.exr"),
+            ("out/{parent}-{stem}-{index}.exr", "out/shots-Ä robot-3.exr"),
+            ("{stem}.{ext}.png", "Ä robot.glb.png"),
             ("{index:05}/{stem}.png", "00003/Ä robot.png"),
             ("{index:x}.png", "{index:x}.png"),
             ("f_####.png", "f_0007.png"),
@@ -256,6 +261,7 @@ mod tests {
     fn unknown_placeholders_are_reported() {
         for (text, unknown) in [
             ("{other}.png", Some("{other}")),
+            ("{model}.png", Some("{model}")),
             ("{stem}_{frames:04}.png", Some("{frames:04}")),
             ("{frame:x}.png", Some("{frame:x}")),
             ("{{stem}}.png", None),

@@ -46,6 +46,22 @@ fn a_folder_is_a_batch() {
     refused(&at, "render objects missing/ -o a.png", "would both be written to a.png");
 }
 
+/// CAD programs export a part in several formats beside each other.
+#[test]
+fn scenes_of_one_stem_have_images_by_their_extensions() {
+    let (_dir, at) = folder();
+    write_triangle(&at.join("parts/p.obj"), 0);
+    write_triangle(&at.join("parts/q.obj"), 1);
+    fs::copy(model("tests/triangle.glb"), at.join("parts/p.glb")).unwrap();
+    let help = "would both be written to out/p.png; use {stem}.{ext} in -o";
+    refused(&at, &format!("render parts {SMALL} -o out/"), help);
+    runs(&at, &format!("render parts {SMALL} -o out/{{stem}}.{{ext}}.png"));
+    assert_eq!(names(&at.join("out")), ["p.glb.png", "p.obj.png", "q.obj.png"]);
+    let line = format!("turntable parts {SMALL} --views 2 -o ");
+    refused(&at, &(line.clone() + "sets/{parent}/"), "-o '{stem}.{ext}/####.png'");
+    runs(&at, &(line + "sets/{stem}.{ext}/####.png --dry-run"));
+}
+
 /// With several threads, scenes are rendered side by side. Images, messages and the order of both are those of a single
 /// thread, which renders each scene in its turn.
 #[test]

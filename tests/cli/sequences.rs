@@ -18,7 +18,7 @@ fn frames_are_numbered_files() {
         ("c/x{frame:05}.webp", "c/x00002.webp"),
         ("d/", "d/figure_0002.png"),
         ("e/x.exr", "e/x_0002.exr"),
-        ("{parent}/{model}-{index}.png", "figure/figure-1_0002.png"),
+        ("{parent}/{stem}-{index}.png", "figure/figure-1_0002.png"),
     ] {
         runs(&at, &format!("render {figure} {SMALL} --frames 2 -q -o {out}"));
         assert!(at.join(expected).is_file(), "{out}");

@@ -15,7 +15,7 @@ pub struct OutputArgs {
     /// A name without an extension is a folder, too, if there are several images.
     ///
     /// The extension selects the format: .png, .exr, .jpg or .webp for an image of each frame; .gif, .apng, .mp4 or
-    /// .html for one animation of all frames. {stem}, {parent} and {index} stand for the scene's name, folder and
+    /// .html for one animation of all frames. {stem}, {ext}, {parent} and {index} stand for the scene's name, extension, folder and
     /// number ({index:05} with zeros), #### (also %04d or {frame:04}) for the frame number. It is appended if several frames go to a name
     /// without it. For an animated .webp, render frames and use blinn assemble.
     #[arg(short, long, value_name = "OUT")]

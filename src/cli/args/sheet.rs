@@ -16,8 +16,8 @@ pub struct SheetArgs {
     pub scene: SceneArgs,
     /// Output file, or a folder/ [default: {stem}_sheet.png]
     ///
-    /// The extension selects the format: .png, .jpg or .webp. {stem}, {parent} and {index} stand for the scene's name,
-    /// folder and number.
+    /// The extension selects the format: .png, .jpg or .webp. {stem}, {ext}, {parent} and {index} stand for the scene's name,
+    /// extension, folder and number.
     #[arg(short, long, value_name = "OUT", help_heading = "Output")]
     pub output: Option<PathBuf>,
     /// Print JSON: the camera of each view and its mapping from the model to pixels

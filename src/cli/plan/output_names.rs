@@ -7,7 +7,7 @@ use std::path::{Path, PathBuf};
 
 use super::command_files::{NumberedScene, OptionFiles};
 use super::dataset::check_folder;
-use super::path_conflicts::{PathConflicts, Writer};
+use super::path_conflicts::{PathConflicts, Writer, differ_by_extension};
 use super::{ArchiveFolder, FrameSet, MergedFolder, Outputs, RenderPlan, ShardPlan, Target};
 use crate::usage::UsageError;
 use blinn_import::has_tar_extension;
@@ -219,6 +219,7 @@ fn check_distinct(scenes: &[NumberedScene], outputs: &Outputs) -> Result<(), Usa
 fn differing_placeholder(a: &Path, b: &Path) -> &'static str {
     let folder = |path: &Path| path.parent().and_then(Path::file_name).map(OsString::from);
     match () {
+        () if differ_by_extension(a, b) => "{stem}.{ext}",
         () if a.file_stem() != b.file_stem() => "{stem}",
         () if folder(a) != folder(b) => "{parent}",
         () => "{index:05}",

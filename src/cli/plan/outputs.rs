@@ -85,7 +85,7 @@ impl Outputs {
         let (folder, name) = split_existing_folder(&pattern);
         if let Some(word) = PathTemplate::unknown_placeholder(name) {
             return Err(UsageError(format!(
-                "-o {pattern}: unknown placeholder {word}: expected {{stem}}, {{model}}, {{parent}}, {{index}}, \
+                "-o {pattern}: unknown placeholder {word}: expected {{stem}}, {{ext}}, {{parent}}, {{index}}, \
                  {{index:05}}, {{camera}}, {{frame}}, {{frame:04}}, or {{shard:05}} in the name of a .tar"
             )));
         }

@@ -64,6 +64,9 @@ impl<'a> PathConflicts<'a> {
             Some(PathUse::Input) => return Err(overwritten_input(file, writer)),
             Some(PathUse::Output(other)) => {
                 let what_to_do = match (other, writer) {
+                    (Writer::Scene(a), Writer::Scene(b)) if differ_by_extension(a, b) => {
+                        "use {stem}.{ext} in -o, which has the extension of the scene"
+                    }
                     (Writer::Scene(_), Writer::Scene(_)) => "use {stem}, {parent} or {index} in -o",
                     _ => "name another file",
                 };
@@ -74,6 +77,11 @@ impl<'a> PathConflicts<'a> {
         self.0.insert(canonical, PathUse::Output(writer));
         Ok(())
     }
+}
+
+/// Returns true if two files beside each other have names with the same stem: `part.stl` and `part.glb`.
+pub(super) fn differ_by_extension(a: &Path, b: &Path) -> bool {
+    a.parent() == b.parent() && a.file_stem() == b.file_stem() && a.extension() != b.extension()
 }
 
 fn overwritten_input(file: &Path, writer: Writer) -> String {
@@ -111,6 +119,8 @@ mod tests {
         paths.add_output(&at("missing.png"), writer).unwrap();
         paths.check_not_input(&at("missing.png"), writer).unwrap();
         let error = paths.add_output(&at("./missing.png"), Writer::Scene(&other)).unwrap_err();
-        assert!(error.contains("b.glb would both be written to") && error.contains("{stem}"), "{error}");
+        assert!(error.contains("b.glb would both be written to") && error.contains("{stem}, "), "{error}");
+        let error = paths.add_output(&at("missing.png"), Writer::Scene(&at("a.stl"))).unwrap_err();
+        assert!(error.ends_with("use {stem}.{ext} in -o, which has the extension of the scene"), "{error}");
     }
 }
