@@ -113,8 +113,11 @@ fn load_input(
     }
     let folder =
         files::scene_folder::SceneFolder::of(path, options.allow_outside).with_cancel(&options.cancel);
-    let (mut scene, mut warnings) = match options.format.unwrap_or_else(|| detect_format(path, &head, length))
-    {
+    let format = match options.format {
+        Some(format) => format,
+        None => detect_format(path, &head, length)?,
+    };
+    let (mut scene, mut warnings) = match format {
         SourceFormat::Gltf => {
             let bytes = input.read(limit)?;
             folder.sources.record_scene(FileDigest::of(&bytes));
@@ -150,23 +153,32 @@ fn load_input(
 }
 
 /// Detects the format by the content: GLB's magic number, JSON's first brace, the first line of PLY, the size of binary STL or
-/// the first words of STL; else by the extension. OBJ has no mark.
-fn detect_format(path: &Path, head: &[u8], bytes: u64) -> SourceFormat {
+/// the first words of STL; else by the extension. OBJ has no mark, but statements.
+///
+/// # Errors
+/// The file has neither a known extension nor the content of a scene.
+fn detect_format(path: &Path, head: &[u8], bytes: u64) -> Result<SourceFormat, LoadError> {
     let text = head.strip_prefix(b"\xef\xbb\xbf").unwrap_or(head);
     let first = text.iter().copied().find(|b| !b.is_ascii_whitespace());
     if head.starts_with(b"glTF") || first == Some(b'{') {
-        return SourceFormat::Gltf;
+        return Ok(SourceFormat::Gltf);
     }
     if ply::is_ply(head) {
-        return SourceFormat::Ply;
+        return Ok(SourceFormat::Ply);
     }
     if stl::is_stl(head, bytes) {
-        return SourceFormat::Stl;
+        return Ok(SourceFormat::Stl);
     }
     match path.extension().map(|extension| extension.to_string_lossy().to_ascii_lowercase()).as_deref() {
-        Some("gltf" | "glb") => SourceFormat::Gltf,
-        Some("ply") => SourceFormat::Ply,
-        Some("stl") => SourceFormat::Stl,
-        _ => SourceFormat::Obj,
+        Some("gltf" | "glb") => Ok(SourceFormat::Gltf),
+        Some("ply") => Ok(SourceFormat::Ply),
+        Some("stl") => Ok(SourceFormat::Stl),
+        Some("obj") => Ok(SourceFormat::Obj),
+        _ if obj::may_be_obj(head) => Ok(SourceFormat::Obj),
+        _ => Err(LoadError::Unsupported(
+            "the file is in no format that blinn recognizes; use a .gltf, .glb, .obj, .stl or .ply file, or name its \
+             format with `format`"
+                .into(),
+        )),
     }
 }

@@ -113,9 +113,16 @@ fn standard_input_is_refused_where_it_cannot_be_read() {
         assert!(output.status.code() == Some(code) && errors.contains(message), "{args:?}: {errors}");
         assert!(names(&folder).is_empty());
     }
-    let output = pipe(&folder, &["info", "-"], b"nothing that is a scene");
-    let errors = String::from_utf8_lossy(&output.stderr).into_owned();
-    assert!(output.status.code() == Some(1) && errors.starts_with("blinn: /dev/stdin: "), "{errors}");
+    for (bytes, message) in [
+        (&b"nothing that is a scene"[..], "the file is in no format that blinn recognizes"),
+        (b"\x01\x02\xff\0\0", "or name its format with --format"),
+        (b"0.5 1 2 255 0 0\n0.5 1 3 255 0 0\n", "the file is a point cloud; save it as .ply"),
+    ] {
+        let output = pipe(&folder, &["info", "-"], bytes);
+        let errors = String::from_utf8_lossy(&output.stderr).into_owned();
+        assert!(output.status.code() == Some(1) && errors.starts_with("blinn: /dev/stdin: "), "{errors}");
+        assert!(errors.contains(message), "{errors}");
+    }
 }
 
 #[test]

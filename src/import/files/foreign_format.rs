@@ -93,7 +93,7 @@ const FORMATS: &[Format] = &[
         Remedy::Other("convert it to .ply, for example in MeshLab (File > Export Mesh As)")),
     format("a VTK file", &[b"# vtk DataFile"], &["vtk", "vtp", "vtu"],
         Remedy::Other("export the surface as .glb or .ply, for example in ParaView (File > Export Scene)")),
-    format("a point cloud", &[b"# .PCD", b"LASF", b"ASTM-E57"], &["pcd", "las", "laz", "e57"],
+    format("a point cloud", &[b"# .PCD", b"LASF", b"ASTM-E57"], &["pcd", "las", "laz", "e57", "xyz", "pts", "ptx"],
         Remedy::Other("save it as .ply, for example in CloudCompare")),
     format("a set of Gaussian splats", &[], &["splat", "spz", "ksplat"],
         Remedy::Other("splats are not drawn; convert them to a mesh")),
@@ -157,9 +157,31 @@ fn by_content(head: &[u8]) -> Option<&'static Format> {
         [b'R', b'I', b'F', b'F', _, _, _, _, b'W', b'E', b'B', b'P', ..] => "webp",
         _ if is_xml && contains(b"<COLLADA") => "dae",
         _ if is_xml && contains(b"<X3D") => "x3d",
+        _ if is_table_of_numbers(head) => "xyz",
         _ => return None,
     };
     FORMATS.iter().find(|format| format.extensions.contains(&extension))
+}
+
+/// Returns true if all lines are three or more numbers, as point clouds are written as text (`.xyz`, `.pts`, `.asc`, `.csv`). The
+/// first line may have the names of the columns, or the number of points. The last one may be cut off.
+fn is_table_of_numbers(head: &[u8]) -> bool {
+    let Some(complete) = head.iter().rposition(|byte| matches!(byte, b'\n' | b'\r')) else { return false };
+    let Ok(text) = std::str::from_utf8(head.get(..complete).unwrap_or_default()) else { return false };
+    let is_row = |line: &str| {
+        let words =
+            line.split(|c: char| c.is_whitespace() || ",;".contains(c)).filter(|word| !word.is_empty());
+        let numbers = words.map(|word| word.parse::<f64>().is_ok());
+        let numbers: Vec<bool> = numbers.collect();
+        numbers.len() >= 3 && numbers.iter().all(|is_number| *is_number)
+    };
+    let lines = text.lines().map(str::trim);
+    let mut lines =
+        lines.filter(|line| !line.is_empty() && !line.starts_with('#') && !line.starts_with("//"));
+    let Some(first) = lines.next() else { return false };
+    let mut rows = lines.peekable();
+    let is_header = rows.peek().is_some();
+    (is_row(first) || is_header) && rows.all(is_row)
 }
 
 /// Returns true if a file begins as scenes with a mark do.
@@ -192,12 +214,29 @@ mod tests {
         says("a.obj", b"ISO-10303-21;", &["a STEP file", "CAD"]);
         says("a.glb", b"<!DOCTYPE html><html>", &["a web page"]);
         says("a.glb", b"RIFF\0\0\0\0WEBPVP8 ", &["a WebP picture"]);
+        for cloud in [
+            &b"1.888e-01 -1.98 9.6e-01 1.5e+02 1.0e+02 2.4e+02\n0.1 0.2"[..],
+            b"3\n0 0 0\n1 0 0\n0 1 0\n",
+            b"x,y,z\r\n0.5,1,2\r\n1,1,2\r\n",
+            b"//X Y Z Intensity\n0,5;1;2;3\n",
+            b"# scan\n\n1\t2\t3\n",
+        ] {
+            for name in ["-", "a.xyz", "a.csv", "a.asc", "a.obj"] {
+                says(name, cloud, &["a point cloud; save it as .ply"]);
+            }
+        }
+        for text in
+            [&b"v 0 0 0\nv 1 0 0\n"[..], b"1 2\n3 4\n", b"a\n1 2 x\n", b"1 2 3", b"\n", b"\xff\n1 2 3\n"]
+        {
+            assert_eq!(hint(Path::new("a.txt"), text).filter(|hint| hint.contains("cloud")), None);
+        }
     }
 
     #[test]
     fn other_formats_are_named_by_their_extension() {
         says("a.FBX", b"\0\0", &["an FBX file"]);
         says("a.igs", b"START RECORD", &["an IGES file"]);
+        says("a.pts", b"\x01\x02", &["a point cloud"]);
         says("chair.mtl", b"newmtl wood", &["a material library", ".obj"]);
         assert_eq!(hint(Path::new("a.fbx"), b"glTF\x02"), None);
         assert_eq!(hint(Path::new("a.png"), b" {\"asset\""), None);

@@ -164,6 +164,23 @@ fn parse_lenient(
     Ok(ParsedFile { geometry, origin, generator, warnings })
 }
 
+/// Returns true if the first bytes of a file have a statement of OBJ, or comments alone.
+pub(super) fn may_be_obj(head: &[u8]) -> bool {
+    let (text, _) = text::decode(head);
+    let mut keywords = text::logical_lines(&text).map(|line| {
+        let (keyword, _) = text::split_keyword(&line.text);
+        keyword.to_ascii_lowercase()
+    });
+    let is_known = |keyword: String| {
+        let common = ["v", "vt", "vn", "f", "fo", "l", "p", "o", "g", "s", "usemtl", "mtllib"];
+        common.contains(&keyword.as_str()) || text::is_free_form(&keyword) || text::is_ignored(&keyword)
+    };
+    match keywords.next() {
+        None => true,
+        Some(first) => is_known(first) || keywords.any(is_known),
+    }
+}
+
 /// Returns the error for a file without faces, lines and points, which may not be an OBJ at all.
 fn no_faces_error(geometry: &ObjGeometry, warnings: Warnings) -> LoadError {
     if geometry.positions.is_empty() {
