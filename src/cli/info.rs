@@ -7,7 +7,9 @@ use anyhow::Result;
 use serde_json::{Map, Value, json};
 
 use super::args::{InfoArgs, named_options};
-use super::console::{print_error, print_stdout, scene_error, single_line, strict_error, with_flags};
+use super::console::{
+    print_error, print_stdout, print_warning, scene_error, single_line, strict_error, with_flags,
+};
 use super::exporters::{self, Exporter, version_of};
 use super::plan::scene_list;
 use super::run::panics;
@@ -15,7 +17,7 @@ use super::scene_file::load_scene_file;
 use super::summary::Summary;
 use super::usage::UsageError;
 use super::warning_filter::WarningFilter;
-use super::{file_cameras, light_sources, material_info};
+use super::{file_cameras, light_sources, material_info, part_info};
 use blinn_accel::BuildReport;
 use blinn_import::{GlassMode, LoadOptions, Warning, refracts_if_closed};
 use blinn_scene::pose;
@@ -30,6 +32,11 @@ pub fn run(args: &InfoArgs) -> Result<Summary, UsageError> {
     let Options { load, blender, .. } = named.finish()?;
     let options = LoadOptions { limits: load_limits(None), ..load };
     let scenes = scene_list(&args.scene.scenes)?;
+    if !args.common.quiet {
+        for (folder, text) in scenes.left_out() {
+            print_warning(&format!("{}: {text}", folder.display()));
+        }
+    }
     let mut summary = Summary::default();
     let mut all = Vec::new();
     for path in scenes.iter() {
@@ -87,6 +94,7 @@ fn read_properties(
     properties.insert("file".into(), json!(path.to_string_lossy()));
     if args.json {
         properties.extend(aov_ids(&scene));
+        properties.insert("parts".into(), part_info::parts(&posed).into());
     }
     Ok(properties)
 }
@@ -138,7 +146,7 @@ pub fn comparable_properties(scene: &Scene, warnings: &[Warning], mode: GlassMod
     let posed = pose(scene, &PoseSettings { animation: AnimationChoice::Rest, ..Default::default() })?;
     let report = BuildReport::count_degenerate(&posed);
     let mut all = properties(&posed, &report, &all_lines(warnings), mode);
-    for key in ["file", "exporters", "quirks", "up"] {
+    for key in ["file", "exporters", "quirks", "up", "size_in_file", "unit"] {
         all.remove(key);
     }
     // They follow from the other fields of a material.
@@ -174,7 +182,7 @@ fn properties(posed: &PosedScene, report: &BuildReport, warnings: &[String], mod
         "exporters": exporters.iter().map(|exporter| json!({
             "name": exporter.name, "version": version_of(&scene.source.generator), "section": exporter.section(),
         })).collect::<Vec<_>>(),
-        "quirks": quirks(&exporters),
+        "quirks": quirks(&exporters, posed),
         "scenes": scene.source.scenes,
         "nodes": scene.nodes.len(),
         "objects": scene.objects.len(),
@@ -186,6 +194,8 @@ fn properties(posed: &PosedScene, report: &BuildReport, warnings: &[String], mod
         "bounds": {"min": corner(bounds.min), "max": corner(bounds.max)},
         // Bounds have y up.
         "up": scene.source.up.name(),
+        "size_in_file": corner(scene.source.up.size_in_file(bounds.extent())),
+        "unit": if scene.source.format == SourceFormat::Gltf { json!("metre") } else { Value::Null },
         "materials": scene.materials.iter().map(material_info::material).collect::<Vec<_>>(),
         "glass": glass(scene, mode),
         "images": scene.images.iter().map(|i| json!({
@@ -220,11 +230,13 @@ fn properties(posed: &PosedScene, report: &BuildReport, warnings: &[String], mod
     all
 }
 
-/// Lists known facts about the files of exporters, with the exporter's name if there are several.
-fn quirks(exporters: &[&Exporter]) -> Vec<String> {
+/// Lists known facts about the files of exporters that may apply to a scene. Of several exporters, only one wrote it.
+fn quirks(exporters: &[&Exporter], posed: &PosedScene) -> Vec<String> {
     let lines = exporters.iter().flat_map(|exporter| {
-        let prefix = if exporters.len() > 1 { format!("{}: ", exporter.name) } else { String::new() };
-        exporter.quirks.iter().map(move |quirk| format!("{prefix}{}", quirk.line()))
+        let prefix =
+            if exporters.len() > 1 { format!("if written by {}: ", exporter.name) } else { String::new() };
+        let quirks = exporter.quirks.iter().filter(|quirk| quirk.may_apply(posed));
+        quirks.map(move |quirk| format!("{prefix}{}", quirk.line()))
     });
     lines.collect()
 }
@@ -309,6 +321,8 @@ pub(super) fn inline(value: &Value) -> String {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use blinn_scene::{Instance, LocalTransform, Material, Mesh, Node};
+    use glam::Vec3;
 
     #[test]
     fn exporters_and_their_quirks_are_listed() {
@@ -327,8 +341,20 @@ mod tests {
         for (exporter, name) in several["exporters"].as_array().unwrap().iter().zip(names) {
             assert_eq!((&exporter["name"], &exporter["version"]), (&json!(name), &json!("7.9")));
         }
-        let line = "CadQuery (OCCT 7.9): lengths are millimetres written as metres: --scale 0.001";
-        assert!(several["quirks"].as_array().unwrap().contains(&json!(line)), "{several}");
+        let up = "if written by cascadio (OCCT 8.0): Z stays up and no node turns it: --up z";
+        let scale =
+            "if written by CadQuery (OCCT 7.9): lengths are millimetres written as metres: --scale 0.001";
+        let has = |several: &Value, line: &str| several["quirks"].as_array().unwrap().contains(&json!(line));
+        assert!(has(&several, up) && !has(&several, scale), "{several}");
+        let turned = LocalTransform::Matrix(glam::DAffine3::from_rotation_x(-std::f64::consts::FRAC_PI_2));
+        scene.nodes.push(Node { local: turned, visible: true, ..Node::default() });
+        scene.materials.push(Material::default());
+        let positions = vec![Vec3::ZERO, Vec3::X * 30.0, Vec3::Y];
+        scene.meshes.push(Mesh { positions, triangles: vec![[0, 1, 2]], ..Mesh::default() });
+        scene.instances.push(Instance { object: 1, ..Instance::default() });
+        scene.objects.push("part".into());
+        let turned = properties(&scene);
+        assert!(!has(&turned, up) && has(&turned, scale), "{turned}");
         scene.source.generator = "Babylon.js v9.28.0".into();
         let one = properties(&scene);
         let section = "docs/reference/exporters.md#babylon-js-gltf";

@@ -17,6 +17,7 @@ mod material_layers;
 mod message_style;
 mod packaging;
 mod pager;
+mod part_info;
 mod plan;
 mod plural;
 mod rays;

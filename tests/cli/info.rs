@@ -279,3 +279,46 @@ fn info_lists_the_fields_of_materials() {
     assert!(text.contains(line), "{text}");
     assert_eq!(mtl["alpha"], json!({"mode": "blend", "factor": 0.5}));
 }
+
+/// Two objects of an OBJ, one of two materials; and an STL, whose z is up.
+#[test]
+fn info_lists_parts_and_sizes_along_the_axes_of_the_file() {
+    let (_dir, at) = folder();
+    let square = "v 0 0 0\nv 4 0 0\nv 4 2 0\nv 0 2 1\nv 9 9 9\n";
+    let faces = "o a\nusemtl red\nf 1 2 3\nusemtl blue\nf 1 2 4\no b\nf 1 3 4\n";
+    fs::write(at.join("a.mtl"), "newmtl blue\nnewmtl red\n").unwrap();
+    fs::write(at.join("a.obj"), format!("mtllib a.mtl\n{square}{faces}")).unwrap();
+    let info =
+        |line: &str| -> serde_json::Value { serde_json::from_slice(&blinn(&at, line).stdout).unwrap() };
+    let obj = info("info a.obj --json");
+    let (a, b) = (&obj["parts"][0], &obj["parts"][1]);
+    assert_eq!((&a["id"], &a["name"], &a["triangles"]), (&json!(1), &json!("a"), &json!(2)));
+    assert_eq!(a["bounds"], json!({"min": [0.0, 0.0, 0.0], "max": [4.0, 2.0, 1.0]}));
+    let mut materials: Vec<&str> =
+        a["materials"].as_array().unwrap().iter().flat_map(|m| m.as_str()).collect();
+    materials.sort_unstable();
+    assert_eq!(materials, ["blue", "red"]);
+    assert_eq!((&b["name"], &b["triangles"], &b["materials"]), (&json!("b"), &json!(1), &json!(["blue"])));
+    assert_eq!((&obj["size_in_file"], &obj["unit"]), (&json!([4.0, 2.0, 1.0]), &json!(null)));
+    let stl = "solid\nfacet\nvertex 0 0 0\nvertex 4 0 0\nvertex 4 2 1\nendfacet\nendsolid\n";
+    fs::write(at.join("a.stl"), stl).unwrap();
+    let stl = info("info a.stl --json");
+    assert_eq!(stl["size_in_file"], json!([4.0, 2.0, 1.0]));
+    assert_eq!(stl["bounds"]["max"], json!([4.0, 1.0, 0.0]));
+    let glb = info(&format!("info {} --json", model("tests/triangle.glb")));
+    assert_eq!(glb["unit"], "metre");
+    assert!(info("info a.obj a.stl --json")[0]["parts"].is_array());
+    let text = blinn(&at, "info a.stl").stdout;
+    assert!(String::from_utf8(text).unwrap().contains("\nsize_in_file: 4 2 1\n"));
+}
+
+#[test]
+fn info_names_models_of_a_folder_that_are_left_out() {
+    let (_dir, at) = folder();
+    fs::create_dir(at.join("parts")).unwrap();
+    fs::copy(model("tests/triangle.glb"), at.join("parts/a.glb")).unwrap();
+    fs::write(at.join("parts/b.step"), "ISO-10303-21;").unwrap();
+    let messages = runs(&at, "info --json parts");
+    assert!(messages.contains("parts: left out 1 .step file, whose formats"), "{messages}");
+    assert_eq!(runs(&at, "info --json -q parts"), "");
+}

@@ -6,7 +6,7 @@ use std::sync::LazyLock;
 
 use serde::Deserialize;
 
-use blinn_scene::{Source, SourceFormat};
+use blinn_scene::{Node, PosedScene, Source, SourceFormat};
 pub use version::version_of;
 
 const TABLE: &str = include_str!("exporters.toml");
@@ -48,6 +48,31 @@ pub struct Quirk {
     help: Option<String>,
     /// Text of the warning that the quirk causes.
     warning: Option<String>,
+    /// What files with the quirk have; all files if absent.
+    when: Option<Sign>,
+}
+
+/// A property of the files that a quirk occurs in.
+#[derive(Clone, Copy, Debug, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+enum Sign {
+    /// No root node turns Z up, to Y.
+    Unturned,
+    /// The scene is a metre long or longer: lengths in millimetres may be written as metres.
+    Large,
+}
+
+impl Sign {
+    fn is_in(self, posed: &PosedScene) -> bool {
+        match self {
+            Sign::Unturned => {
+                let roots = posed.scene.nodes.iter().filter(|node| node.parent.is_none());
+                let up = |node: &Node| node.local.affine().matrix3.z_axis;
+                !roots.map(up).any(|up| up.y > 0.9 * up.length())
+            }
+            Sign::Large => posed.bounds().extent().max_element() >= 1.0,
+        }
+    }
 }
 
 #[derive(Clone, Copy, Debug, Deserialize, PartialEq, Eq)]
@@ -109,6 +134,11 @@ impl Exporter {
 }
 
 impl Quirk {
+    /// Returns false if a scene has what files with the quirk do not have.
+    pub fn may_apply(&self, posed: &PosedScene) -> bool {
+        self.when.is_none_or(|sign| sign.is_in(posed))
+    }
+
     /// Returns the fact and what helps, on one line.
     pub fn line(&self) -> String {
         match &self.help {
