@@ -290,4 +290,13 @@ fn views_without_room_and_unknown_ones_are_refused() {
     ] {
         refused(&dir, &format!("sheet cube.obj {flags}"), message);
     }
+
+/// A flat scene has no area from the front and from the right.
+#[test]
+fn views_that_show_nothing_are_named() {
+    let (_dir, dir) = folder();
+    fs::write(dir.join("flat.obj"), "v 0 0 0\nv 1 0 0\nv 1 0 1\nf 3 2 1\n").unwrap();
+    let messages = runs(&dir, "sheet flat.obj");
+    let expected = "the views front, right show nothing: no object is seen from there";
+    assert!(messages.contains(expected) && !messages.contains("--orbit"), "{messages}");
 }

@@ -1,6 +1,7 @@
 //! `blinn sheet`: front, right, top and isometric views at one scale, with dimensions, or other views with their names.
 
 mod cell;
+mod empty_views;
 mod grid;
 mod labels;
 mod layout;
@@ -31,10 +32,11 @@ use blinn_output::{Canvas, ImageFormat, check_writable, write_atomically};
 use blinn_render::display::Background;
 use blinn_scene::{PoseSettings, Source, SourceFormat, linear_to_srgb8, pose};
 use blinn_session::{
-    Claim, EmptyImages, Finished, ImageKind, Job, Permit, PlannedFrame, PosedFrame, SceneRenderer,
-    SessionLog, check_memory, run_scheduled,
+    Claim, Finished, ImageKind, Job, Permit, PlannedFrame, PosedFrame, SceneRenderer, SessionLog,
+    check_memory, run_scheduled,
 };
 use cell::SheetCell;
+use empty_views::EmptyViews;
 use labels::{Labels, Unit};
 use layout::{CELLS, MIN_SIDE, SheetLayout};
 use views::SheetContent;
@@ -217,7 +219,7 @@ impl Sheet<'_> {
         let renderer = SceneRenderer::from_start(&plan.session, &scene, log, &mut frame, cancel)?;
         renderer.setup.build(&mut frame)?;
         let mut canvas = Canvas::new(self.size, background_pixel(plan.session.options.fixed_background()));
-        let empty_images = EmptyImages::default();
+        let mut empty_views = EmptyViews::default();
         log.begin_frames(cells.len());
         for cell in &cells {
             if cell.time != time {
@@ -232,9 +234,11 @@ impl Sheet<'_> {
             monitor.finish();
             let pixels = image.picture.display.to_rgba8(&image.picture.pixels);
             canvas.copy(&pixels, width, cell.origin);
-            image.empty.map(|reason| empty_images.add(reason, planned.number));
+            if let Some(reason) = image.empty {
+                empty_views.add(reason, &cell.name);
+            }
         }
-        if let Some(notice) = empty_images.summary(cells.len()) {
+        if let Some(notice) = empty_views.summary() {
             log.warn(notice)?;
         }
         let is_metres = scene.source.format == SourceFormat::Gltf;
