@@ -32,6 +32,8 @@ pub(super) fn parse(
     // The first corner of the facet that is being read.
     let mut first = None;
     let mut degenerate = 0u64;
+    // The line of the first number with a decimal comma.
+    let mut decimal_comma = None;
     let file = file.strip_prefix(b"\xef\xbb\xbf").unwrap_or(file);
     let end = if file.contains(&b'\n') { b'\n' } else { b'\r' };
     let mut lines = file.split(|byte| *byte == end).enumerate().peekable();
@@ -46,7 +48,12 @@ pub(super) fn parse(
             "vertex" => {
                 first.get_or_insert(mesh.corners.len());
                 match position(words) {
-                    Some(position) => welder.push_corner(position, &mut mesh),
+                    Some((position, has_comma)) => {
+                        if has_comma {
+                            decimal_comma.get_or_insert(i);
+                        }
+                        welder.push_corner(position, &mut mesh);
+                    }
                     // The file ends within the line.
                     None if lines.peek().is_none() => break,
                     None => return Err(no_vertex(i, &text)),
@@ -72,6 +79,10 @@ pub(super) fn parse(
         mesh.corners.truncate(first);
         warnings.add("", "the file ends within a facet, which is left out");
     }
+    if let Some(line) = decimal_comma {
+        let what = "numbers have decimal commas: read as decimal points";
+        warnings.add(format!("STL, line {}", line + 1), what);
+    }
     if degenerate > 0 {
         warnings.add("", format!("ignored {degenerate} facets with fewer than three vertices"));
     }
@@ -85,9 +96,21 @@ fn begin_solid(name: &str, mesh: &mut PolygonMesh) {
     mesh.parts.push(Part { object, material: 0 });
 }
 
-fn position<'t>(mut words: impl Iterator<Item = &'t str>) -> Option<DVec3> {
-    let mut number = || words.next()?.parse().ok();
-    Some(DVec3::new(number()?, number()?, number()?))
+/// Parses the three numbers of a vertex. The second value is true if one has a decimal comma, as programs write it under many
+/// locales.
+fn position<'t>(mut words: impl Iterator<Item = &'t str>) -> Option<(DVec3, bool)> {
+    let mut has_comma = false;
+    let mut number = || {
+        let word = words.next()?;
+        word.parse::<f64>().ok().or_else(|| {
+            let is_decimal = word.matches(',').count() == 1 && !word.contains('.') && !word.ends_with(',');
+            let value = word.replace(',', ".").parse::<f64>().ok().filter(|_| is_decimal)?;
+            has_comma = true;
+            Some(value)
+        })
+    };
+    let position = DVec3::new(number()?, number()?, number()?);
+    Some((position, has_comma))
 }
 
 fn no_vertex(line: usize, text: &str) -> LoadError {

@@ -2,6 +2,7 @@
 
 mod ascii;
 mod binary;
+mod encoding;
 #[cfg(test)]
 mod tests;
 mod welder;
@@ -31,7 +32,12 @@ struct StlFile {
 /// Returns true if a file of `bytes` bytes begins as STL files do. Only a binary file whose size fits its number of facets is
 /// recognised.
 pub(super) fn is_stl(head: &[u8], bytes: u64) -> bool {
-    binary::has_exact_size(head, bytes) || ascii::is_text(head)
+    let is_utf16 = || encoding::decode_utf16(head).is_some_and(|text| ascii::is_text(text.as_bytes()));
+    binary::has_exact_size(head, bytes) || ascii::is_text(head) || is_utf16()
+}
+
+fn begins_as_text(bytes: &[u8]) -> bool {
+    ascii::is_text(&bytes[..bytes.len().min(4096)])
 }
 
 /// Loads an STL file.
@@ -40,12 +46,19 @@ pub(super) fn load(
     folder: &SceneFolder,
     options: &LoadOptions,
 ) -> Result<(Scene, Vec<Warning>), LoadError> {
+    let budget = MemoryBudget::of_import(options);
+    budget.charge(bytes.len() as u64)?;
+    let has_binary_size = binary::has_exact_size(bytes, bytes.len() as u64);
+    let mut decoded = None;
+    if !has_binary_size {
+        budget.charge(encoding::decoded_size(bytes))?;
+        decoded = encoding::decode_utf16(bytes).filter(|text| begins_as_text(text.as_bytes()));
+    }
+    let is_text = decoded.is_some() || (!has_binary_size && begins_as_text(bytes));
+    let bytes = decoded.as_ref().map_or(bytes, |text| text.as_bytes());
     let length = bytes.len() as u64;
-    let is_text = !binary::has_exact_size(bytes, length) && ascii::is_text(&bytes[..bytes.len().min(4096)]);
     let facets = if is_text { length / MIN_FACET_TEXT } else { binary::facet_count(bytes) };
     LoadError::check_limit("triangles", facets, options.limits.triangles)?;
-    let budget = MemoryBudget::of_import(options);
-    budget.charge(length)?;
     budget.charge_meshes(facets, facets)?;
     let mut warnings = Warnings::default();
     let parse = |origin: DVec3, warnings: &mut Warnings| {

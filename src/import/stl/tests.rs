@@ -108,3 +108,37 @@ fn defects_are_errors() {
     let error = load_bytes(&binary(b"", &[0, 0]), Path::new("a.stl"), &options).unwrap_err();
     assert!(matches!(error, LoadError::Limit { .. }), "{error}");
 }
+
+#[test]
+fn text_may_have_decimal_commas() {
+    let commas =
+        SQUARE.replace("vertex 1 1 0", "vertex 1,5 1,25e+00 0").replace("vertex 1 0 0", "vertex ,5 0 0");
+    let (scene, warnings) = load(commas.as_bytes()).unwrap();
+    let warnings: Vec<String> = warnings.iter().map(ToString::to_string).collect();
+    assert_eq!(warnings, ["STL, line 5: numbers have decimal commas: read as decimal points"]);
+    assert!(scene.meshes[0].positions.len() == 4);
+    let points = commas.replace(',', ".");
+    assert_eq!(load(points.as_bytes()).unwrap().0.meshes[0].positions, scene.meshes[0].positions);
+    for vertex in ["1,2,3", "1, 2, 3", "1.234,5 0 0", "1,2,3 0 0"] {
+        let error = load(SQUARE.replace("vertex 1 1 0", &format!("vertex {vertex}")).as_bytes()).unwrap_err();
+        assert!(error.to_string().contains("expected a vertex with three numbers"), "{vertex}: {error}");
+    }
+}
+
+#[test]
+fn text_may_be_utf16() {
+    let (expected, _) = load(SQUARE.as_bytes()).unwrap();
+    let little = |text: &str| text.encode_utf16().flat_map(u16::to_le_bytes).collect::<Vec<u8>>();
+    let big = |text: &str| text.encode_utf16().flat_map(u16::to_be_bytes).collect::<Vec<u8>>();
+    let marked = format!("\u{feff}{SQUARE}");
+    for bytes in [little(&marked), big(&marked), little(SQUARE), big(&SQUARE.replace("solid", "SOLID"))] {
+        for name in ["a.stl", "bytes"] {
+            let (scene, warnings) = load_bytes(&bytes, Path::new(name), &LoadOptions::default()).unwrap();
+            assert!(warnings.is_empty(), "{warnings:?}");
+            assert_eq!(scene.meshes[0].positions, expected.meshes[0].positions);
+            assert_eq!(scene.objects, expected.objects);
+        }
+    }
+    let error = load(&little("\u{feff}no triangles")).unwrap_err();
+    assert!(error.to_string().contains("neither text that begins with 'solid'"), "{error}");
+}
