@@ -67,6 +67,8 @@ pub enum Notice {
     EnclosedLight(EnclosedLight),
     /// Frames of an animation are asked for, and nothing moves.
     NothingMoves,
+    /// Each frame is a .webp of its own.
+    SeparateWebps,
     /// Metal or glass is black, because nothing surrounds the scene.
     NothingToReflect,
     /// Depths beyond those that 16 bits hold.
@@ -222,6 +224,9 @@ impl fmt::Display for Notice {
             Notice::NearPlane { near } => write!(
                 f,
                 "the near plane of the file's camera clips a part of the scene, which is nearer than {near} m; use `clip off`"
+            ),
+            Notice::SeparateWebps => f.write_str(
+                "each frame is a .webp of its own; blinn assemble joins them to an animated one",
             ),
             Notice::NothingMoves => f.write_str(
                 "the file has no animation that plays, so that all frames are alike; blinn turntable moves the camera around \

@@ -37,8 +37,7 @@ fn frame(number: usize) -> usize {
     let lit = Lighting::default().resolve(&posed, &camera);
     let pixels =
         render(&Frame::new(&posed, &accel, camera, &lit), &Phong::default(), &settings, &()).unwrap();
-    let display =
-        Display { background: Background::Color(Rgb::ZERO), ..Display::default() };
+    let display = Display { background: Background::Color(Rgb::ZERO), ..Display::default() };
     let format = [ImageFormat::Png, ImageFormat::Exr, ImageFormat::Jpeg(90), ImageFormat::Webp][number % 4];
     let picture = Picture::new(pixels, display);
     format.encode(&picture, BitDepth::Default).unwrap().len()

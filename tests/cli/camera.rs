@@ -1,6 +1,8 @@
 //! Views and parts of a scene: `--orbit`, `--zoom`, f3d's camera flags, `--hide` and `--only-objects`, by the
 //! library behind them.
 
+use std::fs;
+
 use blinn::accel::{Accel, AccelSettings};
 use blinn::integrator::{Aov, Frame};
 use blinn::render::{RenderSettings, render_aovs};
@@ -11,6 +13,7 @@ use blinn::scene::{
 use glam::DVec3;
 
 use crate::common::load_model;
+use crate::common::program::*;
 
 fn camera(scene: &Scene, view: &View) -> Camera {
     view.resolve(&pose(scene, &PoseSettings::default()).unwrap(), 64, 48).unwrap().0
@@ -306,4 +309,40 @@ fn the_first_of_several_cameras_is_named_unless_one_is_chosen() {
     scene.settings.camera = None;
     scene.cameras.truncate(1);
     assert!(hints(&scene, View::default()).is_empty());
+}
+
+/// Directions have names.
+#[test]
+fn orbits_may_be_named() {
+    let (_dir, at) = folder();
+    let scene = model("tests/cube.obj");
+    let picture = |orbit: &str| {
+        runs(&at, &format!("render {scene} --size 24x16 -s 1 -q --orbit {orbit} -o a.png"));
+        fs::read(at.join("a.png")).unwrap()
+    };
+    let pixels = |bytes: Vec<u8>| image::load_from_memory(&bytes).unwrap().to_rgb8();
+    assert!(pixels(picture("left")) == pixels(picture("270,0")));
+    assert!(pixels(picture("top")) == pixels(picture("0,90")));
+    fails(
+        &at,
+        &["render", scene.as_str(), "--orbit", "side"],
+        2,
+        "or one of front, right, back, left, top, bottom, isometric",
+    );
+    fails(&at, &["render", scene.as_str(), "--view", "front"], 2, "use --orbit front to choose the camera");
+    fails(
+        &at,
+        &["render", scene.as_str(), "-o", "a.svg"],
+        2,
+        "drawings of vectors are not written; write a large .png",
+    );
+}
+
+#[test]
+fn frames_of_webp_name_the_command_that_joins_them() {
+    let (_dir, at) = folder();
+    let line = format!("turntable {} --count 2 --size 8x8 -s 1", model("tests/cube.obj"));
+    let hint = "each frame is a .webp of its own; blinn assemble joins them";
+    assert!(runs(&at, &format!("{line} -o a.webp")).contains(hint));
+    assert!(!runs(&at, &format!("{line} -o a.png")).contains(hint));
 }

@@ -290,6 +290,7 @@ fn views_without_room_and_unknown_ones_are_refused() {
     ] {
         refused(&dir, &format!("sheet cube.obj {flags}"), message);
     }
+}
 
 /// A flat scene has no area from the front and from the right.
 #[test]

@@ -8,6 +8,7 @@ use clap::{Command, Error};
 
 use blinn_core::closest_name::closest_name;
 use blinn_session::SCENE_EXTENSIONS;
+use blinn_session::values::NAMED_DIRECTIONS;
 
 use super::command_tree::find_flag;
 use super::foreign_words::Equivalent;
@@ -19,7 +20,7 @@ pub fn message(error: &Error, argv: &[OsString], command_line: &[OsString]) -> S
     let text = match (error.kind(), &flag) {
         (ErrorKind::UnknownArgument, Some(flag)) => unknown_argument(flag, argv),
         (ErrorKind::InvalidSubcommand, _) => unknown_command(error),
-        _ => clap_message(error),
+        _ => clap_message(error) + &named_direction(error).unwrap_or_default(),
     };
     let is_value_error = matches!(error.kind(), ErrorKind::InvalidValue | ErrorKind::ValueValidation);
     let is_from_file = |flag: &str| contains_flag(argv, flag) && !contains_flag(command_line, flag);
@@ -29,6 +30,14 @@ pub fn message(error: &Error, argv: &[OsString], command_line: &[OsString]) -> S
         }
         _ => text,
     }
+}
+
+/// The hint for a direction as the value of --view, which is the view transform.
+fn named_direction(error: &Error) -> Option<String> {
+    let flag = context(error, ContextKind::InvalidArg).filter(|flag| flag_name(flag) == "--view");
+    let value = flag.and_then(|_| context(error, ContextKind::InvalidValue))?;
+    let is_direction = NAMED_DIRECTIONS.into_iter().any(|(name, ..)| name == value);
+    is_direction.then(|| format!("; use --orbit {value} to choose the camera"))
 }
 
 /// clap's message without usage and help, joined to one line.

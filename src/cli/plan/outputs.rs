@@ -287,6 +287,11 @@ fn image_kind(name: &str, args: &OutputArgs, options: &Options) -> Result<Output
         Some(format) => format,
         // Thumbnailers are given an empty file whose name ends in random letters.
         None if is_empty_file(Path::new(name)) => ImageFormat::Png,
+        None if is_drawing(Path::new(name)) => {
+            return Err(UsageError(format!(
+                "-o {name}: drawings of vectors are not written; write a large .png, with --edges-only for lines alone"
+            )));
+        }
         None => {
             return Err(UsageError(format!(
                 "-o {name}: unknown format; the name must end in {}, .gif, .apng, .mp4, .html or .tar, or in / for a folder",
@@ -314,6 +319,12 @@ fn image_kind(name: &str, args: &OutputArgs, options: &Options) -> Result<Output
     }
     let depth = bit_depth(args.depth.as_deref(), format)?;
     Ok(OutputKind::Images(ImageKind { format, depth }))
+}
+
+/// Returns true for the extension of a drawing of vectors.
+fn is_drawing(path: &Path) -> bool {
+    let extension = path.extension().unwrap_or_default();
+    ["svg", "pdf", "eps", "dxf", "dwg"].iter().any(|known| extension.eq_ignore_ascii_case(known))
 }
 
 fn is_empty_file(path: &Path) -> bool {

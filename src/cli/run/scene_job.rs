@@ -24,11 +24,11 @@ use crate::scene_file::is_stdin;
 use crate::watched_files::scene_files;
 use blinn_core::cancellation::CancelToken;
 use blinn_import::{is_in_archive, open_input_file, open_scene_file};
-use blinn_output::{ShardPart, check_writable};
+use blinn_output::{ImageFormat, ShardPart, check_writable};
 use blinn_scene::{ClipBoundsCache, Scene, clip_duration};
 use blinn_session::{
-    DatasetViews, EmptyImages, FileDigests, Notice, Permit, PlannedFrame, PosedFrame, SceneRenderer,
-    SceneSetup, SessionLog, check_memory, load_limits, run_pipeline,
+    DatasetViews, EmptyImages, FileDigests, ImageKind, Notice, Permit, PlannedFrame, PosedFrame,
+    SceneRenderer, SceneSetup, SessionLog, check_memory, load_limits, run_pipeline,
 };
 
 /// Frames whose output files are checked at once.
@@ -116,6 +116,13 @@ impl<'a> SceneJob<'a> {
         self.check_files(&scene, views, &frames)?;
         if frames.is_empty() {
             return self.write_files(&scene, views);
+        }
+        let is_webp =
+            matches!(plan.outputs.kind, OutputKind::Images(ImageKind { format: ImageFormat::Webp, .. }));
+        let is_animation =
+            frames.len() > 1 && plan.session.dataset.is_none() && plan.session.cameras.is_none();
+        if is_webp && is_animation && plan.outputs.shards.is_none() && !plan.scenes.is_batch() {
+            self.log.hint(Notice::SeparateWebps);
         }
         let memory = check_memory(&self.plan.session, &scene, frames.len())?;
         self.log.estimate(memory);

@@ -109,7 +109,7 @@ fn serve(args: &ViewArgs, plans: PicturePlans) -> Result<()> {
     let url = server.url()?;
     let is_reached_by_flags = args.server.base_url.is_some() || !args.server.allow_host.is_empty();
     let hint = remote::hint(server.port()?, |name| std::env::var(name).ok())
-        .filter(|_| !args.server.json && !args.common.quiet && !is_reached_by_flags);
+        .filter(|_| !args.common.quiet && !is_reached_by_flags);
     let watched = renderer.watched();
     thread::Builder::new().name("files".into()).spawn(move || watch(&watched, &hub))?;
     thread::Builder::new().name("server".into()).spawn(move || server.run())?;

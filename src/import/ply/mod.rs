@@ -69,6 +69,9 @@ pub(super) fn load(
         obj::displayed_to_linear(list, &mut warnings);
         ignore_zero_alpha(list, &mut warnings);
     }
+    if face_colors.is_empty() && colors.is_empty() {
+        warn_of_scalar_fields(&header, &mut warnings);
+    }
     (mesh.face_colors, mesh.edge_colors, mesh.colors) = (face_colors, edge_colors, colors);
     let files = texture_files(&header);
     let last = files.len().saturating_sub(1) as u32;
@@ -174,6 +177,19 @@ fn ignore_zero_alpha(colors: &mut [Vec4], warnings: &mut Warnings) {
     if !colors.is_empty() && colors.iter().all(|color| color.w == 0.0) {
         colors.iter_mut().for_each(|color| color.w = 1.0);
         warnings.add("", "ignored the alpha of colours, which is 0 everywhere");
+    }
+}
+
+/// Warns of the scalar fields of CloudCompare, which may be all that it shows.
+fn warn_of_scalar_fields(header: &Header, warnings: &mut Warnings) {
+    let properties = header.element("vertex").map_or(&[][..], |vertices| vertices.properties.as_slice());
+    let fields: Vec<String> =
+        properties.iter().filter_map(|p| p.name.strip_prefix("scalar_")).map(printable).collect();
+    if !fields.is_empty() {
+        let fields = fields.join(", ");
+        let help =
+            "convert them to colours, for example in CloudCompare (Edit > Scalar fields > Convert to RGB)";
+        warnings.add("", format!("the scalar fields of the vertices are not shown: {fields}; {help}"));
     }
 }
 

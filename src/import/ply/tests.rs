@@ -275,3 +275,21 @@ fn objects_of_blender_without_colours_are_white() {
     assert_eq!(alpha(&blender), [red, black, Vec4::ONE, Vec4::ONE]);
     assert_eq!(alpha(&text), [red, black, Vec4::ZERO, Vec4::ZERO]);
 }
+
+#[test]
+fn scalar_fields_are_named_where_there_are_no_colours() {
+    let cloud = |properties: &str, row: &str| {
+        let header =
+            "ply\nformat ascii 1.0\nelement vertex 1\nproperty float x\nproperty float y\nproperty float z\n";
+        let text = format!("{header}{properties}end_header\n0 0 0 {row}\n");
+        let (_, warnings) = load(text.as_bytes());
+        warnings.iter().map(ToString::to_string).collect::<Vec<_>>()
+    };
+    let fields = "property float scalar_Intensity\nproperty float scalar_Time\n";
+    let warnings = cloud(fields, "1 2");
+    let expected =
+        "the scalar fields of the vertices are not shown: Intensity, Time; convert them to colours";
+    assert!(warnings.len() == 1 && warnings[0].starts_with(expected), "{warnings:?}");
+    let colors = "property uchar red\nproperty uchar green\nproperty uchar blue\n";
+    assert_eq!(cloud(&format!("{fields}{colors}"), "1 2 255 0 0"), [""; 0]);
+}

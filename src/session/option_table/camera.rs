@@ -180,7 +180,8 @@ pub static CAMERA: &[OptionDef] = &[
         value_name: "AZIMUTH,ELEVATION[,DISTANCE]",
         help: "Place the camera on a sphere around the scene's centre or `look-at`\n\n\
                AZIMUTH is in degrees from the front (+Z) to the right, ELEVATION in degrees above the horizon, DISTANCE \
-               in metres [default DISTANCE: frames the scene].",
+               in metres [default DISTANCE: frames the scene]. front, right, back, left, top, bottom and isometric stand for \
+               angles.",
         conflicts: &["view-point", "view-dir", "camera-xml"],
         effect: Effect::Value(|options, text| store(&mut options.view.orbit, values::orbit(text).map(Some))),
         ..BASE

@@ -24,12 +24,33 @@ pub fn axis(text: &str) -> Result<DVec3, String> {
     axis.try_normalize().ok_or_else(|| "an axis must not be zero".to_string())
 }
 
-/// `AZIMUTH,ELEVATION[,DISTANCE]`, angles in degrees.
+/// Names of directions, with azimuth and elevation in degrees.
+pub const NAMED_DIRECTIONS: [(&str, f64, f64); 7] = [
+    ("front", 0.0, 0.0),
+    ("right", 90.0, 0.0),
+    ("back", 180.0, 0.0),
+    ("left", 270.0, 0.0),
+    ("top", 0.0, 90.0),
+    ("bottom", 0.0, -90.0),
+    // atan(1/√2): all three axes have the same scale.
+    ("isometric", 45.0, 35.264_389_682_754_654),
+];
+
+/// `AZIMUTH,ELEVATION[,DISTANCE]`, angles in degrees, or one of [`NAMED_DIRECTIONS`].
 pub fn orbit(text: &str) -> Result<Orbit, String> {
-    let (azimuth, elevation, distance) = match numbers(text)?[..] {
-        [a, e] => (a, e, None),
-        [a, e, d] => (a, e, Some(d)),
-        _ => return Err("expected AZIMUTH,ELEVATION or AZIMUTH,ELEVATION,DISTANCE, such as 45,20".into()),
+    let text = text.trim();
+    let named = NAMED_DIRECTIONS.into_iter().find(|(name, ..)| *name == text);
+    let (azimuth, elevation, distance) = if let Some((_, azimuth, elevation)) = named {
+        (azimuth, elevation, None)
+    } else if text.starts_with(|c: char| c.is_ascii_alphabetic()) {
+        let names = NAMED_DIRECTIONS.map(|(name, ..)| name).join(", ");
+        return Err(format!("expected AZIMUTH,ELEVATION, such as 45,20, or one of {names}"));
+    } else {
+        match numbers(text)?[..] {
+            [a, e] => (a, e, None),
+            [a, e, d] => (a, e, Some(d)),
+            _ => return Err("expected AZIMUTH,ELEVATION or AZIMUTH,ELEVATION,DISTANCE, such as 45,20".into()),
+        }
     };
     if elevation.abs() > 90.0 {
         return Err(ELEVATION_RANGE.into());

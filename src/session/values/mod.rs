@@ -7,8 +7,8 @@ mod lights;
 mod numbers;
 
 pub use camera::{
-    aperture_blades, aperture_radius, axis, clip, elevation, field_of_view, focus, intrinsics, orbit, shift,
-    view_rect,
+    NAMED_DIRECTIONS, aperture_blades, aperture_radius, axis, clip, elevation, field_of_view, focus,
+    intrinsics, orbit, shift, view_rect,
 };
 pub use color::color;
 pub use image::{aovs, background, crop, exposure, gamma, image_background, size};

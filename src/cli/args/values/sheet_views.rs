@@ -1,21 +1,9 @@
 //! Parser of the views of a sheet.
 
-use blinn_session::values::number;
+use blinn_session::values::{NAMED_DIRECTIONS, number};
 
 /// Most positions of `turntable=N`.
 const MAX_TURNTABLE: u32 = 360;
-
-/// Names of directions, with azimuth and elevation in degrees.
-const NAMED: [(&str, f64, f64); 7] = [
-    ("front", 0.0, 0.0),
-    ("right", 90.0, 0.0),
-    ("back", 180.0, 0.0),
-    ("left", 270.0, 0.0),
-    ("top", 0.0, 90.0),
-    ("bottom", 0.0, -90.0),
-    // atan(1/√2): all three axes have the same scale.
-    ("isometric", 45.0, 35.264_389_682_754_654),
-];
 
 /// A view of a sheet.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -60,12 +48,12 @@ fn view(word: &str) -> Result<SheetView, String> {
     if word == "cameras" {
         return Ok(SheetView::FileCameras);
     }
-    if let Some((name, azimuth, elevation)) = NAMED.into_iter().find(|(name, ..)| *name == word) {
+    if let Some((name, azimuth, elevation)) = NAMED_DIRECTIONS.into_iter().find(|(name, ..)| *name == word) {
         return Ok(SheetView::Direction { name: Some(name), azimuth, elevation });
     }
     let (azimuth, elevation) = word.split_once('/').unwrap_or((word, "0"));
     let (Ok(azimuth), Ok(elevation)) = (number(azimuth), number(elevation)) else {
-        let names: Vec<&str> = NAMED.into_iter().map(|(name, ..)| name).collect();
+        let names: Vec<&str> = NAMED_DIRECTIONS.into_iter().map(|(name, ..)| name).collect();
         return Err(format!(
             "unknown view '{word}': expected {}, degrees such as 30 or 30/20, turntable=N, or cameras",
             names.join(", ")
