@@ -14,43 +14,20 @@
 
 use std::sync::OnceLock;
 
+use crate::display::agx_space::{
+    EGAMUT_TO_REC2020, INSET, MID_GREY, Matrix, SCENE_TO_EGAMUT, axis, dot, guard_rec2020, min_channel, mul,
+};
 use crate::display::batch::{BATCH, RgbBatch};
 use crate::display::look::Look;
-use crate::display::lut3d::{Lut3d, NODES};
+use crate::display::lut3d::Lut3d;
 
-type Matrix = [[f64; 3]; 3];
-
-/// `config`: linear Rec.709 to linear FilmLight E-Gamut, through XYZ.
-const SCENE_TO_EGAMUT: [[f32; 3]; 3] = [
-    [0.559_371_1, 0.304_783_34, 0.135_845_56],
-    [0.076_220_706, 0.787_971_8, 0.135_807_47],
-    [0.065_526_71, 0.164_546_76, 0.769_926_5],
-];
-const MID_GREY: f64 = 0.18;
-/// `eary`: range of the nodes, in stops around mid grey.
-const NODE_STOPS: [f64; 2] = [-10.0, 15.0];
-
-/// `eary`: E-Gamut to Rec.2020, through XYZ.
-const EGAMUT_TO_REC2020: Matrix = [
-    [1.1375888732024795, 0.008350502199667596, -0.14593224524702436],
-    [-0.019087164934078887, 1.2153160485727783, -0.19624465667571286],
-    [-0.09732562628887605, -0.10088823705990786, 1.1983626362736137],
-];
-/// `config` and `eary`: Rec.2020 with its primaries rotated (2.14°, −1.23°, −3.05°) and moved inwards
-/// (by 0.330, 0.281, 0.125).
-const INSET: Matrix = [
-    [0.856627153315983, 0.0951212405381588, 0.0482516061458583],
-    [0.137318972929847, 0.761241990602591, 0.101439036467562],
-    [0.11189821299995, 0.0767994186031903, 0.811302368396859],
-];
 /// `eary`: the inverse of an inset by 0.323, 0.283, 0.037 without rotation, then conversion to Rec.709.
 const OUTSET_TO_REC709: Matrix = [
     [1.9648940291459658, -0.8560079094511955, -0.10888611969477231],
     [-0.29930907896031905, 1.326391891529212, -0.027082812568893812],
     [-0.16435644384894169, -0.2382074020015168, 1.4025638458504575],
 ];
-/// `eary`: luminance weights of Rec.2020 and Rec.709 for the 2015 colour matching functions.
-const LUMA_REC2020: [f64; 3] = [0.2658180370250449, 0.59846986045365, 0.1357121025213052];
+/// `eary`: luminance weights of Rec.709 for the 2015 colour matching functions.
 const LUMA_REC709: [f64; 3] = [0.2103511408861092, 0.6497977702311769, 0.13985108888271428];
 
 /// `eary`: range of the curve, in stops around mid grey; its ends map to 0 and 1.
@@ -66,18 +43,6 @@ const SHOULDER: f64 = 0.7151982862790444;
 const HUE_MIX: f64 = 0.4;
 /// Exponent between light and the values of the table.
 const POWER: f64 = 2.4;
-
-fn mul(m: &Matrix, c: [f64; 3]) -> [f64; 3] {
-    m.map(|row| dot(row, c))
-}
-
-fn dot(a: [f64; 3], b: [f64; 3]) -> f64 {
-    a[0] * b[0] + a[1] * b[1] + a[2] * b[2]
-}
-
-fn min_channel(c: [f64; 3]) -> f64 {
-    c[0].min(c[1]).min(c[2])
-}
 
 fn max_channel(c: [f64; 3]) -> f64 {
     c[0].max(c[1]).max(c[2])
@@ -107,17 +72,6 @@ fn from_hue(hue: f64, high: f64, low: f64) -> [f64; 3] {
         let k = if n + hue >= 6.0 { n + hue - 6.0 } else { n + hue };
         high - (high - low) * k.min(4.0 - k).clamp(0.0, 1.0)
     })
-}
-
-/// Gamut guard rail: moves a colour outside Rec.2020 along grey until it is inside, then scales it to
-/// its luminance. `eary`'s luminance, compensated by the opponent colour's, simplifies to 2 Y − min.
-fn guard_rec2020(c: [f64; 3]) -> [f64; 3] {
-    let (low, luma) = (min_channel(c), dot(LUMA_REC2020, c));
-    if low >= 0.0 {
-        return c;
-    }
-    let ratio = (2.0 * luma - low) / (2.0 * (luma - low));
-    c.map(|v| (v - low) * ratio)
 }
 
 /// Gamut guard rail for Rec.709: the compensation fades as the luminance grows.
@@ -163,18 +117,18 @@ fn formation(egamut: [f64; 3]) -> [f64; 3] {
     c.map(|v| libm::pow(v.max(0.0), 1.0 / POWER).min(1.0))
 }
 
+/// Nodes along each axis of AgX's table.
+const NODES: usize = 57;
+
 /// Returns the lookup table. Its nodes are computed on demand.
-fn lut() -> &'static Lut3d {
-    static LATTICE: OnceLock<Lut3d> = OnceLock::new();
-    LATTICE.get_or_init(|| {
-        let low = libm::log2(MID_GREY) + NODE_STOPS[0];
-        let step = (NODE_STOPS[1] - NODE_STOPS[0]) / (NODES - 1) as f64;
-        Lut3d::new(formation, std::array::from_fn(|i| libm::exp2(low + step * i as f64)))
-    })
+fn lut() -> &'static Lut3d<NODES> {
+    static LATTICE: OnceLock<Lut3d<NODES>> = OnceLock::new();
+    LATTICE.get_or_init(|| Lut3d::new(formation, axis()))
 }
 
 /// Maps scene-linear Rec.709 to display-linear Rec.709 in 0…1, with a look. NaN becomes black, infinity white.
 pub(super) fn agx(rgb: &RgbBatch, look: Look) -> RgbBatch {
+    let rgb = look.apply(rgb);
     let mut egamut = [[0.0; BATCH]; 3];
     for (out, row) in egamut.iter_mut().zip(SCENE_TO_EGAMUT) {
         for (i, v) in out.iter_mut().enumerate() {
@@ -183,7 +137,6 @@ pub(super) fn agx(rgb: &RgbBatch, look: Look) -> RgbBatch {
             *v = row[0] * rgb[0][i] + row[1] * rgb[1][i] + row[2] * rgb[2][i];
         }
     }
-    look.apply(&mut egamut);
     lut().at(&egamut).map(|channel| channel.map(to_light))
 }
 

@@ -1,42 +1,41 @@
-//! A 3D lookup table (LUT) over the logarithm of light, with tetrahedral interpolation.
+//! 3D lookup tables (LUTs) over the logarithm of light, with tetrahedral interpolation.
 //!
-//! Size and range are those of AgX in Blender 5.0's `config.ocio`.
+//! The range is that of AgX in Blender 5.0's `config.ocio`.
 
 use std::sync::OnceLock;
 
 use crate::display::batch::{BATCH, RgbBatch};
 
-/// Nodes along each axis.
-pub(super) const NODES: usize = 57;
 /// log2 of the light at both ends of an axis, as used by lookups.
 pub(super) const LOG2: [f32; 2] = [-12.473_93, 12.526_069];
-const STEPS_PER_STOP: f32 = (NODES - 1) as f32 / (LOG2[1] - LOG2[0]);
-/// Index distance between neighbouring nodes along red, green and blue.
-const STRIDES: [usize; 3] = [NODES * NODES, NODES, 1];
 
-/// A function of linear light, sampled at logarithmic steps of each channel.
-pub(super) struct Lut3d {
+/// A function of linear light, sampled at N logarithmic steps of each channel.
+pub(super) struct Lut3d<const N: usize> {
     function: fn([f64; 3]) -> [f64; 3],
     /// Light of each node along an axis.
-    axis: [f64; NODES],
+    axis: [f64; N],
     /// Computed on first use: a picture needs few of them.
     nodes: Vec<OnceLock<[f32; 3]>>,
 }
 
-impl Lut3d {
-    pub(super) fn new(function: fn([f64; 3]) -> [f64; 3], axis: [f64; NODES]) -> Lut3d {
-        let nodes = std::iter::repeat_with(OnceLock::new).take(NODES.pow(3)).collect();
+impl<const N: usize> Lut3d<N> {
+    const STEPS_PER_STOP: f32 = (N - 1) as f32 / (LOG2[1] - LOG2[0]);
+    /// Index distance between neighbouring nodes along red, green and blue.
+    const STRIDES: [usize; 3] = [N * N, N, 1];
+
+    pub(super) fn new(function: fn([f64; 3]) -> [f64; 3], axis: [f64; N]) -> Lut3d<N> {
+        let nodes = std::iter::repeat_with(OnceLock::new).take(N.pow(3)).collect();
         Lut3d { function, axis, nodes }
     }
 
     fn node(&self, index: usize) -> &[f32; 3] {
-        let light = || STRIDES.map(|stride| self.axis[index / stride % NODES]);
+        let light = || Self::STRIDES.map(|stride| self.axis[index / stride % N]);
         self.nodes[index].get_or_init(|| (self.function)(light()).map(|v| v as f32))
     }
 
     /// Evaluates the interpolated function for a batch. NaN counts as 0.
     pub(super) fn at(&self, light: &RgbBatch) -> RgbBatch {
-        let positions = light.map(|channel| channel.map(axis_position));
+        let positions = light.map(|channel| channel.map(Self::axis_position));
         let mut out = [[0.0; BATCH]; 3];
         for i in 0..BATCH {
             let color = self.interpolate([0, 1, 2].map(|c| positions[c][i]));
@@ -50,10 +49,11 @@ impl Lut3d {
     /// Tetrahedral interpolation: walks from the lowest corner of a cell to its highest, along the axes
     /// in order of decreasing fraction.
     fn interpolate(&self, position: [f32; 3]) -> [f32; 3] {
-        let cell = position.map(|t| (t as usize).min(NODES - 2));
+        let cell = position.map(|t| (t as usize).min(N - 2));
         let [r, g, b] = [0, 1, 2].map(|c| position[c] - cell[c] as f32);
-        let low = cell[0] * STRIDES[0] + cell[1] * STRIDES[1] + cell[2];
-        let high = low + STRIDES[0] + STRIDES[1] + STRIDES[2];
+        let strides = Self::STRIDES;
+        let low = cell[0] * strides[0] + cell[1] * strides[1] + cell[2];
+        let high = low + strides[0] + strides[1] + strides[2];
         let max = r.max(g).max(b);
         let min = r.min(g).min(b);
         let middle = r.min(g).max(r.max(g).min(b));
@@ -71,7 +71,7 @@ impl Lut3d {
         } else {
             0
         };
-        let corners = [low, low + STRIDES[first], high - STRIDES[last], high].map(|i| self.node(i));
+        let corners = [low, low + strides[first], high - strides[last], high].map(|i| self.node(i));
         let mut out = *corners[0];
         for (fraction, edge) in [max, middle, min].into_iter().zip(corners.windows(2)) {
             for c in 0..3 {
@@ -80,13 +80,13 @@ impl Lut3d {
         }
         out
     }
-}
 
-/// Returns the position of `light` along an axis, in nodes.
-fn axis_position(light: f32) -> f32 {
-    // `max` turns NaN into the smallest light.
-    let steps = (log2(light.max(f32::MIN_POSITIVE)) - LOG2[0]) * STEPS_PER_STOP;
-    steps.clamp(0.0, (NODES - 1) as f32)
+    /// Returns the position of `light` along an axis, in nodes.
+    fn axis_position(light: f32) -> f32 {
+        // `max` turns NaN into the smallest light.
+        let steps = (log2(light.max(f32::MIN_POSITIVE)) - LOG2[0]) * Self::STEPS_PER_STOP;
+        steps.clamp(0.0, (N - 1) as f32)
+    }
 }
 
 /// Returns log2 of a positive normal number, with an absolute error of 2e-7 plus 1e-7 relative.
@@ -107,6 +107,8 @@ pub(super) fn log2(v: f32) -> f32 {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    const NODES: usize = 57;
 
     #[test]
     fn log2_is_within_its_bound() {
@@ -131,7 +133,7 @@ mod tests {
             let [r, g, b] = c.map(libm::log2);
             [r + 2.0 * g - b, g - 3.0 * r, b]
         };
-        let axis = std::array::from_fn(|i| libm::exp2(f64::from(LOG2[0]) + step * i as f64));
+        let axis: [f64; NODES] = std::array::from_fn(|i| libm::exp2(f64::from(LOG2[0]) + step * i as f64));
         let lut = Lut3d::new(linear, axis);
         for i in 0..4096u32 {
             let light = [0, 4, 8].map(|shift| 0.013 * 1.37f32.powi((i >> shift & 15) as i32));

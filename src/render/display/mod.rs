@@ -1,6 +1,7 @@
 //! Tone mapping for display: exposure, look, view transform (sRGB, AgX, Filmic, PBR Neutral), gamma, background, encoding.
 
 mod agx;
+mod agx_space;
 mod batch;
 mod filmic;
 mod look;
