@@ -108,10 +108,9 @@ fn map_log(rgb: &RgbBatch, map: impl Fn([f32; 3]) -> [f32; 3]) -> RgbBatch {
     transformed(&matrices.from_inset, &light)
 }
 
-/// The logarithm of light, 0 to 1 over the range of the table.
+/// The logarithm of finite light, 0 to 1 over the range of the table.
 fn to_log(light: f32) -> f32 {
-    // `max` turns NaN into the smallest light, `min` infinity into the largest.
-    (log2(light.max(f32::MIN_POSITIVE).min(f32::MAX)) - LOG2[0]) / (LOG2[1] - LOG2[0])
+    (log2(light.max(f32::MIN_POSITIVE)) - LOG2[0]) / (LOG2[1] - LOG2[0])
 }
 
 /// The inverse of [`to_log`].
