@@ -90,6 +90,7 @@ fn header(heading: &Heading, comparison: &Comparison) -> String {
         (false, false) => "any difference".into(),
     };
     let mismatch = comparison.mismatch.as_ref().map(|text| format!("<p>{}.</p>\n", escape_html(text)));
+    let hint = comparison.hint.as_ref().map(|text| format!("<p>Hint: {}.</p>\n", escape_html(text)));
     let plural =
         |count: usize, one: &str, many: &str| format!("{count} {}", if count == 1 { one } else { many });
     format!(
@@ -98,7 +99,7 @@ fn header(heading: &Heading, comparison: &Comparison) -> String {
          {}</p>\n</header>\n",
         escape_html(&heading.old.to_string_lossy()),
         escape_html(&heading.new.to_string_lossy()),
-        mismatch.unwrap_or_default(),
+        mismatch.into_iter().chain(hint).collect::<String>(),
         changed,
         plural(comparison.views.len(), "picture", "pictures"),
         plural(comparison.objects.len(), "object", "objects"),
