@@ -9,6 +9,7 @@ use super::faces::match_faces;
 use super::in_order::{InOrder, compare_in_order};
 use super::object_matching::match_objects;
 use super::scene_objects::Objects;
+use super::surface_distance::Apart;
 use blinn_core::geometry::Aabb;
 use blinn_scene::PosedScene;
 
@@ -159,6 +160,17 @@ impl ObjectPair<'_> {
         let material = difference.material || old.material_set(old_object) != new.material_set(new_object);
         let attributes = difference.attributes;
         let differing = difference.unmatched.each_ref().map(|faces| faces.len() as u64);
+        let [before, after] = &difference.unmatched;
+        let [before, after] = [old.corners_of(before), new.corners_of(after)];
+        let find_apart = || {
+            let to_new = new.surface(new_object).compare(&before, accepted);
+            to_new.join(old.surface(old_object).compare(&after, accepted))
+        };
+        let apart = (tolerance.is_some() && differing != [0, 0]).then(find_apart);
+        if let Some(Apart { distance, .. }) = apart.filter(|apart| apart.distance <= accepted) {
+            let change = self.in_place(attributes, material);
+            return Outcome { change, accepted_distance: Some(distance) };
+        }
         match in_order {
             // As many moved as have no equal, and with their neighbours: the order is the same.
             Some(in_order) if in_order.is_same_order && differing == [in_order.moved_triangles; 2] => {
@@ -170,14 +182,7 @@ impl ObjectPair<'_> {
                 Outcome { change: self.in_place(attributes, material), accepted_distance: None }
             }
             _ => {
-                let [before, after] = &difference.unmatched;
-                let [before, after] = [old.corners_of(before), new.corners_of(after)];
-                let to_new = new.surface(new_object).compare(&before, accepted);
-                let apart = to_new.join(old.surface(old_object).compare(&after, accepted));
-                if tolerance.is_some() && apart.distance <= accepted {
-                    let change = self.in_place(attributes, material);
-                    return Outcome { change, accepted_distance: Some(apart.distance) };
-                }
+                let apart = apart.unwrap_or_else(find_apart);
                 // On the same surface, the triangles that differ are all there is to see.
                 let mut bounds = apart.bounds;
                 if bounds.is_empty() {

@@ -132,7 +132,8 @@ impl<'a> Objects<'a> {
             let in_world = x.abs() * in_file.x + y.abs() * in_file.y + z.abs() * in_file.z;
             in_world.max(affine.translation.abs()).max_element()
         };
-        let largest = self.instances[object].iter().map(of_instance).fold(0.0, f64::max);
+        let largest = self.instances[object].iter().map(of_instance);
+        let largest = largest.filter(|largest| largest.is_finite()).fold(0.0, f64::max);
         ROUNDING_ERRORS * f64::from(f32::EPSILON) * largest
     }
 }

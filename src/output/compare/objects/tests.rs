@@ -225,8 +225,13 @@ fn distances_below_the_precision_or_the_tolerance_are_accepted() {
     moved.meshes[0].positions[2].z = 0.5;
     assert_eq!(compare(&old, &moved, Some(0.4)).differences.len(), 1);
     assert_eq!(compare(&old, &moved, Some(0.5)).accepted_distance, Some(0.5));
+    // A corner that moved far on its own surface is within the tolerance.
+    let [flat, mut slid] = [grid([0.0; 9], ORDER), grid([0.0; 9], ORDER)];
+    slid.meshes[0].positions[4].x += 0.25;
+    assert_eq!(compare(&flat, &slid, None).differences.len(), 1);
+    assert!(compare(&flat, &slid, Some(0.001)).differences.is_empty());
     // Other triangles on the same surface differ unless there is a tolerance.
-    let [flat, shuffled] = [grid([0.0; 9], ORDER), rounded(grid([0.0; 9], SHUFFLED), 0.01)];
+    let [flat, shuffled] = [flat, rounded(grid([0.0; 9], SHUFFLED), 0.01)];
     assert_eq!(compare(&flat, &shuffled, Some(0.001)).differences.len(), 1);
     let found = compare(&flat, &shuffled, Some(0.02));
     assert!(found.differences.is_empty() && found.accepted_distance.is_some_and(|distance| distance > 0.009));
