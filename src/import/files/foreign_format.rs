@@ -12,6 +12,8 @@ enum Remedy {
     Export,
     /// A CAD program makes triangles of its surfaces.
     Tessellate,
+    /// A few lines of Python convert it.
+    Convert,
     /// It holds scenes.
     Extract,
     /// It is a picture.
@@ -30,6 +32,10 @@ impl Remedy {
             Remedy::Tessellate => {
                 "export it as .glb or .stl from a CAD program, for example FreeCAD (File > Export > glTF)"
             }
+            Remedy::Convert => {
+                "export it as .glb or .stl from the CAD program or slicer, or convert it with Python, as \
+                 docs/how-to/cad-files.md shows"
+            }
             Remedy::Extract => "extract it and name the .gltf, .glb, .obj, .stl or .ply file in it",
             Remedy::Picture => {
                 "name a .gltf, .glb, .obj, .stl or .ply file; pictures are for `hdri`, and for the command diff"
@@ -45,8 +51,7 @@ pub fn is_foreign_model(path: &Path) -> bool {
     let has_extension =
         |format: &&Format| format.extensions.iter().any(|known| extension.eq_ignore_ascii_case(known));
     let is_model = |format: &Format| {
-        matches!(format.remedy, Remedy::Blender | Remedy::Export | Remedy::Tessellate)
-            || format.extensions == ["3mf"]
+        matches!(format.remedy, Remedy::Blender | Remedy::Export | Remedy::Tessellate | Remedy::Convert)
     };
     FORMATS.iter().find(has_extension).is_some_and(is_model)
 }
@@ -78,7 +83,7 @@ const FORMATS: &[Format] = &[
     format("a USD file", &[b"#usda", b"PXR-USDC"], &["usd", "usda", "usdc", "usdz"], Remedy::Blender),
     format("a COLLADA file", &[], &["dae"], Remedy::Blender),
     format("an Alembic file", &[b"Ogawa"], &["abc"], Remedy::Blender),
-    format("a 3MF file", &[], &["3mf"], Remedy::Other("export it as .stl or .glb from the slicer or CAD program")),
+    format("a 3MF file", &[], &["3mf"], Remedy::Convert),
     format("an X3D or VRML file", &[b"#VRML", b"#X3D"], &["wrl", "x3d", "x3dv"], Remedy::Blender),
     format("a 3D Studio file", &[], &["3ds", "max"], Remedy::Export),
     format("a Maya file", &[b"//Maya"], &["ma", "mb"], Remedy::Export),
@@ -86,7 +91,7 @@ const FORMATS: &[Format] = &[
     format("a SketchUp file", &[], &["skp"], Remedy::Export),
     format("a Rhino file", &[b"3D Geometry File Format"], &["3dm"], Remedy::Export),
     format("an IFC file", &[], &["ifc"], Remedy::Tessellate),
-    format("a STEP file", &[b"ISO-10303-21"], &["step", "stp"], Remedy::Tessellate),
+    format("a STEP file", &[b"ISO-10303-21"], &["step", "stp"], Remedy::Convert),
     format("an IGES file", &[], &["iges", "igs"], Remedy::Tessellate),
     format("an AutoCAD file", &[b"AC10"], &["dwg", "dxf"], Remedy::Tessellate),
     format("an OFF file", &[b"OFF\n", b"OFF\r", b"COFF", b"NOFF"], &["off"],
@@ -211,7 +216,7 @@ mod tests {
         says("a.3mf", b"PK\x03\x04", &["a 3MF file"]);
         says("a.glb", b"<?xml version=\"1.0\"?>\n<COLLADA version=\"1.4\">", &["a COLLADA file"]);
         says("house.ifc", b"ISO-10303-21;", &["an IFC file"]);
-        says("a.obj", b"ISO-10303-21;", &["a STEP file", "CAD"]);
+        says("a.obj", b"ISO-10303-21;", &["a STEP file", "CAD", "docs/how-to/cad-files.md"]);
         says("a.glb", b"<!DOCTYPE html><html>", &["a web page"]);
         says("a.glb", b"RIFF\0\0\0\0WEBPVP8 ", &["a WebP picture"]);
         for cloud in [
