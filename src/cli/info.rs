@@ -235,7 +235,7 @@ fn quirks(exporters: &[&Exporter], posed: &PosedScene) -> Vec<String> {
     let lines = exporters.iter().flat_map(|exporter| {
         let prefix =
             if exporters.len() > 1 { format!("if written by {}: ", exporter.name) } else { String::new() };
-        let quirks = exporter.quirks.iter().filter(|quirk| quirk.may_apply(posed));
+        let quirks = exporter.quirks.iter().filter(move |quirk| quirk.may_apply(posed));
         quirks.map(move |quirk| format!("{prefix}{}", quirk.line()))
     });
     lines.collect()
