@@ -149,7 +149,8 @@ pub(crate) fn hint(path: &Path, head: &[u8]) -> Option<String> {
     } else if may_be_scene(head) {
         None
     } else {
-        by_name()
+        let cloud = || FORMATS.iter().find(|format| format.extensions.contains(&"xyz"));
+        by_name().or_else(|| cloud().filter(|_| is_table_of_numbers(head)))
     };
     found.map(|format| format!("the file is {}; {}", format.name, format.remedy.text()))
 }
@@ -162,7 +163,6 @@ fn by_content(head: &[u8]) -> Option<&'static Format> {
         [b'R', b'I', b'F', b'F', _, _, _, _, b'W', b'E', b'B', b'P', ..] => "webp",
         _ if is_xml && contains(b"<COLLADA") => "dae",
         _ if is_xml && contains(b"<X3D") => "x3d",
-        _ if is_table_of_numbers(head) => "xyz",
         _ => return None,
     };
     FORMATS.iter().find(|format| format.extensions.contains(&extension))
@@ -242,6 +242,7 @@ mod tests {
         says("a.FBX", b"\0\0", &["an FBX file"]);
         says("a.igs", b"START RECORD", &["an IGES file"]);
         says("a.pts", b"\x01\x02", &["a point cloud"]);
+        says("a.off", b"OFF 3 1 0\n0 0 0\n1 0 0\n0 1 0\n3 0 1 2\n", &["an OFF file"]);
         says("chair.mtl", b"newmtl wood", &["a material library", ".obj"]);
         assert_eq!(hint(Path::new("a.fbx"), b"glTF\x02"), None);
         assert_eq!(hint(Path::new("a.png"), b" {\"asset\""), None);
