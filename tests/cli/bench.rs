@@ -526,4 +526,8 @@ fn chosen_stages_alone_are_measured() {
         assert!(!stage["peak_bytes"].as_array().unwrap().is_empty());
     }
     refused(&folder, &format!("bench {scene} --stages eye,rays"), "bounce4");
+    // Names of other programs are aliases.
+    stdout_of(&folder, &format!("bench {scene} {MINIMAL} --stages primary,ambient-occlusion --json c.json"));
+    let names: Vec<Value> = stages("c.json").iter().map(|stage| stage["stage"].clone()).collect();
+    assert_eq!(names, ["eye", "ao"]);
 }

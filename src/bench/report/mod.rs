@@ -22,6 +22,7 @@ pub use heat_map::HeatMap;
 pub use machines::{MachineResults, comparison_table, different_work, machines_page, result_tables};
 pub use table::Table;
 pub use trace_tables::{trace_page, trace_tables};
+use units::counted;
 pub use units::format_duration;
 
 /// The style of the plots, besides the style sheet of all pages.
@@ -124,9 +125,12 @@ fn description(results: &BenchResults) -> String {
     let date = date(results.unix_time);
     let debug = if *debug_build { " Build without optimisation." } else { "" };
     format!(
-        "blinn {}, {date}. {cpu}, {cores} processors, {gib:.1} GiB, {os} {kernel}. {sizes} pixels, {samples} \
-         samples per pixel in frames, {rounds} rounds, SIMD level {simd}.{debug}",
-        results.version
+        "blinn {}, {date}. {cpu}, {}, {gib:.1} GiB, {os} {kernel}. {sizes} pixels, {} \
+         per pixel in frames, {}, SIMD level {simd}.{debug}",
+        results.version,
+        counted(*cores, "processor"),
+        counted(*samples, "sample"),
+        counted(*rounds, "round")
     )
 }
 

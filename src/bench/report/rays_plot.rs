@@ -53,7 +53,9 @@ pub(super) fn rays_plot(results: &BenchResults, size: (u32, u32)) -> Option<Stri
     let y = Scale::linear((0.0, max_y), (BOTTOM, TOP));
 
     let mut svg = Svg::new(660.0, 350.0, "Millions of rays a second against triangles");
-    svg.legend((LEFT, 14.0), KINDS.iter().map(|k| k.name().to_string()));
+    let is_measured = |kind: &usize| points.iter().any(|p| p.kind == *kind);
+    let measured = (0..KINDS.len()).filter(is_measured);
+    svg.legend((LEFT, 14.0), measured.map(|kind| (KINDS[kind].name().to_string(), color(kind))));
     for tick in round_ticks(max_y) {
         svg.line((LEFT, y.at(tick)), (RIGHT, y.at(tick)), GRID_STYLE);
         svg.text((LEFT - 6.0, y.at(tick) + 4.0), "end", &format!("{tick}"));

@@ -2,6 +2,7 @@
 
 use super::stage_plot::thread_counts;
 use super::svg::{AXIS_STYLE, GRID_STYLE, Scale, Svg, color, round_ticks};
+use super::units::format_threads;
 use crate::results::{BenchResults, SceneResults, StageResults};
 use crate::stage::BenchStage;
 use crate::stats::median;
@@ -46,7 +47,7 @@ pub(super) fn scaling_plot(results: &BenchResults) -> Option<String> {
     let position = |p: (f64, f64)| (x.at(p.0), y.at(p.1));
 
     let mut svg = Svg::new(620.0, 350.0, "Speed-up against threads");
-    svg.legend((LEFT, 14.0), STAGES.iter().map(|s| s.name().to_string()));
+    svg.legend((LEFT, 14.0), curves.iter().map(|curve| (curve.stage.name().to_string(), curve.color)));
     for tick in round_ticks(max_speedup) {
         svg.line((LEFT, y.at(tick)), (RIGHT, y.at(tick)), GRID_STYLE);
         svg.text((LEFT - 6.0, y.at(tick) + 4.0), "end", &format!("{tick}"));
@@ -63,7 +64,11 @@ pub(super) fn scaling_plot(results: &BenchResults) -> Option<String> {
             svg.line(position(pair[0]), position(pair[1]), &style);
         }
         for &(n, v) in points {
-            svg.dot(position((n, v)), color, &format!("{}, {n} threads: {v:.2}", stage.name()));
+            svg.dot(
+                position((n, v)),
+                color,
+                &format!("{}, {}: {v:.2}", stage.name(), format_threads(n as u32)),
+            );
         }
     }
     label_ends(&mut svg, &curves, &y);
@@ -79,7 +84,8 @@ fn curves(results: &BenchResults, threads: &[u32]) -> Vec<Curve> {
         };
         Curve { stage, color: color(i), points: threads.iter().filter_map(point).collect() }
     };
-    STAGES.into_iter().enumerate().map(curve).collect()
+    let curves = STAGES.into_iter().enumerate().map(curve);
+    curves.filter(|curve| !curve.points.is_empty()).collect()
 }
 
 /// The speed-ups of a stage of a scene, one for each camera and size.

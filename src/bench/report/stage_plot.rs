@@ -30,7 +30,7 @@ pub(super) fn stage_plot(scene: &SceneResults, view: Option<&StageResults>) -> S
     let scale = Scale::linear((0.0, longest), (LEFT, RIGHT));
 
     let mut svg = Svg::new(500.0, height, &format!("Time of each stage of {}", scene.name));
-    svg.legend((LEFT, 14.0), threads.iter().map(|&n| format_threads(n)));
+    svg.legend((LEFT, 14.0), threads.iter().enumerate().map(|(i, &n)| (format_threads(n), color(i))));
     for tick in round_ticks(longest) {
         svg.line((scale.at(tick), TOP), (scale.at(tick), height - 20.0), GRID_STYLE);
         svg.text((scale.at(tick), height - 6.0), "middle", &format_duration(tick));

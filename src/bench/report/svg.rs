@@ -115,9 +115,9 @@ impl Svg {
     }
 
     /// A row of names with their colours, to the right of a point.
-    pub fn legend(&mut self, (mut x, y): (f64, f64), names: impl Iterator<Item = String>) {
-        for (i, name) in names.enumerate() {
-            self.bar((x, y - 9.0), (10.0, 10.0), color(i), &name);
+    pub fn legend(&mut self, (mut x, y): (f64, f64), entries: impl Iterator<Item = (String, &'static str)>) {
+        for (name, color) in entries {
+            self.bar((x, y - 9.0), (10.0, 10.0), color, &name);
             self.text((x + 14.0, y), "start", &name);
             x += 34.0 + 6.6 * name.chars().count() as f64;
         }

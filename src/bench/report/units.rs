@@ -12,7 +12,12 @@ pub fn format_duration(seconds: f64) -> String {
 
 /// Formats a number of threads.
 pub(super) fn format_threads(threads: u32) -> String {
-    if threads == 1 { "1 thread".into() } else { format!("{threads} threads") }
+    counted(threads, "thread")
+}
+
+/// A count with its noun: `1 round`, `2 rounds`.
+pub(super) fn counted(count: u32, noun: &str) -> String {
+    format!("{count} {noun}{}", if count == 1 { "" } else { "s" })
 }
 
 /// Formats a count as `5`, `20k` or `1m`.

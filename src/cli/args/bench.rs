@@ -3,7 +3,7 @@
 use std::path::PathBuf;
 
 use clap::Args;
-use clap::builder::{PossibleValuesParser, TypedValueParser};
+use clap::builder::{PossibleValue, PossibleValuesParser, TypedValueParser};
 
 use super::process::CommonArgs;
 use super::values;
@@ -11,6 +11,9 @@ use blinn_bench::BenchStage;
 
 /// Widths and heights of images in pixels. An alias, so that clap takes the list for one value.
 type Sizes = Vec<(u32, u32)>;
+
+/// Numbers of threads. An alias for the same reason.
+type ThreadCounts = Vec<u16>;
 
 #[derive(Debug, Args)]
 pub struct BenchArgs {
@@ -65,13 +68,14 @@ pub struct BenchArgs {
     /// Repeat each stage for at least this many seconds in each round
     #[arg(long, value_name = "SECONDS", default_value_t = 0.2, value_parser = values::positive, help_heading = "Measuring")]
     pub min_time: f64,
-    /// Thread counts to measure [default: 1, 2, 4 and so on up to the processors available to this process]
-    #[arg(long, value_name = "LIST", value_delimiter = ',', help_heading = "Measuring",
-          value_parser = clap::value_parser!(u16).range(1..=1024))]
-    pub threads: Option<Vec<u16>>,
+    /// Thread counts to measure, such as 1,2,4-8 [default: 1, 2, 4 and so on up to the processors available to this process]
+    #[arg(long, value_name = "LIST", help_heading = "Measuring", value_parser = values::thread_counts)]
+    pub threads: Option<ThreadCounts>,
     /// Stages to measure, such as eye,shadow,frame; the others run only where these need their results [default: all]
+    ///
+    /// Rays are traced at the SIMD level that the environment variable BLINN_SIMD names: portable, avx2 or avx512.
     #[arg(long, value_name = "LIST", value_delimiter = ',', help_heading = "Measuring",
-          value_parser = PossibleValuesParser::new(BenchStage::ALL.map(BenchStage::name)).map(|name| stage(&name)))]
+          value_parser = PossibleValuesParser::new(BenchStage::ALL.map(stage_value)).map(|name| stage(&name)))]
     pub stages: Option<Vec<BenchStage>>,
     /// Run everything once and print the peak memory as JSON: run by `blinn bench` as a child process
     #[arg(long, hide = true, conflicts_with_all = ["suite", "from", "trace_bound", "json", "report", "markdown", "compare"])]
@@ -83,7 +87,23 @@ pub struct BenchArgs {
     pub common: CommonArgs,
 }
 
-/// The stage of a name. The parser has checked it.
+/// The name of a stage, with the names that other programs have for it.
+fn stage_value(stage: BenchStage) -> PossibleValue {
+    PossibleValue::new(stage.name()).aliases(aliases(stage))
+}
+
+fn aliases(stage: BenchStage) -> &'static [&'static str] {
+    match stage {
+        BenchStage::Eye => &["primary", "camera"],
+        BenchStage::AmbientOcclusion => &["ambient-occlusion"],
+        BenchStage::Reflection => &["reflections"],
+        BenchStage::Bounce1 => &["diffuse", "bounce"],
+        _ => &[],
+    }
+}
+
+/// The stage of a name or an alias. The parser has checked it.
 fn stage(name: &str) -> BenchStage {
-    BenchStage::ALL.into_iter().find(|stage| stage.name() == name).unwrap_or(BenchStage::Load)
+    let is_named = |stage: &BenchStage| stage.name() == name || aliases(*stage).contains(&name);
+    BenchStage::ALL.into_iter().find(is_named).unwrap_or(BenchStage::Load)
 }

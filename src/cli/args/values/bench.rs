@@ -18,6 +18,31 @@ pub fn sizes(text: &str) -> Result<Vec<(u32, u32)>, String> {
     Ok(sizes)
 }
 
+/// The most threads of a benchmark.
+const MAX_THREADS: u16 = 1024;
+
+/// Numbers of threads: a list of numbers and ranges, such as `1,2,4-8`, without duplicates.
+pub fn thread_counts(text: &str) -> Result<Vec<u16>, String> {
+    let number = |text: &str| {
+        let number = text.trim().parse::<u16>().ok().filter(|n| (1..=MAX_THREADS).contains(n));
+        number.ok_or_else(|| format!("'{text}' is no number of threads from 1 to {MAX_THREADS}"))
+    };
+    let mut counts = Vec::new();
+    for part in text.split(',') {
+        let (first, last) = part.split_once('-').unwrap_or((part, part));
+        let (first, last) = (number(first)?, number(last)?);
+        if first > last {
+            return Err(format!("'{part}' is no range of numbers of threads, such as 1-4"));
+        }
+        for count in first..=last {
+            if !counts.contains(&count) {
+                counts.push(count);
+            }
+        }
+    }
+    Ok(counts)
+}
+
 /// The name of a kind of rays.
 pub fn ray_kind(text: &str) -> Result<BenchStage, String> {
     let mut kinds = BenchStage::ALL.into_iter().filter(|stage| stage.traces_rays());
@@ -31,6 +56,15 @@ pub fn ray_kind(text: &str) -> Result<BenchStage, String> {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn thread_counts_are_numbers_and_ranges() {
+        assert_eq!(thread_counts("1,2").unwrap(), [1, 2]);
+        assert_eq!(thread_counts("8,1-3,2").unwrap(), [8, 1, 2, 3]);
+        for wrong in ["", "1,", "0", "1-0", "3-2", "1-", "1025", "-1", "two"] {
+            assert!(thread_counts(wrong).is_err(), "{wrong}");
+        }
+    }
 
     #[test]
     fn sizes_are_a_list_without_duplicates() {

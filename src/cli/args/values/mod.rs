@@ -9,7 +9,7 @@ mod sheet_views;
 mod views;
 
 pub use base_url::{BaseUrl, base_url, host_name, split_port};
-pub use bench::{ray_kind, sizes};
+pub use bench::{ray_kind, sizes, thread_counts};
 pub use counts::{distance_tolerance, frame_count, tolerance, triangle_counts};
 pub use dataset::{CategoryRule, DatasetFormat, DatasetFormats, category_rule, dataset_formats};
 pub use shards::{ShardSize, shard_size};
