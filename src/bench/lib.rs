@@ -48,7 +48,7 @@ pub use rays::{MeanSteps, RaySet, RaySets, TileBatch, TileRays};
 pub use record::MeasureError;
 pub use report::{
     HeatMap, MachineResults, Table, comparison_table, different_work, format_duration, machines_page,
-    report_page, result_tables, trace_page, trace_tables,
+    report_page, result_tables, results_csv, trace_page, trace_tables,
 };
 pub use results::{BenchResults, BvhResults, Machine, Program, RecordedSettings, SceneResults, StageResults};
 pub use results_file::ResultsError;

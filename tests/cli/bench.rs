@@ -348,8 +348,12 @@ fn several_machines_are_compared_in_one_report() {
     );
     refused(&folder, &format!("{line} --compare desk.json"), "--compare takes the results of one run");
     refused(&folder, &format!("{line} --json a.json"), "--json takes the results of one run");
+    refused(&folder, &format!("{line} --csv a.csv"), "--csv takes the results of one run");
     // One run has tables, too.
-    runs(&folder, "bench --from desk.json --markdown one.md");
+    runs(&folder, "bench --from desk.json --markdown one.md --csv one.csv");
+    let csv = fs::read_to_string(folder.join("one.csv")).unwrap();
+    assert_eq!(csv.lines().count(), 1 + 2 * 7);
+    assert!(csv.lines().all(|line| line.matches(',').count() == 19), "{csv}");
     let one = fs::read_to_string(folder.join("one.md")).unwrap();
     assert!(
         one.contains("## scan 10k, 10000 triangles") && one.contains("| load | – | 1 | 1.00 s |"),

@@ -1,5 +1,6 @@
 //! The report of `blinn bench --report`, a self-contained HTML page, and tables of results.
 
+mod csv;
 mod heat_map;
 mod machines;
 mod rays_plot;
@@ -18,6 +19,7 @@ use rays_plot::rays_plot;
 use scaling_plot::scaling_plot;
 use stage_plot::stage_plot;
 
+pub use csv::results_csv;
 pub use heat_map::HeatMap;
 pub use machines::{MachineResults, comparison_table, different_work, machines_page, result_tables};
 pub use table::Table;

@@ -49,6 +49,9 @@ pub struct BenchArgs {
     /// Write tables in Markdown
     #[arg(long, value_name = "FILE.md", help_heading = "Output")]
     pub markdown: Option<PathBuf>,
+    /// Write a line of comma-separated values for each stage, with the speed-up over one thread
+    #[arg(long, value_name = "FILE.csv", help_heading = "Output")]
+    pub csv: Option<PathBuf>,
     /// Print what changed since an earlier run by more than the noise of both; with --strict, any higher cost is an
     /// error
     #[arg(long, value_name = "OLD.json", help_heading = "Output")]
@@ -78,7 +81,7 @@ pub struct BenchArgs {
           value_parser = PossibleValuesParser::new(BenchStage::ALL.map(stage_value)).map(|name| stage(&name)))]
     pub stages: Option<Vec<BenchStage>>,
     /// Run everything once and print the peak memory as JSON: run by `blinn bench` as a child process
-    #[arg(long, hide = true, conflicts_with_all = ["suite", "from", "trace_bound", "json", "report", "markdown", "compare"])]
+    #[arg(long, hide = true, conflicts_with_all = ["suite", "from", "trace_bound", "json", "report", "markdown", "csv", "compare"])]
     pub memory: bool,
     /// Measure only the scene of --scenes with this name: run by `blinn bench` as a child process
     #[arg(long, value_name = "NAME", hide = true, requires = "scene_folder")]

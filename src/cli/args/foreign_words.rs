@@ -42,7 +42,11 @@ static FLAGS_OF_COMMANDS: [(&str, &[&str], &str); 3] = [
         &["--camera", "--cameras", "--view-point", "--look-at", "--yfov", "--azimuth", "--elevation"],
         "cameras are those of manifest.toml in the folder of --scenes",
     ),
-    ("bench", &["-o", "--output", "--out"], "use --json FILE.json, --markdown FILE.md or --report FILE.html"),
+    (
+        "bench",
+        &["-o", "--output", "--out"],
+        "use --json FILE.json, --csv FILE.csv, --markdown FILE.md or --report FILE.html",
+    ),
     ("bench", &["--simd"], "set the environment variable BLINN_SIMD to portable, avx2 or avx512"),
 ];
 

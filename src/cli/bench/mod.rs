@@ -26,7 +26,7 @@ use super::usage::UsageError;
 use blinn_bench::manifest::sha256_of_file;
 use blinn_bench::{
     BenchResults, BenchRun, BenchSettings, BenchStage, Comparison, HeatMap, MachineResults, Verdict,
-    Workload, compare, comparison_table, measure, report_page, result_tables, standard_suite,
+    Workload, compare, comparison_table, measure, report_page, result_tables, results_csv, standard_suite,
 };
 use blinn_import::LoadOptions;
 use blinn_output::{Overwrite, check_writable};
@@ -119,6 +119,7 @@ pub fn run(args: &BenchArgs) -> Result<Summary, UsageError> {
     print_tables(args, &measurement.results, comparison.as_ref(), &mut summary);
     let Measurement { results, heat_maps, interrupt } = &measurement;
     write(&mut summary, args, args.json.as_deref(), || results.to_json());
+    write(&mut summary, args, args.csv.as_deref(), || results_csv(results));
     write(&mut summary, args, args.report.as_deref(), || {
         report_page(results, heat_maps, comparison.as_ref())
     });
@@ -225,7 +226,7 @@ fn read_machines(args: &BenchArgs) -> Result<Vec<MachineResults>, UsageError> {
         let label = std::iter::once(name.clone()).chain(numbered).find(|label| !is_taken(label));
         machines.push(MachineResults { label: label.unwrap_or(name), results });
     }
-    let of_one_run = [("--compare", &args.compare), ("--json", &args.json)];
+    let of_one_run = [("--compare", &args.compare), ("--json", &args.json), ("--csv", &args.csv)];
     if let Some((flag, _)) = of_one_run.iter().find(|(_, file)| file.is_some() && machines.len() > 1) {
         return Err(UsageError(format!("{flag} takes the results of one run; name one file with --from")));
     }

@@ -11,8 +11,8 @@ use crate::summary::Summary;
 use blinn_output::{Overwrite, write_atomically};
 
 /// The files that results are written to, by their flags.
-pub fn output_files(args: &BenchArgs) -> [(&'static str, &Option<PathBuf>); 3] {
-    [("--json", &args.json), ("--report", &args.report), ("--markdown", &args.markdown)]
+pub fn output_files(args: &BenchArgs) -> [(&'static str, &Option<PathBuf>); 4] {
+    [("--json", &args.json), ("--report", &args.report), ("--markdown", &args.markdown), ("--csv", &args.csv)]
 }
 
 /// Prints to standard output, or to standard error if a file of results goes there.
