@@ -3,7 +3,7 @@
 
 use std::ops::Range;
 
-use crate::denoise::{PartKind, SmoothKind, WAVELET_MARGIN, WaveletLight, smooth_light};
+use crate::denoise::{PartKind, SmoothKind, WaveletLight, smooth_light};
 use crate::film::PixelRect;
 use crate::integrator::{
     Frame, Integrator, LightSplit, LowDiscrepancySampler, NoisyLight, Sample, SampleParts, Scratch,
@@ -18,6 +18,9 @@ use blinn_core::geometry::{Rgb, Rgba};
 
 /// Radius of the circle of confusion in pixels from which on a pixel is out of focus.
 const OUT_OF_FOCUS: f64 = 0.75;
+
+/// Rows around a strip that smoothing depends on.
+const SMOOTHING_MARGIN: usize = SmoothKind::OutOfFocus.margin();
 
 /// Reconstruction of noisy light and of what is out of focus.
 pub(super) struct LensBlur;
@@ -77,8 +80,8 @@ impl Reconstruction for LensBlur {
     type Pixel = LensPixel;
     type Output = Rgba;
 
-    const ROWS: u32 = 256;
-    const MARGIN: u32 = AllLight::MARGIN + WAVELET_MARGIN as u32;
+    const ROWS: u32 = AllLight::ROWS;
+    const MARGIN: u32 = AllLight::MARGIN + SMOOTHING_MARGIN as u32;
 
     fn render(
         integrator: &dyn Integrator,
@@ -105,8 +108,8 @@ impl Reconstruction for LensBlur {
         monitor: &dyn ProgressMonitor,
     ) -> Result<Vec<Rgba>, Cancelled> {
         let width = held.width as usize;
-        let first = strip.start.saturating_sub(WAVELET_MARGIN);
-        let wide = first..(strip.end + WAVELET_MARGIN).min(held.height as usize);
+        let first = strip.start.saturating_sub(SMOOTHING_MARGIN);
+        let wide = first..(strip.end + SMOOTHING_MARGIN).min(held.height as usize);
         let parts: Vec<PixelParts> = pixels.iter().map(|pixel| pixel.parts).collect();
         let light = filter_light(&parts, held, wide.clone(), settings.samples, frame, monitor)?;
         let pixels = &pixels[wide.start * width..wide.end * width];

@@ -4,7 +4,7 @@ use std::ops::Range;
 
 use glam::Vec3;
 
-use crate::denoise::{SmoothKind, WAVELET_MARGIN, WaveletLight, smooth_light};
+use crate::denoise::{SmoothKind, WaveletLight, smooth_light};
 use crate::film::PixelRect;
 use crate::integrator::{Frame, Integrator, LightSplit, LowDiscrepancySampler, Sample, SampleParts, Scratch};
 use crate::progress::ProgressMonitor;
@@ -41,7 +41,7 @@ impl Reconstruction for RoughReflections {
     type Output = Rgba;
 
     const ROWS: u32 = 256;
-    const MARGIN: u32 = WAVELET_MARGIN as u32;
+    const MARGIN: u32 = SmoothKind::RoughReflections.margin() as u32;
 
     fn render(
         integrator: &dyn Integrator,

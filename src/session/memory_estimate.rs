@@ -3,8 +3,10 @@
 use crate::edge_memory::edge_bytes;
 use crate::error::SessionError;
 use crate::memory::limit_bytes;
+use crate::options::Options;
 use crate::plan::SessionPlan;
 use blinn_accel::FlattenBudget;
+use blinn_render::Denoise;
 use blinn_scene::{Mesh, Scene};
 
 /// The program itself, its threads and their working memory.
@@ -32,6 +34,10 @@ const PIXEL: u64 = 64;
 const AOV_CHANNEL: u64 = 12;
 /// Per pixel for cryptomattes while they are collected and ranked.
 const CRYPTOMATTE_PIXEL: u64 = 256;
+
+/// Rows of a picture with a depth of field that are filtered at once, and bytes per pixel of them.
+const LENS_ROWS: u64 = 168;
+const LENS_PIXEL: u64 = 512;
 
 /// Returns an error if rendering `frames` frames of a scene needs more memory than allowed or available, and else the bytes
 /// that it needs beside the program itself.
@@ -142,7 +148,17 @@ fn image_bytes(plan: &SessionPlan, scene: &Scene) -> u64 {
     let channels: u64 = options.aovs.aovs.iter().map(|aov| AOV_CHANNEL * aov.channel_count() as u64).sum();
     let cryptomatte = if options.aovs.cryptomatte { CRYPTOMATTE_PIXEL } else { 0 };
     let edges = if options.edges.style().is_some() { EDGES_PIXEL } else { 0 };
-    pixels.saturating_mul(PIXEL + channels + cryptomatte + edges)
+    let lens = if has_lens_filter(options, scene) { u64::from(width) * LENS_ROWS * LENS_PIXEL } else { 0 };
+    pixels.saturating_mul(PIXEL + channels + cryptomatte + edges).saturating_add(lens)
+}
+
+/// True if what the lens of a camera blurs may be filtered.
+fn has_lens_filter(options: &Options, scene: &Scene) -> bool {
+    let has_lens = match options.view.aperture_radius {
+        Some(radius) => radius > 0.0,
+        None => scene.cameras.iter().any(|camera| camera.lens.is_some()),
+    };
+    has_lens && options.denoise != Denoise::Off
 }
 
 /// Bytes with a unit and one decimal, such as `2.9 GiB`.

@@ -31,7 +31,7 @@ use rayon::prelude::*;
 pub(crate) use features::Features;
 pub(crate) use params::PartKind;
 pub(crate) use part::NoisyPart;
-pub(crate) use wavelets::{SmoothKind, WAVELET_MARGIN, WaveletLight, smooth_light};
+pub(crate) use wavelets::{SmoothKind, WaveletLight, smooth_light};
 
 use params::{Params, RANGE_RADIUS};
 use window::Rect;

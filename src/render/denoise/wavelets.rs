@@ -13,14 +13,10 @@ use rayon::prelude::*;
 
 use super::part::NoisyPart;
 
-/// Distance of the pixels of each level.
-const STEPS: [usize; 4] = [1, 2, 4, 8];
 /// The one-dimensional kernel, a cubic B-spline, from its centre.
 const KERNEL: [f32; 3] = [0.375, 0.25, 0.0625];
 /// Pixels to each side over which variance is averaged.
 const VARIANCE_RADIUS: usize = 2;
-/// Pixels to each side that a pixel depends on.
-pub(crate) const WAVELET_MARGIN: usize = 2 * (1 + 2 + 4 + 8) + VARIANCE_RADIUS;
 
 /// Normals count as equal up to this share of α: the width of the lobe.
 const NORMAL_TOLERANCE: f32 = 1.0;
@@ -39,12 +35,35 @@ pub(crate) enum SmoothKind {
 }
 
 impl SmoothKind {
+    /// Distance of the pixels of each level.
+    const fn steps(self) -> &'static [usize] {
+        match self {
+            SmoothKind::RoughReflections => &[1, 2, 4, 8],
+            SmoothKind::OutOfFocus => &[1, 2, 4],
+        }
+    }
+
+    /// Pixels to each side that the levels reach.
+    const fn reach(self) -> usize {
+        let (mut reach, mut level) = (0, 0);
+        while level < self.steps().len() {
+            reach += 2 * self.steps()[level];
+            level += 1;
+        }
+        reach
+    }
+
+    /// Pixels to each side that a pixel depends on.
+    pub const fn margin(self) -> usize {
+        self.reach() + VARIANCE_RADIUS
+    }
+
     /// Luminance counts as equal up to so many variances, by level. A few samples of a rough lobe, or of a blurred edge, see either
     /// this or that: the first level averages both.
     fn light_tolerance(self) -> [f32; 4] {
         match self {
             SmoothKind::RoughReflections => [200.0, 64.0, 32.0, 16.0],
-            SmoothKind::OutOfFocus => [64.0, 16.0, 8.0, 4.0],
+            SmoothKind::OutOfFocus => [32.0, 8.0, 4.0, 4.0],
         }
     }
 
@@ -92,8 +111,8 @@ pub(crate) fn smooth_light(light: &WaveletLight, simd: SimdLevel, rows: Range<us
     let guides = Guides::new(light);
     let mut planes = Planes::new(light);
     let height = guides.height;
-    let mut reach: usize = STEPS.iter().map(|step| 2 * step).sum();
-    for (step, tolerance) in STEPS.into_iter().zip(light.kind.light_tolerance()) {
+    let mut reach = light.kind.reach();
+    for (&step, tolerance) in light.kind.steps().iter().zip(light.kind.light_tolerance()) {
         reach -= 2 * step;
         let needed = rows.start.saturating_sub(reach)..(rows.end + reach).min(height);
         let smooth = |y: usize| {
