@@ -4,8 +4,8 @@
 #![deny(unsafe_code)]
 #![warn(missing_docs)]
 
-#[cfg(feature = "animation")]
 mod accents;
+#[cfg(feature = "animation")]
 mod animation;
 mod atomic;
 mod bit_string;
