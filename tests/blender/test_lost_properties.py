@@ -73,6 +73,21 @@ def view_transform(scene):
     scene.view_settings.view_transform = "AgX"
 
 
+def look(scene):
+    view_transform(scene)
+    scene.view_settings.look = "AgX - Punchy"
+
+
+def gamma(scene):
+    scene.view_settings.gamma = 1.6
+
+
+def depth_of_field(scene):
+    dof = scene.camera.data.dof
+    dof.use_dof = True
+    dof.aperture_fstop, dof.focus_distance, dof.aperture_blades = 0.04, 4.0, 5
+
+
 def light_radius(scene):
     bpy.data.lights["Sun"].angle = 1.0
 
@@ -145,6 +160,9 @@ CASES = {
     "exposure": (exposure, None),
     "film exposure": (film_exposure, None),
     "view transform": (view_transform, None),
+    "look": (look, view_transform),
+    "gamma": (gamma, None),
+    "depth of field": (depth_of_field, None),
     "angle of a sun": (light_radius, None),
     "radius of a point light": (point_radius, point),
     "blend of a spot": (lambda scene: spot(scene, 1.0), lambda scene: spot(scene, 0.0)),
@@ -176,10 +194,9 @@ def test_pictures_of_files_are_those_of_cycles(stage, cycles, exported, name):
         assert np.abs(without - expected).mean() > 2.0 * error
 
 
-def test_depth_of_field_and_looks_are_a_warning(stage, export, tmp_path):
-    stage.camera.data.dof.use_dof = True
-    stage.view_settings.view_transform = "AgX"
-    stage.view_settings.look = "AgX - Punchy"
+def test_looks_of_other_views_are_a_warning(stage, export, tmp_path):
+    stage.view_settings.view_transform = "Filmic"
+    stage.view_settings.look = "High Contrast"
     export()
-    with pytest.warns(blinn.SceneWarning, match="look.*depth of field|depth of field.*look"):
+    with pytest.warns(blinn.SceneWarning, match="look 'High Contrast'"):
         blinn.load(tmp_path / "scene.glb").render(samples=1)
