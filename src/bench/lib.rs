@@ -54,6 +54,6 @@ pub use results::{BenchResults, BvhResults, Machine, Program, RecordedSettings, 
 pub use results_file::ResultsError;
 pub use settings::{BenchObserver, BenchSettings};
 pub use stage::BenchStage;
-pub use trace::{SpanRange, SpeedUp, StageWork, Trace, TraceBound, TraceError};
+pub use trace::{SpanRange, SpeedUp, Trace, TraceBound, TraceError, TracedStage};
 pub use work_hash::WorkHash;
 pub use workload::{Workload, WorkloadError, remove_generated_scenes, standard_suite};

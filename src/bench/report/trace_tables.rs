@@ -3,7 +3,7 @@
 use super::page_head;
 use super::table::{Table, texts};
 use super::units::format_duration;
-use crate::trace::{SpeedUp, StageWork, TraceBound};
+use crate::trace::{SpeedUp, TraceBound, TracedStage};
 
 /// Tables of work and critical path, of the stages and of the speed-ups.
 pub fn trace_tables(bound: &TraceBound) -> Vec<Table> {
@@ -40,7 +40,7 @@ fn work_table(bound: &TraceBound) -> Table {
 }
 
 fn stage_table(bound: &TraceBound) -> Table {
-    let row = |StageWork { stage, count, work_seconds, serial_fraction }: &StageWork| {
+    let row = |TracedStage { stage, count, work_seconds, serial_fraction }: &TracedStage| {
         let share = if bound.work_seconds > 0.0 { work_seconds / bound.work_seconds } else { 0.0 };
         let percent = |fraction: f64| format!("{:.1} %", 100.0 * fraction);
         vec![

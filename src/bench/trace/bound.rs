@@ -35,7 +35,7 @@ pub struct TraceBound {
     /// The scene that the critical path goes through.
     pub longest_scene: String,
     /// The stages, by the most work.
-    pub stages: Vec<StageWork>,
+    pub stages: Vec<TracedStage>,
     /// The speed-ups.
     pub speed_ups: Vec<SpeedUp>,
 }
@@ -51,7 +51,7 @@ pub struct SpanRange {
 
 /// A stage of all scenes.
 #[derive(Clone, Debug, PartialEq, Serialize)]
-pub struct StageWork {
+pub struct TracedStage {
     /// Its name. `scene` is what no other stage measures.
     pub stage: String,
     /// How often it ran.
@@ -92,13 +92,13 @@ impl TraceBound {
         let outside_seconds = (one.seconds - one.waited - one.work()).max(0.0);
         let work_seconds = one.work() + outside_seconds;
         let (span_seconds, longest_scene) = critical_path(&one, outside_seconds, serial.as_ref());
-        let stage = |(stage, (count, work_seconds)): (&str, (u64, f64))| StageWork {
+        let stage = |(stage, (count, work_seconds)): (&str, (u64, f64))| TracedStage {
             stage: stage.into(),
             count,
             work_seconds,
             serial_fraction: serial.as_ref().and_then(|serial| serial.get(stage).copied()),
         };
-        let mut stages: Vec<StageWork> = one.stages().into_iter().map(stage).collect();
+        let mut stages: Vec<TracedStage> = one.stages().into_iter().map(stage).collect();
         stages.sort_by(|a, b| b.work_seconds.total_cmp(&a.work_seconds));
         Ok(TraceBound {
             format: FORMAT.into(),

@@ -1,5 +1,7 @@
 //! Reads the files of `--trace`: complete events in the JSON format of Chrome's trace viewer.
 
+use std::fs::File;
+use std::io::Read;
 use std::path::Path;
 
 use serde::Deserialize;
@@ -78,11 +80,13 @@ impl Trace {
     /// The file cannot be read, is not a trace of blinn, or lacks events.
     pub fn read(path: &Path) -> Result<Trace, TraceError> {
         let error = |message: String| TraceError { file: path.display().to_string(), message };
-        let length = std::fs::metadata(path).map_err(|e| error(e.to_string()))?.len();
-        if length > MAX_BYTES {
-            return Err(error(format!("{length} bytes are too many for a trace of blinn")));
+        let file = File::open(path).map_err(|e| error(e.to_string()))?;
+        let mut text = Vec::new();
+        // A pipe has no size.
+        file.take(MAX_BYTES + 1).read_to_end(&mut text).map_err(|e| error(e.to_string()))?;
+        if text.len() as u64 > MAX_BYTES {
+            return Err(error(format!("more than {MAX_BYTES} bytes are too many for a trace of blinn")));
         }
-        let text = std::fs::read(path).map_err(|e| error(e.to_string()))?;
         Trace::parse(&text).map_err(error)
     }
 

@@ -4,5 +4,5 @@ mod bound;
 mod file;
 mod job;
 
-pub use bound::{SpanRange, SpeedUp, StageWork, TraceBound};
+pub use bound::{SpanRange, SpeedUp, TraceBound, TracedStage};
 pub use file::{Trace, TraceError};
