@@ -86,13 +86,13 @@ fn unknown_argument(flag: &str, argv: &[OsString]) -> String {
     };
     let of_command =
         commands.last().and_then(|command| foreign_words::flag_of_command(command.get_name(), flag));
-    let hint = match (foreign_words::flag(flag), suggestion) {
-        _ if of_command.is_some() => of_command.unwrap_or_default().to_string(),
-        (Some(Equivalent::Use(option)), _) => format!("use {option}"),
-        (Some(Equivalent::Unneeded(reason)), _) => format!("not needed, {reason}"),
+    let hint = match (of_command, foreign_words::flag(flag), suggestion) {
+        (Some(hint), ..) => hint.to_string(),
+        (_, Some(Equivalent::Use(option)), _) => format!("use {option}"),
+        (_, Some(Equivalent::Unneeded(reason)), _) => format!("not needed, {reason}"),
         _ if !other_commands.is_empty() => format!("it is an option of blinn {other_commands}"),
-        (None, Some(similar)) => format!("did you mean {similar}?"),
-        (None, None) => {
+        (_, None, Some(similar)) => format!("did you mean {similar}?"),
+        (_, None, None) => {
             let path: Vec<&str> = commands.iter().map(|command| command.get_name()).collect();
             format!("see {} --help", path.join(" "))
         }

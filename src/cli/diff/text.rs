@@ -94,7 +94,7 @@ fn place_text(object: &ObjectDifference, unit: LengthUnit) -> String {
 pub fn object_text(object: &ObjectDifference, unit: LengthUnit) -> String {
     let renamed = object.renamed.as_ref().map(|name| format!("renamed to '{name}'"));
     let change = Some(change_text(&object.change, unit)).filter(|change| !change.is_empty());
-    joined([renamed, change, None, None])
+    joined([renamed, change])
 }
 
 /// A change of an object as a part of a sentence; empty if it has only another name.
@@ -127,7 +127,7 @@ fn change_text(change: &ObjectChange, unit: LengthUnit) -> String {
             let moved = (*moved_triangles > 0).then(|| {
                 format!("{} moved by up to {}", triangles(*moved_triangles), length_text(*max_distance, unit))
             });
-            joined([moved, attributes_text(*attributes), material_text(*material), None])
+            joined([moved, attributes_text(*attributes), material_text(*material)])
         }
     }
 }
@@ -140,7 +140,7 @@ fn material_text(changed: bool) -> Option<String> {
     changed.then(|| "material changed".into())
 }
 
-fn joined(parts: [Option<String>; 4]) -> String {
+fn joined<const N: usize>(parts: [Option<String>; N]) -> String {
     parts.into_iter().flatten().collect::<Vec<_>>().join(", ")
 }
 

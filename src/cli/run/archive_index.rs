@@ -7,6 +7,7 @@ use std::fs;
 use std::path::{Path, PathBuf};
 
 use anyhow::Result;
+use serde_json::json;
 
 use super::archived_scenes::ArchivedShard;
 use super::common_files::{merge_models_info, warn_of_missing, write_common_file};
@@ -37,13 +38,13 @@ pub fn write_archive_index(plan: &RenderPlan, reporter: &Reporter) -> Result<Vec
         for scene in &archive.scenes {
             // Archives of earlier runs may have scenes of those before them, or no models.
             let has_models = || folder.scene_models_info(scene.number).is_file();
-            if scene.number <= count && has_models() && numbers.insert(scene.number) {
+            if (1..=count).contains(&scene.number) && has_models() && numbers.insert(scene.number) {
                 shard_of_key.extend(scene.keys().map(|key| (key.to_string(), shard)));
             }
         }
     }
     let lines: Vec<String> =
-        shard_of_key.iter().map(|(key, shard)| format!("  \"{key}\": {shard}")).collect();
+        shard_of_key.iter().map(|(key, shard)| format!("  {}: {shard}", json!(key))).collect();
     let key_to_shard = format!("{{\n{}\n}}\n", lines.join(",\n"));
     let parts: Vec<PathBuf> = numbers.iter().map(|number| folder.scene_models_info(*number)).collect();
     let models_info = merge_models_info(parts.iter().map(PathBuf::as_path))?;
