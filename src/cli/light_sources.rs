@@ -7,12 +7,9 @@ use serde_json::{Value, json};
 
 use blinn_core::geometry::{HitId, Rgb};
 use blinn_scene::{
-    AreaLight, AreaLightShape, Light, LightKind, LightProfile, LightUnits, PosedAreaLight, PosedScene,
-    Source, SourceFormat,
+    AreaLight, AreaLightShape, LUMENS_PER_WATT, Light, LightKind, LightProfile, LightUnits, PosedAreaLight,
+    PosedScene, Source, SourceFormat,
 };
-
-/// Luminous efficacy in lumens per watt, by which Blender's exporter converts.
-const LUMENS_PER_WATT: f64 = 683.0;
 
 /// The total emission of a light or a material in the units that its file is known to have. `flux` is in the unit of the
 /// renderer, where a light of Blender's has its watts, and a light of glTF without a known unit its lumens.
@@ -22,7 +19,7 @@ struct Emission {
 }
 
 impl Emission {
-    /// That of a light.
+    /// Returns the emission of a light.
     fn of_light(flux: f64, source: &Source) -> Emission {
         let is_standard = LightUnits::Auto.resolve(source) == LightUnits::Standard;
         match (LightUnits::Auto.is_photometric(source), is_standard) {
@@ -34,7 +31,8 @@ impl Emission {
         }
     }
 
-    /// That of a material: nits in glTF (KHR_materials_emissive_strength), W/(m² sr) from Blender and in other formats.
+    /// Returns the emission of a material: nits in glTF (KHR_materials_emissive_strength), W/(m² sr) from Blender and in
+    /// other formats.
     fn of_material(flux: f64, source: &Source) -> Emission {
         let is_photometric = source.format == SourceFormat::Gltf && !source.is_blender();
         let flux = Some(flux as f32);

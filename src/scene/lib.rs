@@ -78,7 +78,7 @@ pub use framing::{DEFAULT_VIEW_DIR, DEFAULT_YFOV};
 pub use ground::{Ground, GroundKind};
 pub use light::{Light, LightEval, LightKind, LightSample, LocalLight, PosedLight, PosedLightKind};
 pub use light_profile::{LightProfile, Photometry};
-pub use light_units::LightUnits;
+pub use light_units::{LUMENS_PER_WATT, LightUnits};
 pub use lighting::{LightSet, Lighting, ResolvedLighting, UserLight};
 pub use material::{
     AlphaMode, Dielectric, Material, MtlReflectance, Reflectance, Reflection, SurfaceClass, Volume,

@@ -2,6 +2,9 @@
 
 use super::{LightKind, Source};
 
+/// Luminous efficacy in lumens per watt, by which Blender's exporter converts.
+pub const LUMENS_PER_WATT: f64 = 683.0;
+
 /// The unit of a file's light intensities.
 ///
 /// The lecture's k_d has no factor 1/π, so photometric and radiometric values are divided by π. Then
@@ -54,7 +57,7 @@ impl LightUnits {
     pub fn factor(self, kind: LightKind) -> f32 {
         use std::f64::consts::PI;
         let factor = match (self, kind) {
-            (LightUnits::Standard, _) => 1.0 / (683.0 * PI),
+            (LightUnits::Standard, _) => 1.0 / (LUMENS_PER_WATT * PI),
             (LightUnits::Raw, LightKind::Point | LightKind::Spot { .. } | LightKind::Photometric { .. }) => {
                 1.0 / (4.0 * PI * PI)
             }
@@ -66,7 +69,7 @@ impl LightUnits {
     /// Returns the factor from the radiance of an area light in a file to that of the scene.
     pub fn radiance_factor(self) -> f32 {
         match self {
-            LightUnits::Standard => 1.0 / 683.0,
+            LightUnits::Standard => (1.0 / LUMENS_PER_WATT) as f32,
             _ => 1.0,
         }
     }
