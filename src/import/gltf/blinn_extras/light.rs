@@ -5,10 +5,8 @@ use serde_json::Value;
 
 use super::Members;
 use crate::error::Warnings;
-use blinn_scene::{Light, LightKind, LightUnits};
+use blinn_scene::{LUMENS_PER_WATT, Light, LightKind, LightUnits};
 
-/// Lumens per watt in files in standard units.
-const LUMENS_PER_WATT: f64 = 683.0;
 /// Largest number of a light.
 const MAX: f64 = f32::MAX as f64;
 
