@@ -6,18 +6,18 @@ use std::path::Path;
 use serde_json::{Value, json};
 
 use crate::common::html::assert_even_tables;
-use crate::common::program::{blinn, files, folder, model, names, refused, runs};
+use crate::common::program::{blinn, folder, model, names, refused, runs};
 
 /// The smallest useful run.
 const MINIMAL: &str = "--size 32x18 --rounds 2 --min-time 0.001 --threads 1 -q";
 
-fn read_json(file: &Path) -> Value {
+pub fn read_json(file: &Path) -> Value {
     serde_json::from_slice(&fs::read(file).unwrap()).unwrap()
 }
 
 /// Checks that it succeeds. Returns its output.
 #[track_caller]
-fn stdout_of(folder: &Path, line: &str) -> String {
+pub fn stdout_of(folder: &Path, line: &str) -> String {
     let output = blinn(folder, line);
     assert_eq!(output.status.code(), Some(0), "{line}: {}", String::from_utf8_lossy(&output.stderr));
     String::from_utf8(output.stdout).unwrap()
@@ -443,33 +443,6 @@ fn invalid_results_files_are_errors_before_measuring() {
     refused(&folder, "bench a.glb --from cut.json", "cannot be used with");
 }
 
-/// Traces of one and of two threads give bounds of the speed-up, as text, JSON, Markdown and a page.
-#[test]
-fn traces_bound_the_speed_up() {
-    let (_guard, folder) = folder();
-    let cube = model("tests/cube.obj");
-    for threads in [1, 2] {
-        let line = format!("turntable {cube} --count 4 --size 8x8 -o out/#.png --threads {threads}");
-        runs(&folder, &format!("{line} --trace {threads}.json"));
-    }
-    let line = "bench --trace-bound 1.json 2.json --json b.json --markdown b.md --report b.html -q";
-    let text = stdout_of(&folder, line);
-    assert!(text.contains("Work and critical path") && text.contains("at least"), "{text}");
-    let bound = read_json(&folder.join("b.json"));
-    assert_eq!((&bound["format"], &bound["threads"]), (&json!("blinn trace bound 1"), &json!([1, 2])));
-    assert_eq!(bound["longest_scene"], json!(cube));
-    let cores: Vec<&Value> = bound["speed_ups"].as_array().unwrap().iter().map(|s| &s["cores"]).collect();
-    assert_eq!(cores, [2, 4, 8, 16, 32]);
-    assert!(fs::read_to_string(folder.join("b.md")).unwrap().contains("| cores | at least | at most |"));
-    assert!(assert_even_tables(&fs::read_to_string(folder.join("b.html")).unwrap()) >= 17);
-    refused(&folder, "bench --trace-bound 2.json", "--threads 1");
-    refused(&folder, "bench --trace-bound b.json", "not a trace of this version of blinn");
-    refused(&folder, "bench --trace-bound 1.json --json 1.json", "1.json");
-    refused(&folder, "bench --trace-bound 1.json --rounds 2", "cannot be used with");
-    runs(&folder, &format!("turntable {cube} --count 3 --size 8x8 -o out/#.png --threads 2 --trace 3.json"));
-    refused(&folder, "bench --trace-bound 1.json 3.json", "different scenes, frames or stages");
-}
-
 #[test]
 fn a_failing_scene_does_not_affect_the_others() {
     let (_guard, folder) = folder();
@@ -494,22 +467,6 @@ fn a_failing_scene_does_not_affect_the_others() {
     assert_eq!(output.status.code(), Some(1), "{messages}");
     assert!(messages.contains("absent.glb") && !messages.contains("round 1"), "{messages}");
     assert!(!names(&folder).contains(&"c.json".to_string()));
-}
-
-#[test]
-fn a_heat_map_is_an_aov_layer() {
-    let (_guard, folder) = folder();
-    let scene = model("cornell/cornell.obj");
-    runs(&folder, &format!("render {scene} -o a.png --size 48x27 -s 1 --aov steps"));
-    runs(&folder, &format!("render {scene} -o b.png --size 48x27 -s 1 --aov steps --threads 1"));
-    let all = files(&folder);
-    assert_eq!(all.keys().collect::<Vec<_>>(), ["a.png", "a.steps.png", "b.png", "b.steps.png"]);
-    assert!(all["a.steps.png"] == all["b.steps.png"] && all["a.png"] == all["b.png"]);
-    let shown = image::open(folder.join("a.steps.png")).unwrap().to_rgb8();
-    let mut colors: Vec<_> = shown.pixels().collect();
-    colors.sort_by_key(|p| p.0);
-    colors.dedup();
-    assert!(colors.len() > 4, "{} colours", colors.len());
 }
 
 /// Stages whose results are needed by others run, and are not measured.

@@ -399,3 +399,19 @@ fn id_images_hold_ids_and_names() {
         assert!(name == "material-id" || names == r#"{"1":"square","2":"strip"}"#, "{names}");
     }
 }
+
+#[test]
+fn a_heat_map_is_an_aov_layer() {
+    let (_guard, folder) = folder();
+    let scene = model("cornell/cornell.obj");
+    runs(&folder, &format!("render {scene} -o a.png --size 48x27 -s 1 --aov steps"));
+    runs(&folder, &format!("render {scene} -o b.png --size 48x27 -s 1 --aov steps --threads 1"));
+    let all = files(&folder);
+    assert_eq!(all.keys().collect::<Vec<_>>(), ["a.png", "a.steps.png", "b.png", "b.steps.png"]);
+    assert!(all["a.steps.png"] == all["b.steps.png"] && all["a.png"] == all["b.png"]);
+    let shown = image::open(folder.join("a.steps.png")).unwrap().to_rgb8();
+    let mut colors: Vec<_> = shown.pixels().collect();
+    colors.sort_by_key(|p| p.0);
+    colors.dedup();
+    assert!(colors.len() > 4, "{} colours", colors.len());
+}

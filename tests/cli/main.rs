@@ -34,6 +34,7 @@
 //! - `sheet`: `blinn sheet` and its JSON
 //! - `shards`: archives of images for WebDataset
 //! - `signals`: interrupted renders
+//! - `trace_bound`: the speed-up that more cores could give, by traces
 //! - `turntable`: a model or a camera once around
 //! - `view`: the server of `blinn view`: frames, commands, reloads, and requests that get nothing
 //! - `view_rects`: off-centre views from flags
@@ -81,6 +82,7 @@ mod sequences;
 mod shards;
 mod sheet;
 mod signals;
+mod trace_bound;
 mod turntable;
 mod view;
 mod view_rects;
