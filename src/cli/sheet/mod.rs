@@ -27,7 +27,7 @@ use super::run::{panics, runtime};
 use super::summary::Summary;
 use super::usage::UsageError;
 use blinn_core::cancellation::CancelToken;
-use blinn_core::geometry::Rgb;
+use blinn_core::geometry::{Aabb, Rgb};
 use blinn_output::{Canvas, ImageFormat, check_writable, write_atomically};
 use blinn_render::display::Background;
 use blinn_scene::{PoseSettings, Source, SourceFormat, linear_to_srgb8, pose};
@@ -257,13 +257,22 @@ impl Sheet<'_> {
             }
         };
         self.save(&target, &canvas.into_pixels())?;
-        let file = match &target {
+        let mut description = self.describe(&target, &scene.source, &bounds);
+        description["pixels_per_unit"] = json!(pixels_per_metre);
+        description["exposure"] = json!(renderer.exposure.ev);
+        description["cells"] = cells.iter().map(SheetCell::describe).collect();
+        Ok(description)
+    }
+
+    /// Describes the sheet of a scene, without its pictures, for --json.
+    fn describe(&self, target: &Target, source: &Source, bounds: &Aabb) -> Value {
+        let file = match target {
             Target::Stdout => Value::Null,
             Target::File(file) => json!(file.to_string_lossy()),
         };
-        let Source { format, up, .. } = &scene.source;
-        Ok(json!({
-            "scene": path.to_string_lossy(),
+        let Source { format, up, .. } = source;
+        json!({
+            "scene": self.scene.path.to_string_lossy(),
             "file": file,
             "width": self.size.0,
             "height": self.size.1,
@@ -275,10 +284,7 @@ impl Sheet<'_> {
                 "max": bounds.max.to_array(),
                 "size": bounds.extent().to_array(),
             },
-            "pixels_per_unit": pixels_per_metre,
-            "exposure": renderer.exposure.ev,
-            "cells": cells.iter().map(SheetCell::describe).collect::<Vec<_>>(),
-        }))
+        })
     }
 
     fn planned_frame(&self) -> Result<PlannedFrame> {
