@@ -93,7 +93,7 @@ impl Summary {
         self.exit_code()
     }
 
-    /// How many of all scenes have no images; `None` if all have.
+    /// Counts scenes without images by the reason; `None` if there are none.
     fn incomplete_line(&self, total: usize) -> Option<String> {
         let counts =
             [(self.failed, "failed"), (self.not_written, "not written"), (self.not_started, "not started")];

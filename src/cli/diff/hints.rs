@@ -10,7 +10,7 @@ const FACTORS: [f64; 8] = [1000.0, 100.0, 10.0, 25.4, 2.54, 12.0, 304.8, 30.48];
 /// Largest distance of the corners of boxes that are the same, as a share of their size.
 const NEAR: f64 = 1e-3;
 
-/// How the second scene is read.
+/// The second scene, and how it is read.
 #[derive(Clone, Copy)]
 pub struct NewScene {
     pub bounds: Aabb,
@@ -81,7 +81,7 @@ mod tests {
         let text = hint(scaled(&old, 1.0 / 25.4), UpAxis::Z, 0.001);
         let expected = "the second scene is 0.03937008 times as large: --new-scale 0.0254";
         assert_eq!(text.as_deref(), Some(expected));
-        // As z up is stored: (x, y, z) was (x, -z, y).
+        // Stored with z up, (x, y, z) is (x, -z, y).
         let stored = turned(&old, UpAxis::Z);
         assert_eq!((stored.min, stored.max), (DVec3::new(-40.0, -20.0, -5.0), DVec3::new(40.0, 25.0, 30.0)));
         let text = hint(stored, UpAxis::Y, 1.0);

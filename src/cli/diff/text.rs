@@ -200,7 +200,7 @@ pub fn to_json(heading: &Heading, comparison: &Comparison) -> String {
         "hint": comparison.hint,
         "accepted_distance": comparison.accepted_distance,
         "pictures_count": !comparison.ignores_pictures,
-        // Of distances and bounds.
+        // The unit of distances and bounds.
         "length_unit": match comparison.unit {
             LengthUnit::Metre => Some("m"),
             LengthUnit::Unknown => None,

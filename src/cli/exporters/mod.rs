@@ -48,7 +48,7 @@ pub struct Quirk {
     help: Option<String>,
     /// Text of the warning that the quirk causes.
     warning: Option<String>,
-    /// What files with the quirk have; all files if absent.
+    /// A property of files with the quirk; `None` if all may have it.
     when: Option<Sign>,
 }
 

@@ -176,7 +176,7 @@ impl MergedFolder {
     }
 }
 
-/// What archives of BOP have beside them.
+/// Files beside archives of BOP.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct ArchiveFolder {
     /// The archive of each image, by its number.
@@ -189,7 +189,7 @@ pub struct ArchiveFolder {
 const BOP_SPLITS: [&str; 3] = ["train", "val", "test"];
 
 impl ArchiveFolder {
-    /// What archives in `archives` have beside them. The models of a folder that is named as a split of BOP are in the folder
+    /// Returns the files beside the archives in `archives`. The models of a folder that is named as a split of BOP are in the folder
     /// above.
     pub fn of(archives: &Path) -> ArchiveFolder {
         let name = archives.file_name().unwrap_or_default().to_string_lossy();

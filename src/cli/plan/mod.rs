@@ -276,7 +276,7 @@ impl RenderPlan {
         }
     }
 
-    /// What archives of BOP have beside them; `None` for other outputs.
+    /// The files beside archives of BOP; `None` for other outputs.
     pub fn archive_folder(&self) -> Option<ArchiveFolder> {
         let shards = self.outputs.shards.as_ref().filter(|_| self.formats.has(DatasetFormat::Bop))?;
         shards.folder().map(|folder| ArchiveFolder::of(&folder))

@@ -22,7 +22,7 @@ pub struct ShardPlan {
     names: SampleNames,
 }
 
-/// How samples are named.
+/// The form of the names of samples.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum SampleNames {
     /// After number and name of the scene, as in `00000012-tower-0003.png`.

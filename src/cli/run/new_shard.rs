@@ -19,7 +19,7 @@ pub struct NewShard<'f> {
     writer: Option<ShardWriter>,
 }
 
-/// What became of an archive.
+/// The outcome of an archive.
 pub enum ShardEnd {
     Wrote,
     /// It would have been the same.

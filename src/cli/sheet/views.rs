@@ -21,7 +21,7 @@ const FILLED: f64 = 0.92;
 /// The aspect ratio of cameras of the file that have none.
 const ASPECT: f64 = 4.0 / 3.0;
 
-/// What a sheet shows.
+/// The content of a sheet.
 pub enum SheetContent {
     /// Four views with dimensions.
     Drawing,
