@@ -54,7 +54,7 @@ pub struct SpanRange {
 pub struct TracedStage {
     /// Its name. `scene` is what no other stage measures.
     pub stage: String,
-    /// How often it ran.
+    /// The number of its runs.
     pub count: u64,
     /// Its seconds on one thread.
     pub work_seconds: f64,
