@@ -10,7 +10,8 @@ pub enum LayerFolder {
     Beside,
     /// The folder `layers` beside that of the image, where tools take every file of the image's folder as an image.
     Layers,
-    /// That of the image, which is part of a sample such as `0001.rgb.png`: the name of the sample ends at the first dot.
+    /// The folder of the image, which is part of a sample such as `0001.rgb.png`: the name of the sample ends at the first
+    /// dot.
     Sample,
 }
 

@@ -17,7 +17,7 @@ const BISECTIONS: usize = 12;
 const NEIGHBOURS: [&[usize]; 7] =
     [&[3, 5, 6], &[3, 4, 6], &[4, 5, 6], &[0, 1, 6], &[1, 2, 6], &[2, 0, 6], &[0, 1, 2, 3, 4, 5]];
 
-/// How far triangles are from a surface, and where.
+/// The distance of triangles from a surface, and its place.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Apart {
     /// Largest distance. Infinite if there is no surface; of no meaning up to the tolerance.
