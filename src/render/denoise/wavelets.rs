@@ -28,9 +28,9 @@ const PLANE_TOLERANCE: f32 = 0.04;
 /// Kinds of light that are smoothed differently.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum SmoothKind {
-    /// What rough surfaces reflect.
+    /// Light that rough surfaces reflect.
     RoughReflections,
-    /// What is out of focus.
+    /// Light of surfaces that are out of focus.
     OutOfFocus,
 }
 

@@ -196,7 +196,7 @@ fn shadows(v: f32, slope: f32) -> f32 {
 mod tests {
     use super::*;
 
-    /// Of OpenColorIO 2.6's processor for the two shadow curves, without the power.
+    /// Values of OpenColorIO 2.6's processor for the two shadow curves, without the power.
     #[test]
     fn shadows_are_those_of_open_color_io() {
         for (x, expected) in [

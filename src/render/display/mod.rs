@@ -67,7 +67,7 @@ pub struct Display {
     pub background: Background,
 }
 
-/// The standard view without exposure, before nothing.
+/// The standard view without exposure, over a transparent background.
 impl Default for Display {
     fn default() -> Display {
         Display {

@@ -35,7 +35,7 @@ mod tests {
         Material { base_color: ColorInput::new(base), reflectance, ..Material::default() }
     }
 
-    /// Those of MTL are literal; Ka stands in for Kd where a file has it.
+    /// Coefficients of MTL are literal; Ka stands in for Kd where a file has it.
     #[test]
     fn coefficients_of_mtl_are_those_of_the_file() {
         let [k_a, k_d, k_s] = [0.1, 0.5, 0.25].map(Rgb::splat);
