@@ -82,7 +82,7 @@ pub struct OrbitAngles {
     pub elevation: f64,
 }
 
-/// What is sharp in a depth of field.
+/// The plane that is sharp in a depth of field.
 #[derive(Clone, Copy, Debug, PartialEq, serde::Serialize)]
 pub enum Focus {
     /// The plane at this distance along the view direction.
