@@ -57,6 +57,19 @@ def small_picture(scene: Any) -> Any:
 
 
 @pytest.fixture()
+def cycles_scene(scene: Any) -> Any:
+    """The scene, which Cycles renders in 48 by 36 pixels for the standard view."""
+    scene.render.engine = "CYCLES"
+    scene.cycles.samples, scene.cycles.use_denoising, scene.cycles.use_adaptive_sampling = 32, True, False
+    scene.cycles.caustics_reflective = scene.cycles.caustics_refractive = False
+    scene.render.resolution_x, scene.render.resolution_y = 48, 36
+    scene.render.threads_mode, scene.render.threads = "FIXED", 2
+    scene.render.dither_intensity = 0.0
+    scene.view_settings.view_transform = "Standard"
+    return scene
+
+
+@pytest.fixture()
 def add_light(scene: Any) -> Callable[..., Any]:
     """A function that adds a light with attributes, and returns its object."""
 

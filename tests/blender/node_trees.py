@@ -1,4 +1,4 @@
-"""Materials and their nodes, for tests."""
+"""Materials, worlds and their nodes, for tests."""
 
 from __future__ import annotations
 
@@ -22,6 +22,14 @@ def new_material(name, **inputs):
     for socket, value in inputs.items():
         shader.inputs[socket.replace("_", " ")].default_value = value
     return material, tree, shader
+
+
+def new_world(scene):
+    """Gives the scene a new world, and returns its Background node."""
+    scene.world = bpy.data.worlds.new("World")
+    if bpy.app.version < (5, 0, 0):
+        scene.world.use_nodes = True
+    return next(n for n in scene.world.node_tree.nodes if n.bl_idname == "ShaderNodeBackground")
 
 
 def add_cube(scene, *materials, location=(0.0, 0.0, 0.0)):

@@ -11,30 +11,19 @@ if not hasattr(bpy.types.Scene, "cycles") and not hasattr(bpy.context.scene, "cy
     pytest.skip("this Blender has no Cycles", allow_module_level=True)
 pytest.importorskip("blinn")
 
-from node_trees import add_node, link_checker, new_material  # noqa: E402
+from node_trees import add_node, link_checker, new_material, new_world  # noqa: E402
 
-SIZE = (48, 36)
 # Mean difference of 255, where Cycles' grain and models of light are left. Without baking it is 1.5 times as large.
 CLOSE = 3.0
 
 
 @pytest.fixture()
-def studio(scene, add_light):
-    """A sun and a grey world, which Cycles renders, for an object at the origin."""
-    scene.render.engine = "CYCLES"
-    scene.cycles.samples, scene.cycles.use_denoising, scene.cycles.use_adaptive_sampling = 32, True, False
-    scene.cycles.caustics_reflective = scene.cycles.caustics_refractive = False
-    scene.render.resolution_x, scene.render.resolution_y = SIZE
-    scene.render.threads_mode, scene.render.threads = "FIXED", 2
-    scene.render.dither_intensity = 0.0
-    scene.view_settings.view_transform = "Standard"
+def studio(cycles_scene, add_light):
+    """A sun and a grey world for an object at the origin."""
+    scene = cycles_scene
     scene.camera.location = (0.0, -4.0, 2.5)
     scene.camera.rotation_euler = (-scene.camera.location).to_track_quat("-Z", "Y").to_euler()
-    scene.world = bpy.data.worlds.new("World")
-    if bpy.app.version < (5, 0, 0):
-        scene.world.use_nodes = True
-    background = next(n for n in scene.world.node_tree.nodes if n.bl_idname == "ShaderNodeBackground")
-    background.inputs["Color"].default_value = (0.2, 0.2, 0.2, 1.0)
+    new_world(scene).inputs["Color"].default_value = (0.2, 0.2, 0.2, 1.0)
     add_light("SUN", energy=2.0, angle=0.3).rotation_euler = (0.7, 0.3, 0.0)
     scene.blinn.bake_size = 128
     return scene

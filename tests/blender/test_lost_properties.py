@@ -11,38 +11,24 @@ np = pytest.importorskip("numpy")
 blinn = pytest.importorskip("blinn")
 
 from mathutils import Vector  # noqa: E402
+from node_trees import new_world  # noqa: E402
 
-SIZE = (48, 36)
 # Mean difference of 255, where Cycles' grain and filter are left. Without the property it is several times as large.
 CLOSE = 2.5
 
 
 @pytest.fixture()
-def stage(scene, add_light):
-    """Two cubes on the ground below a sun, which Cycles renders."""
-    scene.render.engine = "CYCLES"
-    scene.cycles.samples, scene.cycles.use_denoising, scene.cycles.use_adaptive_sampling = 32, True, False
-    scene.cycles.caustics_reflective = scene.cycles.caustics_refractive = False
-    scene.render.resolution_x, scene.render.resolution_y = SIZE
-    scene.render.threads_mode, scene.render.threads = "FIXED", 2
-    scene.render.dither_intensity = 0.0
-    scene.view_settings.view_transform = "Standard"
+def stage(cycles_scene, add_light):
+    """Two cubes on the ground below a sun."""
+    scene = cycles_scene
     scene.camera.location = (0.0, -6.0, 3.2)
     scene.camera.rotation_euler = (Vector((0.0, 0.0, 0.8)) - scene.camera.location).to_track_quat("-Z", "Y").to_euler()
-    world(scene).inputs["Color"].default_value = (0.1, 0.1, 0.1, 1.0)
+    new_world(scene).inputs["Color"].default_value = (0.1, 0.1, 0.1, 1.0)
     add_object("plane", (0.0, 0.0, 0.0), 12.0, (0.5, 0.45, 0.4))
     add_object("cube", (-0.9, 0.0, 0.7), 1.3, (0.7, 0.15, 0.1))
     add_object("cube", (0.9, 0.8, 0.7), 1.3, (0.1, 0.3, 0.7))
     add_light("SUN", energy=2.0, angle=0.02).rotation_euler = (-0.8, 0.4, 0.0)
     return scene
-
-
-def world(scene):
-    """Gives the scene a new world, and returns its Background node."""
-    scene.world = bpy.data.worlds.new("World")
-    if bpy.app.version < (5, 0, 0):
-        scene.world.use_nodes = True
-    return next(n for n in scene.world.node_tree.nodes if n.bl_idname == "ShaderNodeBackground")
 
 
 def add_object(kind, location, size, color):
@@ -138,7 +124,7 @@ def sky(scene, strength=1.0, turn=0.0):
     texels[:, 32:, :3] = (0.3, 0.1, 0.02)
     image.pixels.foreach_set(texels.ravel())
     image.pack()
-    background = world(scene)
+    background = new_world(scene)
     nodes, links = scene.world.node_tree.nodes, scene.world.node_tree.links
     texture, mapping = nodes.new("ShaderNodeTexEnvironment"), nodes.new("ShaderNodeMapping")
     texture.image = image
