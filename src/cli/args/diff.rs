@@ -12,7 +12,7 @@ use super::values;
 
 /// Names and help of the two files, which [`SceneArgs`] takes as scenes.
 pub const DIFF_FILES: ([&str; 2], &str) =
-    (["OLD", "NEW"], "Two scenes (.gltf, .glb, .obj, .stl or .ply), or two images");
+    (["OLD", "NEW"], "Two scenes (.gltf, .glb, .obj, .stl or .ply), two folders of them, or two images");
 
 /// Options of NEW that differ from those of OLD.
 #[derive(Clone, Copy, Debug, Args)]
@@ -30,8 +30,9 @@ pub struct NewSceneArgs {
 pub struct DiffArgs {
     #[command(flatten)]
     pub scene: SceneArgs,
-    /// Write the pictures before and after and their differences: an HTML page, or one .png
-    #[arg(short, long, value_name = "FILE.html|FILE.png", help_heading = "Output")]
+    /// Write the pictures before and after and their differences: an HTML page, or one .png; of two folders, a page for each
+    /// pair in FOLDER, or in a file with {stem}, {ext}, {parent} or {index} in its name
+    #[arg(short, long, value_name = "FILE.html|FILE.png|FOLDER", help_heading = "Output")]
     pub output: Option<PathBuf>,
     /// Print JSON instead of text
     #[arg(long, help_heading = "Output")]

@@ -56,6 +56,7 @@ Examples:
 Examples:
   blinn diff old.glb new.glb             # prints what changed
   blinn diff old.glb new.glb -o diff.html
+  blinn diff rev1/ rev2/ -o diffs/       # scenes of the same name
   blinn diff golden.png today.png --flip --tolerance 0.1"),
     ("assemble", "\
 Examples:

@@ -1,15 +1,19 @@
-//! `blinn diff`: compares two scenes or two images.
+//! `blinn diff`: compares two scenes, two images, or the scenes in two folders.
 //!
 //! Exit codes are those of diff(1): 0 if both are equal, 1 if they differ, 2 if something fails.
 
 mod animations;
 pub(super) mod comparison;
+mod folder_pairs;
+mod folders;
 mod hints;
 pub(super) mod html;
 pub(super) mod images;
 mod information;
 mod length;
 mod noise;
+mod page_names;
+mod pair_job;
 mod scenes;
 mod strip;
 pub(super) mod text;
@@ -24,15 +28,16 @@ use super::args::{DiffArgs, OutputArgs};
 use super::console::{print_stdout, single_line};
 use super::files::create_parent_folder;
 use super::plan::{ImagePolicy, PathConflicts, RenderPlan, Writer, scene_list};
-use super::run::progress::Reporter;
+use super::run::progress::{Reporter, SceneLog};
 use super::run::{panics, runtime};
 use super::scene_file::{is_stdin, scene_path};
 use super::summary::Summary;
 use super::usage::UsageError;
+use blinn_core::cancellation::CancelToken;
 use blinn_core::geometry::Rgb;
 use blinn_import::StoredPicture;
 use blinn_output::{Overwrite, check_writable, write_atomically};
-use blinn_session::load_limits;
+use blinn_session::{Permit, load_limits};
 use comparison::{Comparison, Heading};
 
 /// The background without --background.
@@ -42,9 +47,20 @@ const HEAD_BYTES: u64 = 64;
 
 pub fn run(args: &DiffArgs) -> Result<Summary, UsageError> {
     let [old, new] = &args.scene.scenes[..] else {
-        return Err(UsageError("diff compares two files: blinn diff OLD NEW".into()));
+        return Err(UsageError("diff compares two files or two folders: blinn diff OLD NEW".into()));
     };
     let files = [scene_path(old), scene_path(new)];
+    match files.map(Path::is_dir) {
+        [true, true] => return folders::run(args, files),
+        [false, false] => {}
+        [is_old, _] => {
+            let (folder, file) = if is_old { (old, new) } else { (new, old) };
+            let (folder, file) = (folder.display(), file.display());
+            return Err(UsageError(format!(
+                "{folder} is a folder and {file} is not; compare two files or two folders"
+            )));
+        }
+    }
     if files.iter().all(|file| is_stdin(file)) {
         return Err(UsageError("standard input can be read only once; name it once".into()));
     }
@@ -57,20 +73,23 @@ pub fn run(args: &DiffArgs) -> Result<Summary, UsageError> {
     plan.read_files()?;
     let reporter = Reporter::new(&process.log, 1, args.preview.common.quiet);
     let comparison = panics::catch(|| compare(args, files, plan, &reporter)).map_err(failure)?;
-    let heading = Heading {
-        old: files[0],
-        new: files[1],
-        tolerance: args.compare.tolerance.unwrap_or(0.0),
-        flip: args.compare.flip,
-    };
+    let heading = heading(args, files);
     if let Some(page) = &args.output {
         write_output(page, &heading, &comparison, overwrite(args)).map_err(failure)?;
         reporter.wrote(None, page);
     }
-    let text =
-        if args.json { text::to_json(&heading, &comparison) } else { text::to_text(&heading, &comparison) };
+    let text = if args.json {
+        format!("{:#}\n", text::to_json(&heading, &comparison))
+    } else {
+        text::to_text(&heading, &comparison)
+    };
     print_stdout(text.as_bytes()).map_err(failure)?;
     Ok(Summary { is_different: comparison.is_different(), ..Summary::default() })
+}
+
+fn heading<'a>(args: &DiffArgs, [old, new]: [&'a Path; 2]) -> Heading<'a> {
+    let tolerance = args.compare.tolerance.unwrap_or(0.0);
+    Heading { old, new, tolerance, flip: args.compare.flip }
 }
 
 fn overwrite(args: &DiffArgs) -> Overwrite {
@@ -79,17 +98,26 @@ fn overwrite(args: &DiffArgs) -> Overwrite {
 
 fn check_output(args: &DiffArgs, files: [&Path; 2]) -> Result<(), UsageError> {
     let Some(page) = &args.output else { return Ok(()) };
-    if !has_extension(page, &["html", "htm", "png"]) {
-        return Err(UsageError(format!(
-            "-o {}: diff writes an HTML page or a picture; use .html or .png",
-            page.display()
-        )));
-    }
+    check_page_format(page)?;
     PathConflicts::with_inputs(files).check_not_input(page, Writer::Flag("-o")).map_err(UsageError)
+}
+
+fn check_page_format(page: &Path) -> Result<(), UsageError> {
+    if has_extension(page, &["html", "htm", "png"]) {
+        return Ok(());
+    }
+    let page = page.display();
+    Err(UsageError(format!("-o {page}: diff writes an HTML page or a picture; use .html or .png")))
 }
 
 fn has_extension(file: &Path, extensions: &[&str]) -> bool {
     file.extension().is_some_and(|e| extensions.iter().any(|known| e.eq_ignore_ascii_case(known)))
+}
+
+/// Creates the folder of a page or picture, and checks that it can be written.
+fn prepare_output(file: &Path, overwrite: Overwrite) -> Result<()> {
+    create_parent_folder(file)?;
+    Ok(check_writable(file, overwrite)?)
 }
 
 /// Writes the page or the picture.
@@ -108,7 +136,7 @@ fn plan(args: &DiffArgs, old: &Path) -> Result<RenderPlan, UsageError> {
     let output = OutputArgs { output: Some("{stem}.diff.png".into()), ..OutputArgs::default() };
     RenderPlan::for_images(
         scene_list(&[old.to_path_buf()])?,
-        args.preview.options(&args.scene, args.size.unwrap_or((1, 1)), BACKGROUND)?,
+        args.preview.options(&args.scene, args.size.unwrap_or(scenes::DEFAULT_SIZE), BACKGROUND)?,
         args.preview.time.time.unwrap_or(0.0),
         &output,
         ImagePolicy {
@@ -121,8 +149,7 @@ fn plan(args: &DiffArgs, old: &Path) -> Result<RenderPlan, UsageError> {
 
 fn compare(args: &DiffArgs, files: [&Path; 2], plan: RenderPlan, reporter: &Reporter) -> Result<Comparison> {
     if let Some(page) = &args.output {
-        create_parent_folder(page)?;
-        check_writable(page, overwrite(args))?;
+        prepare_output(page, overwrite(args))?;
     }
     let [old, new] = files;
     match (is_picture(old)?, is_picture(new)?) {
@@ -134,7 +161,13 @@ fn compare(args: &DiffArgs, files: [&Path; 2], plan: RenderPlan, reporter: &Repo
             anyhow::bail!("--new-up, --new-scale and --distance-tolerance apply only to scenes; remove them")
         }
         (true, true) => images::compare(old, new, &args.compare, &load_limits(plan.session.max_memory)),
-        (false, false) => scenes::compare(files, plan, args, reporter),
+        (false, false) => {
+            let logs = files.map(|file| SceneLog::new(reporter, file, plan.strict));
+            let cancel = CancelToken::default();
+            let comparison = scenes::compare(files, plan, args, &logs, &Permit::alone(), &cancel)?;
+            logs.iter().for_each(|log| drop(log.finish()));
+            Ok(comparison)
+        }
         (is_old, _) => {
             let (image, scene) = if is_old { (old, new) } else { (new, old) };
             let (image, scene) = (image.display(), scene.display());

@@ -1,6 +1,7 @@
 //! Compares two scenes: pictures from the same cameras in the same light, their objects and their properties.
 
 use std::path::Path;
+use std::sync::Arc;
 
 use anyhow::{Context, Result};
 use glam::{DMat3, DVec2, DVec3};
@@ -14,11 +15,11 @@ use super::noise::forgive_noise;
 use crate::args::{DiffArgs, UpArg};
 use crate::info::comparable_properties;
 use crate::plan::RenderPlan;
-use crate::run::progress::{ImageMonitor, Reporter, SceneLog};
+use crate::run::progress::{ImageMonitor, SceneLog};
 use crate::scene_file::load_scene_file;
 use blinn_core::cancellation::CancelToken;
 use blinn_core::geometry::Aabb;
-use blinn_import::{LoadOptions, Warning};
+use blinn_import::{LoadOptions, MemoryWatch, Warning};
 use blinn_output::compare::{
     CanonicalOrder, DifferenceMap, ObjectComparison, ObjectDifference, compare_objects, json_differences,
 };
@@ -28,7 +29,7 @@ use blinn_scene::{
     UpAxis, View, pose,
 };
 use blinn_session::{
-    PlannedFrame, PosedFrame, RenderedImage, SceneRenderer, check_memory, load_limits, natural_size,
+    Permit, PlannedFrame, PosedFrame, RenderedImage, SceneRenderer, check_memory, load_limits, natural_size,
     prepare_scene, scaled_to,
 };
 
@@ -36,6 +37,8 @@ use blinn_session::{
 const MAX_CAMERAS: usize = 8;
 /// Longer side of a picture without --size, in pixels.
 const DEFAULT_SIDE: u32 = 640;
+/// Size of a picture without --size and without cameras.
+pub const DEFAULT_SIZE: (u32, u32) = (DEFAULT_SIDE, DEFAULT_SIDE * 3 / 4);
 /// Space around the scenes in standard views, as a factor of their size.
 const MARGIN: f64 = 1.12;
 /// Space between an object and its box in pixels.
@@ -80,25 +83,35 @@ struct Loaded {
 }
 
 /// Compares the scenes in two files. `plan` has the options of the pictures; without --size, their size is that of the
-/// file's camera.
+/// file's camera. Messages go to the log of each file, the memory of both scenes is claimed from `permit`, and `cancel` ends
+/// the comparison early.
 pub fn compare(
     files: [&Path; 2],
     mut plan: RenderPlan,
     args: &DiffArgs,
-    reporter: &Reporter,
+    logs: &[SceneLog; 2],
+    permit: &Arc<Permit>,
+    cancel: &CancelToken,
 ) -> Result<Comparison> {
-    let logs = files.map(|file| SceneLog::new(reporter, file, plan.strict));
-    let of_old = &plan.session.options.load;
+    let of_old = LoadOptions {
+        limits: load_limits(plan.session.max_memory),
+        cancel: cancel.clone(),
+        ..plan.session.options.load.clone()
+    };
     let of_new = LoadOptions {
         up: args.new.new_up.map(up_axis).or(of_old.up),
         scale: args.new.new_scale.or(of_old.scale),
         ..of_old.clone()
     };
-    let [old, new] =
-        [(files[0], of_old), (files[1], &of_new)].map(|(file, load)| load_scene(&plan, file, load));
-    let mut old = old.map_err(|e| in_file(files[0], e))?;
-    let mut new = new.map_err(|e| in_file(files[1], e))?;
+    let mut old = load_scene(&plan, files[0], of_old, permit, 0).map_err(|e| in_file(files[0], e))?;
+    plan.session.options.size = Some(args.size.unwrap_or_else(|| default_size(&old.scene)));
+    let old_memory = check_memory(&plan.session, &old.scene, 2)?;
+    permit.resize(old_memory)?;
     let new_scale = of_new.scale.unwrap_or(1.0);
+    let mut new =
+        load_scene(&plan, files[1], of_new, permit, old_memory).map_err(|e| in_file(files[1], e))?;
+    let new_memory = check_memory(&plan.session, &new.scene, 2)?;
+    permit.resize(old_memory.saturating_add(new_memory))?;
     logs[0].warn_of_import(old.warnings.clone())?;
     logs[1].warn_of_import(new.warnings.clone())?;
     let mode = plan.session.options.load.glass;
@@ -112,9 +125,6 @@ pub fn compare(
         differences.into_iter().partition(|difference| is_information(difference, tolerance));
     let frames = plan.frames.resolve(0.0, None)?;
     let planned = *frames.first().context("there is no frame")?;
-    plan.session.options.size = Some(args.size.unwrap_or_else(|| default_size(&old.scene)));
-    check_memory(&plan.session, &old.scene, 2)?;
-    check_memory(&plan.session, &new.scene, 2)?;
 
     // Both scenes have one centre, so that equal triangles have equal coordinates.
     let animation = |scene: &Scene| plan.session.options.animation(scene);
@@ -146,13 +156,8 @@ pub fn compare(
     let mut pictures = Vec::new();
     {
         let mut old_frame = PosedFrame { time: planned.time, posed: posed_old, accel: None };
-        let mut renderer = SceneRenderer::from_start(
-            &plan.session,
-            &old.scene,
-            &logs[0],
-            &mut old_frame,
-            &CancelToken::default(),
-        )?;
+        let mut renderer =
+            SceneRenderer::from_start(&plan.session, &old.scene, &logs[0], &mut old_frame, cancel)?;
         renderer.setup.build(&mut old_frame)?;
         let mut new_frame = PosedFrame { time: planned.time, posed: posed_new, accel: None };
         renderer.setup.build(&mut new_frame)?;
@@ -177,7 +182,6 @@ pub fn compare(
             pictures.push(compared);
         }
     }
-    logs.into_iter().for_each(|log| drop(log.finish()));
     let has_picture_tolerance = args.compare.tolerance.is_some() || args.compare.flip;
     Ok(Comparison {
         views: pictures,
@@ -211,9 +215,17 @@ fn in_file(file: &Path, error: anyhow::Error) -> anyhow::Error {
     anyhow::Error::msg(crate::console::scene_error(file, &error))
 }
 
-fn load_scene(plan: &RenderPlan, file: &Path, options: &LoadOptions) -> Result<Loaded> {
-    let limits = load_limits(plan.session.max_memory);
-    let options = LoadOptions { limits, ..options.clone() };
+/// Loads a scene. The memory that it needs beside `claimed` bytes is claimed from `permit`.
+fn load_scene(
+    plan: &RenderPlan,
+    file: &Path,
+    options: LoadOptions,
+    permit: &Arc<Permit>,
+    claimed: u64,
+) -> Result<Loaded> {
+    let permit = permit.clone();
+    let memory = MemoryWatch::new(move |bytes| permit.grow(claimed.saturating_add(bytes)));
+    let options = LoadOptions { memory, ..options };
     let (mut scene, warnings) = load_scene_file(file, &options, plan.session.options.blender.as_deref())?;
     prepare_scene(&plan.session.options, &mut scene)?;
     Ok(Loaded { scene, warnings })
@@ -222,7 +234,7 @@ fn load_scene(plan: &RenderPlan, file: &Path, options: &LoadOptions) -> Result<L
 /// The aspect ratio of the file's first camera, else 4:3.
 fn default_size(scene: &Scene) -> (u32, u32) {
     if scene.cameras.is_empty() {
-        return (DEFAULT_SIDE, DEFAULT_SIDE * 3 / 4);
+        return DEFAULT_SIZE;
     }
     scaled_to(DEFAULT_SIDE, natural_size(scene, Some(0)))
 }

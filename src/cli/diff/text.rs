@@ -61,6 +61,24 @@ pub fn to_text(heading: &Heading, comparison: &Comparison) -> String {
     out
 }
 
+/// What makes two scenes different, on one line: `2 of 4 views, 1 object, 3 properties`.
+pub fn summary(comparison: &Comparison) -> String {
+    let Comparison { views, objects, properties, .. } = comparison;
+    let changed =
+        views.iter().filter(|view| view.summary.changed > 0 && !comparison.ignores_pictures).count();
+    let has_contents = !comparison.pictures_decide;
+    let properties = match properties.len() {
+        1 => "1 property".into(),
+        more => format!("{more} properties"),
+    };
+    joined([
+        comparison.mismatch.clone(),
+        (changed > 0).then(|| format!("{changed} of {}", plural(views.len() as u64, "view"))),
+        (has_contents && !objects.is_empty()).then(|| plural(objects.len() as u64, "object")),
+        (has_contents && !comparison.properties.is_empty()).then_some(properties),
+    ])
+}
+
 /// The size of differences: `by up to 0.454`, or `FLIP mean 0.232, max 0.454`.
 pub fn amount_text(summary: &DifferenceSummary, is_flip: bool) -> String {
     if is_flip {
@@ -164,7 +182,7 @@ pub fn value_text(value: &Value) -> String {
 }
 
 /// The comparison as JSON.
-pub fn to_json(heading: &Heading, comparison: &Comparison) -> String {
+pub fn to_json(heading: &Heading, comparison: &Comparison) -> Value {
     let rect = |r: &PixelRect| json!({"x": r.x, "y": r.y, "width": r.width, "height": r.height});
     let views = comparison.views.iter().map(|view| {
         let summary = &view.summary;
@@ -186,7 +204,7 @@ pub fn to_json(heading: &Heading, comparison: &Comparison) -> String {
         })
     });
     let property = |p: &JsonDifference| json!({"path": p.path, "old": p.old, "new": p.new});
-    let value = json!({
+    json!({
         "old": heading.old.to_string_lossy(),
         "new": heading.new.to_string_lossy(),
         "equal": !comparison.is_different(),
@@ -206,8 +224,7 @@ pub fn to_json(heading: &Heading, comparison: &Comparison) -> String {
             LengthUnit::Unknown => None,
         },
         "up": "y",
-    });
-    format!("{value:#}\n")
+    })
 }
 
 /// JSON has no infinity: a difference that is not finite is `null`.
@@ -276,6 +293,23 @@ mod tests {
             change_text(&ObjectChange::Added { triangles: 1 }, LengthUnit::Metre),
             "added, 1 triangle"
         );
+    }
+
+    #[test]
+    fn differences_are_counted_on_one_line() {
+        let property = JsonDifference { path: "lights".into(), old: None, new: None };
+        let object = ObjectDifference {
+            name: "sheet".into(),
+            renamed: None,
+            bounds: Default::default(),
+            change: ObjectChange::Added { triangles: 1 },
+        };
+        let mut comparison = Comparison { objects: vec![object], ..Comparison::default() };
+        assert_eq!(summary(&comparison), "1 object");
+        comparison.properties = vec![property.clone()];
+        assert_eq!(summary(&comparison), "1 object, 1 property");
+        comparison.properties.push(property);
+        assert_eq!(summary(&comparison), "1 object, 2 properties");
     }
 
     #[test]

@@ -43,7 +43,7 @@ pub use dataset_formats::FormatsPlan;
 pub use frames::{FrameSet, frames_of_file};
 pub use images::ImagePolicy;
 pub use inputs::{PlanInputs, check_only, open_cameras};
-pub use outputs::{OutputKind, Outputs, Target};
+pub use outputs::{OutputKind, Outputs, Target, split_existing_folder};
 pub use path_conflicts::{PathConflicts, Writer};
 pub use scene_list::{SceneList, scene_list};
 pub use shards::{ShardPlan, scene_of_key};

@@ -261,7 +261,7 @@ fn name_pattern(output: Option<&Path>, sequence: &SequenceInfo) -> Result<String
 }
 
 /// Splits off the longest prefix that is an existing folder. Placeholders in it are not replaced.
-fn split_existing_folder(pattern: &str) -> (&str, &str) {
+pub fn split_existing_folder(pattern: &str) -> (&str, &str) {
     let mut splits = pattern.rmatch_indices(is_separator).map(|(i, _)| pattern.split_at(i + 1));
     splits.find(|(folder, _)| Path::new(folder).is_dir()).unwrap_or(("", pattern))
 }

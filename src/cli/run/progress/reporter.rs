@@ -222,12 +222,19 @@ impl Reporter {
             Some(PathsArg::Null) => b"\0",
         };
         let line = [file.as_os_str().as_encoded_bytes(), end].concat();
-        let printed = match &self.bar {
-            Some(bar) if self.is_bar_drawn.load(Ordering::Relaxed) => bar.suspend(|| print_stdout(&line)),
-            _ => print_stdout(&line),
-        };
-        if let Err(error) = printed {
+        if let Err(error) = self.print(&line) {
             self.paths_error().get_or_insert(error);
+        }
+    }
+
+    /// Writes bytes to standard output, above the progress bar.
+    ///
+    /// # Errors
+    /// Standard output cannot be written.
+    pub fn print(&self, bytes: &[u8]) -> Result<()> {
+        match &self.bar {
+            Some(bar) if self.is_bar_drawn.load(Ordering::Relaxed) => bar.suspend(|| print_stdout(bytes)),
+            _ => print_stdout(bytes),
         }
     }
 
