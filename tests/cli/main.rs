@@ -57,6 +57,7 @@ mod cameras;
 mod dataset_formats;
 mod datasets;
 mod diff;
+mod diff_folders;
 mod edges;
 mod edges_of_files;
 mod empty_images;
