@@ -33,7 +33,7 @@ pub enum Command {
     View(Box<ViewArgs>),
     /// Draw views from four sides at one scale, with dimensions
     Sheet(Box<SheetArgs>),
-    /// Compare two scenes or two images
+    /// Compare two scenes, two images, or two folders of scenes
     Diff(Box<DiffArgs>),
     /// Make an animation from finished frames
     Assemble(AssembleArgs),
