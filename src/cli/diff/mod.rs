@@ -143,6 +143,7 @@ fn plan(args: &DiffArgs, old: &Path) -> Result<RenderPlan, UsageError> {
             strict: args.preview.common.strict,
             max_memory: args.preview.process.max_memory,
             image_name: None,
+            is_shared: false,
         },
     )
 }

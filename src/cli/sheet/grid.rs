@@ -4,6 +4,9 @@ use glam::DVec2;
 
 /// Least width and height of a picture in pixels.
 const MIN_AREA: u32 = 48;
+/// Least width and height at which a picture and the name of a file below it are easily read: in pixels, and in heights of the labels.
+const READABLE_AREA: u32 = 96;
+const READABLE_LABELS: f64 = 8.0;
 /// Heights of the title and of a caption, and the space between pictures, in heights of the labels.
 const HEADER: f64 = 3.0;
 const CAPTION: f64 = 2.5;
@@ -25,17 +28,46 @@ pub struct Grid {
     step: (u32, u32),
 }
 
+/// What is between pictures, in pixels.
+struct Spacing {
+    label_height: f64,
+    header: u32,
+    caption: u32,
+    gap: u32,
+}
+
+impl Spacing {
+    fn of(size: (u32, u32)) -> Spacing {
+        let label_height = (f64::from(size.0.min(size.1)) / 80.0).clamp(5.0, 40.0);
+        let pixels = |labels: f64| (labels * label_height).round() as u32;
+        Spacing { label_height, header: pixels(HEADER), caption: pixels(CAPTION), gap: pixels(GAP) }
+    }
+}
+
 impl Grid {
     /// Lays out `count` pictures as large as possible on a sheet. `None` if there is no room.
     pub fn new(count: usize, size: (u32, u32)) -> Option<Grid> {
-        let label_height = (f64::from(size.0.min(size.1)) / 80.0).clamp(5.0, 40.0);
-        let pixels = |labels: f64| (labels * label_height).round() as u32;
-        let (header, caption, gap) = (pixels(HEADER), pixels(CAPTION), pixels(GAP));
+        Grid::with_least_area(count, size, MIN_AREA)
+    }
+
+    /// Lays out `count` pictures on a sheet, or as many as are easily read. Returns their number, too. `None` if there is no room.
+    pub fn readable(count: usize, size: (u32, u32)) -> Option<(Grid, usize)> {
+        let Spacing { label_height, header, caption, gap } = Spacing::of(size);
+        let least = READABLE_AREA.max((READABLE_LABELS * label_height).ceil() as u32);
+        let columns = size.0 / (least + gap);
+        let rows = size.1.saturating_sub(header) / (least + caption);
+        let count = count.min(columns as usize * rows as usize);
+        Some((Grid::with_least_area(count, size, least)?, count))
+    }
+
+    /// Lays out `count` pictures whose width and height are at least `least` pixels.
+    fn with_least_area(count: usize, size: (u32, u32), least: u32) -> Option<Grid> {
+        let Spacing { label_height, header, caption, gap } = Spacing::of(size);
         let with_columns = |columns: usize| {
             let rows = u32::try_from(count.div_ceil(columns)).ok()?;
             let step = (size.0 / u32::try_from(columns).ok()?, size.1.saturating_sub(header) / rows);
             let area = (step.0.saturating_sub(gap), step.1.saturating_sub(caption));
-            (area.0.min(area.1) >= MIN_AREA).then_some(Grid { area, label_height, header, columns, step })
+            (area.0.min(area.1) >= least).then_some(Grid { area, label_height, header, columns, step })
         };
         let height = |grid: &Grid| (f64::from(grid.area.0) / ASPECT).min(f64::from(grid.area.1));
         // The first of equal ones.
@@ -44,7 +76,7 @@ impl Grid {
             _ => Some(grid),
         };
         // More columns than that have no room.
-        let columns = (size.0 / MIN_AREA) as usize;
+        let columns = (size.0 / least) as usize;
         (1..=count.min(columns)).filter_map(with_columns).fold(None, larger)
     }
 
@@ -111,6 +143,24 @@ mod tests {
         assert_eq!(columns(1000, (1280, 960)), None);
         assert_eq!(columns(0, (1280, 960)), None);
         assert_eq!(columns(1, (40, 960)), None);
+    }
+
+    /// As many pictures as have room are on a page, and every sheet has room for one.
+    #[test]
+    fn pages_have_readable_pictures() {
+        for size in
+            [(128, 128), (128, 5000), (5000, 128), (300, 300), (1000, 1000), (1280, 960), (9000, 4000)]
+        {
+            for count in [1, 5, 1_000_000] {
+                let (grid, on_page) = Grid::readable(count, size).unwrap();
+                assert!((1..=count).contains(&on_page), "{size:?} {count}: {on_page}");
+                let side = f64::from(grid.area.0.min(grid.area.1));
+                assert!(side >= 96.0 && side >= 8.0 * grid.label_height, "{size:?} {count}: {side}");
+            }
+        }
+        assert_eq!(Grid::readable(5, (1280, 960)), Grid::new(5, (1280, 960)).map(|grid| (grid, 5)));
+        assert_eq!(Grid::readable(1000, (1280, 960)).map(|(_, on_page)| on_page), Some(84));
+        assert_eq!(Grid::readable(0, (1280, 960)), None);
     }
 
     #[test]

@@ -2,6 +2,7 @@
 
 use glam::DVec2;
 
+use super::grid::Grid;
 use super::layout::{Cell, SheetLayout};
 use super::views::NamedViews;
 use blinn_core::geometry::Aabb;
@@ -94,21 +95,39 @@ pub fn draw(canvas: &mut Canvas, layout: &SheetLayout, labels: &Labels) {
 
 /// Draws the labels of named views: the names below them, and on top the name of the scene and its size.
 pub fn draw_names(canvas: &mut Canvas, views: &NamedViews, width: u32, bounds: Aabb, labels: &Labels) {
-    let grid = &views.grid;
+    let names: Vec<&str> = views.cells.iter().map(|cell| cell.name.as_str()).collect();
+    let note = overall_size(bounds, labels);
+    let labels = GridLabels { title: labels.title, note: &note, names: &names, on_light: labels.on_light };
+    draw_grid(canvas, &views.grid, width, &labels);
+}
+
+/// The labels of pictures in a grid.
+pub struct GridLabels<'a> {
+    /// On top, on the left.
+    pub title: &'a str,
+    /// On top, on the right.
+    pub note: &'a str,
+    /// Below the pictures.
+    pub names: &'a [&'a str],
+    /// True for dark labels.
+    pub on_light: bool,
+}
+
+/// Draws the labels of a grid on a sheet of `width` pixels.
+pub fn draw_grid(canvas: &mut Canvas, grid: &Grid, width: u32, labels: &GridLabels) {
     let height = grid.label_height;
     let style = style(height, labels.on_light);
     let middle = 0.5 * f64::from(grid.header);
     let right = f64::from(width) - height;
-    let size = overall_size(bounds, labels);
-    canvas.text(&size, DVec2::new(right, middle), Anchor::Right, false, &style);
-    let room = right - Canvas::text_width(&size, &style) - 3.0 * height;
+    canvas.text(labels.note, DVec2::new(right, middle), Anchor::Right, false, &style);
+    let room = right - Canvas::text_width(labels.note, &style) - 3.0 * height;
     if room > 0.0 {
         let title = shorten(labels.title, room, &style);
         canvas.text(&title, DVec2::new(height, middle), Anchor::Left, false, &style);
     }
     let room = f64::from(grid.area.0);
-    for (index, cell) in views.cells.iter().enumerate() {
-        let name = shorten_middle(&cell.name, room, &style);
+    for (index, name) in labels.names.iter().enumerate() {
+        let name = shorten_middle(name, room, &style);
         canvas.text(&name, grid.caption(index), Anchor::Middle, false, &style);
     }
 }

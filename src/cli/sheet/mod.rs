@@ -1,48 +1,53 @@
-//! `blinn sheet`: front, right, top and isometric views at one scale, with dimensions, or other views with their names.
+//! `blinn sheet`: front, right, top and isometric views at one scale, with dimensions, or other views with their names; of
+//! several scenes in one file, a picture of each.
 
+mod backdrop;
 mod cell;
+mod cell_pictures;
+mod contact;
+mod contact_cell;
+mod contact_page;
 mod empty_views;
 mod grid;
 mod labels;
 mod layout;
+mod pages;
 mod views;
+mod write_sheet;
 
 use std::path::Path;
 use std::sync::Arc;
 use std::time::Instant;
 
-use anyhow::{Context, Result};
+use anyhow::Result;
 use serde_json::{Value, json};
 
 use super::args::{OutputArgs, SheetArgs};
 use super::console::{print_stdout, scene_error, single_line};
 use super::files::create_parent_folder;
 use super::plan::{
-    ImagePolicy, NumberedScene, OutputKind, PathConflicts, RenderPlan, Target, Writer, scene_list,
+    ImagePolicy, NumberedScene, OutputKind, PathConflicts, RenderPlan, SceneList, Target, Writer, scene_list,
 };
 use super::run::batch::is_queue_full;
 use super::run::load_scene::load_scene;
-use super::run::progress::{ImageMonitor, Reporter, SceneLog};
+use super::run::progress::{Reporter, SceneLog};
 use super::run::{panics, runtime};
 use super::summary::Summary;
 use super::usage::UsageError;
+use backdrop::{BACKGROUND, background_pixel, is_light};
 use blinn_core::cancellation::CancelToken;
-use blinn_core::geometry::{Aabb, Rgb};
-use blinn_output::{Canvas, ImageFormat, check_writable, write_atomically};
-use blinn_render::display::Background;
-use blinn_scene::{PoseSettings, Source, SourceFormat, linear_to_srgb8, pose};
-use blinn_session::{
-    Claim, Finished, ImageKind, Job, Permit, PlannedFrame, PosedFrame, SceneRenderer, SessionLog,
-    check_memory, run_scheduled,
-};
+use blinn_output::{Canvas, ImageFormat, check_writable};
+use blinn_scene::{PoseSettings, Source, SourceFormat, pose};
+use blinn_session::{Claim, Finished, ImageKind, Job, Permit, check_memory, run_scheduled};
 use cell::SheetCell;
-use empty_views::EmptyViews;
+use cell_pictures::{CellPictures, planned_frame};
+use contact::ContactSheet;
 use labels::{Labels, Unit};
 use layout::{CELLS, MIN_SIDE, SheetLayout};
+use pages::Pages;
 use views::SheetContent;
+use write_sheet::write_sheet;
 
-/// The background without --background, linear: light enough for dark labels.
-const BACKGROUND: Rgb = Rgb::new(0.8, 0.82, 0.85);
 /// Name of a sheet beside its scene or in a folder: not that of a picture of the scene.
 const DEFAULT_NAME: &str = "{stem}_sheet.png";
 
@@ -52,7 +57,10 @@ pub fn run(args: &SheetArgs) -> Result<Summary, UsageError> {
         return Err(no_such_format());
     }
     let content = SheetContent::of_args(args)?;
-    let mut plan = plan(args, &content)?;
+    check_size(args.size)?;
+    let scenes = scene_list(&args.scene.scenes)?;
+    let pages = Pages::of_args(args, scenes.len());
+    let mut plan = plan(args, scenes, &content, pages.as_ref())?;
     let OutputKind::Images(ImageKind { format, .. }) = plan.outputs.kind else {
         return Err(no_such_format());
     };
@@ -67,6 +75,30 @@ pub fn run(args: &SheetArgs) -> Result<Summary, UsageError> {
     let reporter = Reporter::new(&process.log, plan.scenes.len(), args.preview.common.quiet);
     plan.scenes.left_out().for_each(|(folder, text)| reporter.warn(folder, &text));
     let mut summary = Summary::default();
+    let all = match &pages {
+        Some(pages) => {
+            let sheet = ContactSheet { plan: &plan, content: &content, pages, size: args.size, format };
+            sheet.render(&reporter, &mut summary)?
+        }
+        None => render_sheets(args, &plan, &content, format, &reporter, &mut summary)?,
+    };
+    reporter.done(&summary);
+    if args.json {
+        let value = if let [one] = &all[..] { one.clone() } else { Value::Array(all) };
+        summary.record(print_stdout(format!("{value:#}\n").as_bytes()));
+    }
+    Ok(summary)
+}
+
+/// Writes a sheet of each scene, and returns their descriptions.
+fn render_sheets(
+    args: &SheetArgs,
+    plan: &RenderPlan,
+    content: &SheetContent,
+    format: ImageFormat,
+    reporter: &Reporter,
+    summary: &mut Summary,
+) -> Result<Vec<Value>, UsageError> {
     let mut all = Vec::new();
     let mut list = plan.numbered_scenes().peekable();
     run_scheduled(plan.session.capacity(), |sheets| -> Result<(), UsageError> {
@@ -74,16 +106,9 @@ pub fn run(args: &SheetArgs) -> Result<Summary, UsageError> {
             while !is_queue_full(sheets)
                 && let Some(Ok(scene)) = list.next_if(Result::is_ok)
             {
-                let log = SceneLog::of_batch(&reporter, scene.number, &scene.path, plan.strict);
-                sheets.push(Sheet {
-                    plan: &plan,
-                    content: &content,
-                    scene,
-                    size: args.size,
-                    format,
-                    log,
-                    cancel: CancelToken::new(),
-                });
+                let log = SceneLog::of_batch(reporter, scene.number, &scene.path, plan.strict);
+                let cancel = CancelToken::new();
+                sheets.push(Sheet { plan, content, scene, size: args.size, format, log, cancel });
             }
             let Some(Finished { job: sheet, output, .. }) = sheets.next_finished() else {
                 // The list cannot be read to its end.
@@ -101,24 +126,28 @@ pub fn run(args: &SheetArgs) -> Result<Summary, UsageError> {
             summary.add_scene(failure);
         }
     })?;
-    reporter.done(&summary);
-    if args.json {
-        let value = if let [one] = &all[..] { one.clone() } else { Value::Array(all) };
-        summary.record(print_stdout(format!("{value:#}\n").as_bytes()));
-    }
-    Ok(summary)
+    Ok(all)
 }
 
 fn no_such_format() -> UsageError {
     UsageError("a sheet is one image as displayed; set -o to .png, .jpg or .webp, or to a folder/".into())
 }
 
-/// The plan for one of the views, of the size that it has at most, without its camera.
-fn plan(args: &SheetArgs, content: &SheetContent) -> Result<RenderPlan, UsageError> {
-    let (width, height) = args.size;
+fn check_size((width, height): (u32, u32)) -> Result<(), UsageError> {
     if width.min(height) < MIN_SIDE {
         return Err(UsageError(format!("--size: a sheet needs at least {MIN_SIDE}x{MIN_SIDE} pixels")));
     }
+    Ok(())
+}
+
+/// The plan for one of the views, of the size that it has at most, without its camera. `pages` are those of a contact sheet.
+fn plan(
+    args: &SheetArgs,
+    scenes: SceneList,
+    content: &SheetContent,
+    pages: Option<&Pages>,
+) -> Result<RenderPlan, UsageError> {
+    let (width, height) = args.size;
     let is_stdout = args.output.as_deref() == Some(Path::new("-"));
     if args.json && is_stdout {
         return Err(UsageError(
@@ -126,12 +155,13 @@ fn plan(args: &SheetArgs, content: &SheetContent) -> Result<RenderPlan, UsageErr
         ));
     }
     let output = args.output.clone().unwrap_or_else(|| DEFAULT_NAME.into());
-    let view_size = match content {
-        SheetContent::Drawing => (width / 2, height / 2),
-        SheetContent::Views(_) | SheetContent::Cameras { .. } => (width, height),
+    let view_size = match (content, pages) {
+        (_, Some(pages)) => pages.grid.area,
+        (SheetContent::Drawing, None) => (width / 2, height / 2),
+        (SheetContent::Views(_) | SheetContent::Cameras { .. }, None) => (width, height),
     };
-    RenderPlan::for_images(
-        scene_list(&args.scene.scenes)?,
+    let plan = RenderPlan::for_images(
+        scenes,
         args.preview.options(&args.scene, view_size, BACKGROUND)?,
         args.preview.time.time.unwrap_or(0.0),
         &OutputArgs { output: Some(output), no_overwrite: args.no_overwrite, ..OutputArgs::default() },
@@ -139,8 +169,11 @@ fn plan(args: &SheetArgs, content: &SheetContent) -> Result<RenderPlan, UsageErr
             strict: args.preview.common.strict,
             max_memory: args.preview.process.max_memory,
             image_name: Some(DEFAULT_NAME),
+            is_shared: pages.is_some(),
         },
-    )
+    )?;
+    pages.map_or(Ok(()), |pages| plan.check_shared_files(pages.files()))?;
+    Ok(plan)
 }
 
 /// The sheet of a scene.
@@ -183,7 +216,7 @@ impl Sheet<'_> {
     /// Renders and writes the sheet, and returns its description.
     fn write(&self, permit: &Arc<Permit>) -> Result<Value> {
         let Sheet { plan, scene: NumberedScene { number, path }, log, cancel, .. } = self;
-        let planned = self.planned_frame()?;
+        let planned = planned_frame(plan)?;
         let scene = load_scene(plan, path, log, permit, cancel)?;
         let target = plan.outputs.target(path, *number, &planned);
         if let Target::File(file) = &target {
@@ -214,38 +247,16 @@ impl Sheet<'_> {
         if let Some(named) = &named {
             plan.session.options.size = Some(named.grid.area);
         }
-        let mut time = planned.time;
-        let mut frame = PosedFrame { time: planned.time, posed, accel: None };
-        let renderer = SceneRenderer::from_start(&plan.session, &scene, log, &mut frame, cancel)?;
-        renderer.setup.build(&mut frame)?;
-        let mut canvas = Canvas::new(self.size, background_pixel(plan.session.options.fixed_background()));
-        let mut empty_views = EmptyViews::default();
-        log.begin_frames(cells.len());
-        for cell in &cells {
-            if cell.time != time {
-                let reusable = frame.accel.take();
-                frame = renderer.setup.pose_at(cell.time, &frame, reusable)?;
-                time = cell.time;
-            }
-            let (width, height) = cell.view.size;
-            let pixels = u64::from(width) * u64::from(height);
-            let monitor = ImageMonitor::new(log, pixels, &renderer.setup.cancel);
-            let image = renderer.render_camera(&cell.view, &planned, &frame, &monitor)?;
-            monitor.finish();
-            let pixels = image.picture.display.to_rgba8(&image.picture.pixels);
-            canvas.copy(&pixels, width, cell.origin);
-            if let Some(reason) = image.empty {
-                empty_views.add(reason, &cell.name);
-            }
-        }
-        if let Some(notice) = empty_views.summary() {
-            log.warn(notice)?;
-        }
+        let background = plan.session.options.fixed_background();
+        let mut canvas = Canvas::new(self.size, background_pixel(background));
+        let pictures = CellPictures { plan, scene: &scene, log, cancel };
+        let add =
+            |cell: &SheetCell, pixels: Vec<[u8; 4]>| canvas.copy(&pixels, cell.view.size.0, cell.origin);
+        let exposure = pictures.render(&cells, posed, &planned, add)?;
         let is_metres = scene.source.format == SourceFormat::Gltf;
         let unit = Unit::for_longest(bounds.extent().max_element(), is_metres);
-        let on_light = is_light(plan.session.options.fixed_background());
         let up = scene.source.up;
-        let labels = Labels { title: &scene.name, unit, up, on_light };
+        let labels = Labels { title: &scene.name, unit, up, on_light: is_light(background) };
         let pixels_per_metre = match &named {
             Some(named) => {
                 labels::draw_names(&mut canvas, named, self.size.0, bounds, &labels);
@@ -257,22 +268,13 @@ impl Sheet<'_> {
             }
         };
         self.save(&target, &canvas.into_pixels())?;
-        let mut description = self.describe(&target, &scene.source, &bounds);
-        description["pixels_per_unit"] = json!(pixels_per_metre);
-        description["exposure"] = json!(renderer.exposure.ev);
-        description["cells"] = cells.iter().map(SheetCell::describe).collect();
-        Ok(description)
-    }
-
-    /// Describes the sheet of a scene, without its pictures, for --json.
-    fn describe(&self, target: &Target, source: &Source, bounds: &Aabb) -> Value {
-        let file = match target {
+        let file = match &target {
             Target::Stdout => Value::Null,
             Target::File(file) => json!(file.to_string_lossy()),
         };
-        let Source { format, up, .. } = source;
-        json!({
-            "scene": self.scene.path.to_string_lossy(),
+        let Source { format, up, .. } = &scene.source;
+        Ok(json!({
+            "scene": path.to_string_lossy(),
             "file": file,
             "width": self.size.0,
             "height": self.size.1,
@@ -284,46 +286,22 @@ impl Sheet<'_> {
                 "max": bounds.max.to_array(),
                 "size": bounds.extent().to_array(),
             },
-        })
-    }
-
-    fn planned_frame(&self) -> Result<PlannedFrame> {
-        let frames = self.plan.frames.resolve(0.0, None)?;
-        frames.first().copied().context("there is no frame")
+            "pixels_per_unit": pixels_per_metre,
+            "exposure": exposure,
+            "cells": cells.iter().map(SheetCell::describe).collect::<Vec<_>>(),
+        }))
     }
 
     fn save(&self, target: &Target, pixels: &[[u8; 4]]) -> Result<()> {
         let start = Instant::now();
-        let bytes = self.format.encode_rgba8(self.size, pixels)?;
         match target {
-            Target::Stdout => print_stdout(&bytes)?,
+            Target::Stdout => print_stdout(&self.format.encode_rgba8(self.size, pixels)?)?,
             Target::File(file) => {
-                write_atomically(file, &bytes, self.plan.outputs.replace)
-                    .with_context(|| format!("{} cannot be written", file.display()))?;
+                write_sheet(file, self.format, self.size, pixels, self.plan.outputs.replace)?;
                 self.log.wrote(file);
             }
         }
         self.log.stage_since("save", start, "");
         Ok(())
-    }
-}
-
-/// The background of the sheet where no view covers it.
-fn background_pixel(background: Background) -> [u8; 4] {
-    match background {
-        Background::Transparent => [0; 4],
-        Background::Color(color) => {
-            let [r, g, b] = color.to_array().map(linear_to_srgb8);
-            [r, g, b, 255]
-        }
-    }
-}
-
-/// True for backgrounds on which dark labels are legible. A transparent image is mostly laid over white.
-fn is_light(background: Background) -> bool {
-    match background {
-        Background::Transparent => true,
-        // Contrast with black and with white is equal at a relative luminance of 0.18.
-        Background::Color(color) => color.dot(Rgb::new(0.2126, 0.7152, 0.0722)) > 0.18,
     }
 }

@@ -13,13 +13,15 @@ use crate::args::values::{SheetView, SheetViews};
 use crate::plan::{check_only, open_cameras};
 use crate::usage::UsageError;
 use blinn_core::geometry::{Aabb, Basis};
-use blinn_scene::{PosedScene, Scene, View, orthographic_camera, projected_extent};
+use blinn_scene::{PosedScene, Scene, StandardView, View, orthographic_camera, projected_extent};
 use blinn_session::{CameraList, ImageCamera, ReplacedCameraFields, camera_name, load_limits};
 
 /// The part of a picture that the scene may fill along directions.
 const FILLED: f64 = 0.92;
 /// The aspect ratio of cameras of the file that have none.
 const ASPECT: f64 = 4.0 / 3.0;
+
+const NO_CAMERAS: &str = "--views: the file has no cameras; name directions, such as front,30/20";
 
 /// The content of a sheet.
 pub enum SheetContent {
@@ -82,50 +84,96 @@ impl SheetContent {
     /// # Errors
     /// The scene has no cameras to show, the sheet has no room for them, or the list of cameras changed.
     pub fn named_views(&self, posed: &PosedScene, size: (u32, u32), time: f64) -> Result<Option<NamedViews>> {
-        let named = match self {
-            SheetContent::Drawing => return Ok(None),
-            SheetContent::Views(views) => views_of_scene(views, posed.scene),
-            SheetContent::Cameras { indices, .. } => indices.iter().map(|i| NamedView::Listed(*i)).collect(),
-        };
-        if named.is_empty() {
-            bail!("--views: the file has no cameras; name directions, such as front,30/20");
+        if matches!(self, SheetContent::Drawing) {
+            return Ok(None);
         }
+        let named = self.views_of_scene(posed.scene)?;
         let Some(grid) = Grid::new(named.len(), size) else { bail!(no_room(named.len(), size)) };
         let scale = scale(&named, &posed.bounds(), grid.area);
         let mut names = DistinctNames::default();
         let mut cells = Vec::with_capacity(named.len());
         for (index, view) in named.iter().enumerate() {
-            let (camera, time) = match view {
-                NamedView::Direction { basis, .. } => {
-                    let (width, height) = (f64::from(grid.area.0), f64::from(grid.area.1));
-                    let rect = DVec2::new(width, height) / scale;
-                    let camera = orthographic_camera(*basis, &posed.bounds(), rect);
-                    (image_camera(camera, grid.area), time)
-                }
-                NamedView::OfFile(camera) => {
-                    let aspect = posed.scene.cameras.get(*camera).and_then(|camera| camera.aspect());
-                    let (_, size) = grid.fit(index, aspect.unwrap_or(ASPECT));
-                    let name = Some(camera_name(posed.scene, *camera));
-                    let view = View { camera: name, ..View::default() };
-                    (image_camera(view.resolve(posed, size.0, size.1)?.0, size), time)
-                }
-                NamedView::Listed(number) => {
-                    let SheetContent::Cameras { list, .. } = self else { continue };
-                    (list.camera(*number)?, list.time(*number).unwrap_or(time))
-                }
-            };
-            let aspect = match view {
-                NamedView::Listed(_) => camera.camera.view_width / camera.camera.view_height,
-                _ => f64::from(camera.size.0) / f64::from(camera.size.1),
-            };
-            let (origin, size) = grid.fit(index, aspect);
-            let name = names.add(view.name(posed.scene, self));
-            let view = ImageCamera { size, crop: None, ..camera };
-            cells.push(SheetCell { name, origin, view, time });
+            let place = Place { grid: &grid, index, pixels_per_metre: scale };
+            let cell = self.place(view, place, posed, time)?;
+            cells.push(SheetCell { name: names.add(cell.name), ..cell });
         }
         let has_directions = named.iter().any(|view| matches!(view, NamedView::Direction { .. }));
         Ok(Some(NamedViews { grid, cells, pixels_per_metre: has_directions.then_some(scale) }))
     }
+
+    /// The first view of a scene, that of a drawing isometric, as the `index`-th picture of a grid, which the scene fills. The
+    /// scene is posed at `time`.
+    ///
+    /// # Errors
+    /// As [`SheetContent::named_views`].
+    pub fn first_view(&self, posed: &PosedScene, grid: &Grid, index: usize, time: f64) -> Result<SheetCell> {
+        let mut views = self.views_of_scene(posed.scene)?;
+        views.truncate(1);
+        let place = Place { grid, index, pixels_per_metre: scale(&views, &posed.bounds(), grid.area) };
+        match views.first() {
+            Some(view) => self.place(view, place, posed, time),
+            None => bail!(NO_CAMERAS),
+        }
+    }
+
+    /// The views of a scene in their order, at least one.
+    fn views_of_scene(&self, scene: &Scene) -> Result<Vec<NamedView>> {
+        let views = match self {
+            SheetContent::Drawing => {
+                let view = StandardView::Isometric;
+                vec![NamedView::Direction { name: view.name().into(), basis: view.basis() }]
+            }
+            SheetContent::Views(views) => named_views_of_scene(views, scene),
+            SheetContent::Cameras { indices, .. } => indices.iter().map(|i| NamedView::Listed(*i)).collect(),
+        };
+        if views.is_empty() {
+            bail!(NO_CAMERAS);
+        }
+        Ok(views)
+    }
+
+    /// A view at its place on the sheet.
+    fn place(&self, view: &NamedView, place: Place, posed: &PosedScene, time: f64) -> Result<SheetCell> {
+        let Place { grid, index, pixels_per_metre } = place;
+        let (camera, time) = match view {
+            NamedView::Direction { basis, .. } => {
+                let (width, height) = (f64::from(grid.area.0), f64::from(grid.area.1));
+                let rect = DVec2::new(width, height) / pixels_per_metre;
+                let camera = orthographic_camera(*basis, &posed.bounds(), rect);
+                (image_camera(camera, grid.area), time)
+            }
+            NamedView::OfFile(camera) => {
+                let aspect = posed.scene.cameras.get(*camera).and_then(|camera| camera.aspect());
+                let (_, size) = grid.fit(index, aspect.unwrap_or(ASPECT));
+                let name = Some(camera_name(posed.scene, *camera));
+                let view = View { camera: name, ..View::default() };
+                (image_camera(view.resolve(posed, size.0, size.1)?.0, size), time)
+            }
+            NamedView::Listed(number) => match self {
+                SheetContent::Cameras { list, .. } => {
+                    (list.camera(*number)?, list.time(*number).unwrap_or(time))
+                }
+                SheetContent::Drawing | SheetContent::Views(_) => bail!("there is no list of cameras"),
+            },
+        };
+        let aspect = match view {
+            NamedView::Listed(_) => camera.camera.view_width / camera.camera.view_height,
+            _ => f64::from(camera.size.0) / f64::from(camera.size.1),
+        };
+        let (origin, size) = grid.fit(index, aspect);
+        let name = view.name(posed.scene, self);
+        Ok(SheetCell { name, origin, view: ImageCamera { size, crop: None, ..camera }, time })
+    }
+}
+
+/// A place on a sheet.
+#[derive(Clone, Copy)]
+struct Place<'a> {
+    grid: &'a Grid,
+    /// The number of the picture, from 0.
+    index: usize,
+    /// The scale of directions.
+    pixels_per_metre: f64,
 }
 
 /// A view before it has a place.
@@ -165,7 +213,7 @@ impl NamedView {
 }
 
 /// The views in their order, with the cameras of a file in the place of their word.
-fn views_of_scene(views: &[SheetView], scene: &Scene) -> Vec<NamedView> {
+fn named_views_of_scene(views: &[SheetView], scene: &Scene) -> Vec<NamedView> {
     let of_view = |view: &SheetView| -> Vec<NamedView> {
         match *view {
             SheetView::FileCameras => (0..scene.cameras.len()).map(NamedView::OfFile).collect(),
@@ -238,7 +286,6 @@ fn no_room(count: usize, (width, height): (u32, u32)) -> String {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use blinn_scene::StandardView;
 
     #[test]
     fn directions_are_those_of_a_drawing() {

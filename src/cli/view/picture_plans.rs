@@ -79,8 +79,12 @@ impl PicturePlans {
                 _ => options.set(name, value)?,
             }
         }
-        let policy =
-            ImagePolicy { strict: flags.contains("strict"), max_memory: self.max_memory, image_name: None };
+        let policy = ImagePolicy {
+            strict: flags.contains("strict"),
+            max_memory: self.max_memory,
+            image_name: None,
+            is_shared: false,
+        };
         let scenes = scene_list(std::slice::from_ref(&self.path))?;
         let mut plan =
             RenderPlan::for_images(scenes, options.finish()?, time, &OutputArgs::default(), policy)?;

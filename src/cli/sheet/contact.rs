@@ -1,0 +1,114 @@
+//! A contact sheet: one picture of each of several scenes, on pages.
+
+use anyhow::Result;
+use serde_json::{Value, json};
+
+use super::backdrop::{background_pixel, is_light};
+use super::contact_cell::ContactCell;
+use super::contact_page::ContactPage;
+use super::pages::Pages;
+use super::views::SheetContent;
+use super::write_sheet::write_sheet;
+use crate::console::{scene_error, single_line};
+use crate::files::create_parent_folder;
+use crate::plan::RenderPlan;
+use crate::run::batch::{fail, is_queue_full};
+use crate::run::progress::{Reporter, SceneLog};
+use crate::summary::Summary;
+use crate::usage::UsageError;
+use blinn_core::cancellation::CancelToken;
+use blinn_output::{ImageFormat, check_writable};
+use blinn_session::{Finished, run_scheduled};
+
+/// A contact sheet.
+pub struct ContactSheet<'a> {
+    /// The plan of the pictures, of the size that they have at most.
+    pub plan: &'a RenderPlan,
+    /// What the pictures show: the first view.
+    pub content: &'a SheetContent,
+    pub pages: &'a Pages,
+    /// Width and height of a page in pixels.
+    pub size: (u32, u32),
+    pub format: ImageFormat,
+}
+
+impl ContactSheet<'_> {
+    /// Renders all scenes, side by side, and writes each page as soon as its scenes are rendered. Returns the descriptions of the
+    /// pages. A scene that fails has an empty place with its name.
+    ///
+    /// # Errors
+    /// The list of scenes cannot be read to its end. The page with that end is not written.
+    pub fn render(&self, reporter: &Reporter, summary: &mut Summary) -> Result<Vec<Value>, UsageError> {
+        let ContactSheet { plan, content, pages, .. } = *self;
+        if let Err(error) = self.check_files() {
+            fail(summary, reporter, &error);
+            return Ok(Vec::new());
+        }
+        let mut all = Vec::new();
+        let mut page = self.new_page();
+        let mut list = plan.numbered_scenes().peekable();
+        run_scheduled(plan.session.capacity(), |cells| -> Result<(), UsageError> {
+            loop {
+                while !is_queue_full(cells)
+                    && let Some(Ok(scene)) = list.next_if(Result::is_ok)
+                {
+                    let log = SceneLog::of_batch(reporter, scene.number, &scene.path, plan.strict);
+                    cells.push(ContactCell { plan, content, pages, scene, log, cancel: CancelToken::new() });
+                }
+                let Some(Finished { job, output, .. }) = cells.next_finished() else {
+                    // The list cannot be read to its end.
+                    return list.next().transpose().map(drop);
+                };
+                let path = &job.scene.path;
+                job.log.scene_done();
+                let failure = output.as_ref().err().map(|error| single_line(&scene_error(path, error)));
+                job.log.finish();
+                if let Some(line) = &failure {
+                    reporter.fail(Some(path), line);
+                }
+                page.add(path, output, failure.as_deref());
+                summary.add_scene(failure);
+                let place = pages.place(job.scene.number);
+                if place.is_last {
+                    let complete = std::mem::replace(&mut page, self.new_page());
+                    match self.write(complete, place.page, reporter) {
+                        Ok(description) => all.extend(description),
+                        Err(error) => fail(summary, reporter, &error),
+                    }
+                }
+            }
+        })?;
+        Ok(all)
+    }
+
+    /// Checks that all pages can be written.
+    fn check_files(&self) -> Result<()> {
+        for file in self.pages.files() {
+            create_parent_folder(&file)?;
+            check_writable(&file, self.plan.outputs.replace)?;
+        }
+        Ok(())
+    }
+
+    fn new_page(&self) -> ContactPage {
+        ContactPage::new(self.size, background_pixel(self.plan.session.options.fixed_background()))
+    }
+
+    /// Writes the page of a number, from 0, and returns its description; `None` if it must not be written.
+    fn write(&self, page: ContactPage, number: usize, reporter: &Reporter) -> Result<Option<Value>> {
+        if page.is_input() {
+            return Ok(None);
+        }
+        let on_light = is_light(self.plan.session.options.fixed_background());
+        let (pixels, cells) = page.finish(self.pages, number, on_light);
+        let file = self.pages.file(number);
+        write_sheet(&file, self.format, self.size, &pixels, self.plan.outputs.replace)?;
+        reporter.wrote(None, &file);
+        Ok(Some(json!({
+            "file": file.to_string_lossy(),
+            "width": self.size.0,
+            "height": self.size.1,
+            "cells": cells,
+        })))
+    }
+}
