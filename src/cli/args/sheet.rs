@@ -17,7 +17,8 @@ pub struct SheetArgs {
     /// Output file, or a folder/ [default: {stem}_sheet.png]
     ///
     /// The extension selects the format: .png, .jpg or .webp. {stem}, {ext}, {parent} and {index} stand for the scene's name,
-    /// extension, folder and number.
+    /// extension, folder and number. One file for several scenes is a contact sheet: a picture of each, isometric or the first of
+    /// --views, with the name of its file; further pages are OUT-2.png and so on.
     #[arg(short, long, value_name = "OUT", help_heading = "Output")]
     pub output: Option<PathBuf>,
     /// Print JSON: the camera of each view and its mapping from the model to pixels
