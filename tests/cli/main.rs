@@ -9,6 +9,7 @@
 //! - `bop_archives`: `turntable --dataset bop` into archives
 //! - `camera`: `--orbit`, `--zoom`, f3d's camera flags, `--hide`, `--only-objects`
 //! - `cameras`: lists of cameras in each format
+//! - `contact_sheets`: `blinn sheet` of several scenes in one file
 //! - `dataset_formats`: `turntable --dataset`: COLMAP, BOP and COCO
 //! - `datasets`: `turntable --views`, its layers and `transforms.json`
 //! - `diff`: `blinn diff` of scenes and images
@@ -54,6 +55,7 @@ mod blend_files;
 mod bop_archives;
 mod camera;
 mod cameras;
+mod contact_sheets;
 mod dataset_formats;
 mod datasets;
 mod diff;
