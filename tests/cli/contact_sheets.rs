@@ -65,11 +65,14 @@ fn each_scene_has_a_picture_with_its_name() {
     assert!(right >= left + width && bottom >= height);
     let places = [rect(&cells[0]), rect(&cells[1]), [left, bottom, width, height], rect(&cells[3])];
     for (i, place) in places.into_iter().enumerate() {
-        let covered = count_in(place, &|pixel| pixel != background.0);
+        let covered = count_in(place, &|pixel: [u8; 3]| pixel != background.0);
         let expected = if i == 2 { 0..1 } else { 3000..(width * height) as usize };
         assert!(expected.contains(&covered), "{i}: {covered}");
         let name = [place[0], place[1] + place[3], place[2], 19];
-        assert!(count_in(name, &|pixel| pixel.iter().all(|v| *v < 200)) > 10, "{i}: the name stands below");
+        assert!(
+            count_in(name, &|pixel: [u8; 3]| pixel.iter().all(|v| *v < 200)) > 10,
+            "{i}: the name stands below"
+        );
     }
     for i in [0, 1, 3] {
         assert_eq!(cells[i]["view"], "isometric");
