@@ -12,7 +12,7 @@ use rayon::prelude::*;
 use super::bit_string::{Bits, common_length, join, length_to_last_one};
 use super::png_filter::RowFilter;
 
-/// Bytes of rows that are worth a task of their own: a third of a millisecond.
+/// Bytes of rows that are worth a task of their own.
 const BLOCK_BYTES: usize = 1 << 17;
 
 /// Bytes of Adler-32 at the end of a stream.

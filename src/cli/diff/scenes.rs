@@ -193,7 +193,8 @@ pub fn compare(
         mismatch: None,
         apart: Vec::new(),
         pictures_decide: has_picture_tolerance && tolerance.is_none(),
-        ignores_pictures: accepted_distance.is_some() && !has_picture_tolerance,
+        // Rounding alone moves no pixel that an eye sees: pictures still count.
+        ignores_pictures: tolerance.is_some() && accepted_distance.is_some() && !has_picture_tolerance,
         unit: length_unit(&old.scene, &new.scene),
     })
 }
