@@ -90,7 +90,7 @@ static FLAGS: &[(&[&str], Equivalent)] = &[
     (&["--target", "--to", "--center", "--lookat", "--at"], Use("--look-at X,Y,Z")),
     (&["--up-axis", "--z-up"], Use("--up z")),
     (&["--transparent", "--alpha"], Use("--background transparent")),
-    (&["--gamma", "--srgb"], Use("--view standard")),
+    (&["--srgb"], Use("--view standard")),
     (&["--ev", "--brightness"], Use("--exposure EV")),
     (&["--frame-rate", "--framerate"], Use("--fps N")),
     (&["--force", "--overwrite"], Unneeded("files are overwritten unless --no-overwrite is set")),

@@ -95,7 +95,7 @@ mod tests {
     fn boxes_have_digits_that_suit_their_size() {
         let bounds = Aabb { min: DVec3::new(25.25, -5.0, 0.0), max: DVec3::new(33.259, 5.0, 0.0) };
         let text = bounds_text(&bounds, LengthUnit::Unknown);
-        assert_eq!(text, "from 25.25, -5.00, 0.00 to 33.26, 5.00, 0.00 units (y up)");
+        assert_eq!(text, "from 25.2, -5.0, 0.0 to 33.3, 5.0, 0.0 units (y up)");
         let small = Aabb { min: DVec3::splat(0.001), max: DVec3::splat(0.0045) };
         let text = bounds_text(&small, LengthUnit::Metre);
         assert_eq!(text, "from 0.00100, 0.00100, 0.00100 to 0.00450, 0.00450, 0.00450 m (y up)");

@@ -96,7 +96,7 @@ class RenderOptions(TypedDict, total=False):
     view: Literal["auto", "standard", "agx", "filmic", "pbr-neutral", "raw"] | None
     """View transform from linear light to display colours; auto is agx for Blender's glTF files, filmic before Blender 4.0, else standard."""
 
-    look: Literal["none", "very-low-contrast", "low-contrast", "medium-low-contrast", "medium-high-contrast", "high-contrast", "very-high-contrast", "punchy", "greyscale"] | None
+    look: Literal["none", "very-low-contrast", "low-contrast", "medium-low-contrast", "base-contrast", "medium-high-contrast", "high-contrast", "very-high-contrast", "punchy", "greyscale"] | None
     """Look of the view transform agx: Blender's, by its contrast [default: that of the file, else none]"""
 
     gamma: Number | None

@@ -15,7 +15,7 @@ use crate::display::lut3d::{LOG2, Lut3d, log2};
 /// A look of AgX.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, serde::Serialize)]
 pub enum Look {
-    /// The view transform alone; Blender's Base Contrast is the same.
+    /// The view transform alone.
     #[default]
     None,
     /// Contrast 0.7, saturation 1.15.
@@ -24,6 +24,8 @@ pub enum Look {
     LowContrast,
     /// Contrast 0.9, saturation 1.05.
     MediumLowContrast,
+    /// Contrast 1: only colours outside of Rec.2020 change.
+    BaseContrast,
     /// Contrast 1.2.
     MediumHighContrast,
     /// Contrast 1.4, saturation 0.95.
@@ -52,10 +54,11 @@ impl Look {
     /// Returns the look that Blender calls `name`; `None` if it is another one.
     pub fn of_blender(name: &str) -> Option<Look> {
         match name.strip_prefix("AgX - ").unwrap_or(name) {
-            "" | "None" | "Base Contrast" => Some(Look::None),
+            "" | "None" => Some(Look::None),
             "Very Low Contrast" => Some(Look::VeryLowContrast),
             "Low Contrast" => Some(Look::LowContrast),
             "Medium Low Contrast" => Some(Look::MediumLowContrast),
+            "Base Contrast" => Some(Look::BaseContrast),
             "Medium High Contrast" => Some(Look::MediumHighContrast),
             "High Contrast" => Some(Look::HighContrast),
             "Very High Contrast" => Some(Look::VeryHighContrast),
@@ -72,6 +75,7 @@ impl Look {
             Look::VeryLowContrast => (0.7, 1.15),
             Look::LowContrast => (0.8, 1.1),
             Look::MediumLowContrast => (0.9, 1.05),
+            Look::BaseContrast => (1.0, 1.0),
             Look::MediumHighContrast => (1.2, 1.0),
             Look::HighContrast => (1.4, 0.95),
             Look::VeryHighContrast => (1.57, 0.9),
@@ -216,7 +220,7 @@ mod tests {
     #[test]
     fn names_are_those_of_blender() {
         assert_eq!(Look::of_blender("AgX - Punchy"), Some(Look::Punchy));
-        assert_eq!(Look::of_blender("AgX - Base Contrast"), Some(Look::None));
+        assert_eq!(Look::of_blender("AgX - Base Contrast"), Some(Look::BaseContrast));
         assert_eq!(Look::of_blender("False Color - Punchy"), None);
     }
 }

@@ -27,11 +27,12 @@ const VIEW_TRANSFORMS: Choices<Option<ViewTransform>, 6> = [
     ("raw", Some(ViewTransform::Raw)),
 ];
 
-const LOOKS: Choices<Option<Look>, 9> = [
+const LOOKS: Choices<Option<Look>, 10> = [
     ("none", Some(Look::None)),
     ("very-low-contrast", Some(Look::VeryLowContrast)),
     ("low-contrast", Some(Look::LowContrast)),
     ("medium-low-contrast", Some(Look::MediumLowContrast)),
+    ("base-contrast", Some(Look::BaseContrast)),
     ("medium-high-contrast", Some(Look::MediumHighContrast)),
     ("high-contrast", Some(Look::HighContrast)),
     ("very-high-contrast", Some(Look::VeryHighContrast)),
