@@ -11,7 +11,7 @@ use blinn::integrator::{Aov, Frame, Integrator, LowDiscrepancySampler, Phong, Sa
 use blinn::render::{RenderSettings, render, render_aovs};
 use blinn::scene::{
     AlphaMode, Anisotropy, Channels, ColorInput, Dielectric, Image, Instance, Material, Mesh, MipMaps,
-    MtlReflectance, Node, NormalMap, PoseSettings, PosedLight, Reflectance, ScalarInput, Scene,
+    MtlReflectance, Node, NormalMap, PoseSettings, PosedLight, Reflectance, Reflection, ScalarInput, Scene,
     TexelSemantics, Texels, Texture, TextureFilter, TextureRef, UvTransform, View, Wrap, pose,
 };
 use glam::{DVec3, Vec2, Vec3, Vec4};
@@ -372,6 +372,7 @@ fn a_texture_turns_and_weakens_an_anisotropy() {
         let mut metal = ball(0.4, false);
         metal.images = vec![image(1, 1, |_, _| texel.unwrap_or([255; 4]))];
         let texture = texel.map(|_| reference(0));
+        metal.materials[0].reflection = Reflection::Fresnel;
         metal.materials[0].anisotropy =
             Some(Anisotropy { strength, rotation, texture, ..Anisotropy::default() });
         picture(&metal, &towards_ball(8.0), Some(sun()), samples(1), &Phong::default())
