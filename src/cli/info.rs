@@ -259,7 +259,7 @@ fn to_text(properties: &Value) -> String {
     for (key, value) in properties {
         match value {
             value if is_empty(value) => {}
-            Value::Array(list) => {
+            Value::Array(list) if !list.iter().all(Value::is_number) => {
                 out.push_str(&format!("{key} ({}):\n", list.len()));
                 for item in list {
                     out.push_str(&format!("  {}\n", inline(&shortened(item))));

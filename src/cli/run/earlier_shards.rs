@@ -65,11 +65,12 @@ impl<'a> EarlierShards<'a> {
             return Ok(true);
         }
         while self.open.back().is_none_or(|shard| shard.last_number() < number)
-            && self.shards.numbered(self.next).is_file()
+            && let Some(next) = self.next_file()
         {
             if self.open.len() >= OPEN_SHARDS {
                 return Ok(false);
             }
+            self.next = next;
             self.open_next()?;
         }
         Ok(true)
@@ -109,6 +110,11 @@ impl<'a> EarlierShards<'a> {
     /// True if the archive of a scene is not known before those before it are filled.
     fn reads_ahead(&self) -> bool {
         self.shards.max_bytes().is_some()
+    }
+
+    /// The number of the next archive that exists. A few may be missing.
+    fn next_file(&self) -> Option<usize> {
+        (self.next..self.next + OPEN_SHARDS).find(|number| self.shards.numbered(*number).is_file())
     }
 
     fn open_next(&mut self) -> Result<()> {
