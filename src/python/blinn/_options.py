@@ -145,14 +145,12 @@ class RenderOptions(TypedDict, total=False):
     """Move the view rectangle to the right and up, in units of its larger side: Blender's lens shift."""
 
     aperture_radius: Number | None
-    """Radius of the lens's aperture in metres, for a depth of field; 0: all is sharp [default: that of the file's camera,
-    else 0]"""
+    """Radius of the lens's aperture in metres, for a depth of field; 0: all is sharp [default: that of the file's camera, else 0]"""
 
-    focus: Number | Vector | None
-    """What is sharp in a depth of field: a distance along the view direction in metres, or a point [default: as for the file's
-    camera, else the point of look_at or the centre of the scene]"""
+    focus: Vector | None
+    """What is sharp in a depth of field: a distance along the view direction in metres, or a point [default: as for the file's camera, else the point of look_at or the centre of the scene]"""
 
-    aperture_blades: int | None
+    aperture_blades: Number | None
     """Number of corners of the aperture, 3 or more, which out-of-focus highlights show; 0: a disc."""
 
     projection: Literal["perspective", "orthographic"] | None
@@ -195,7 +193,7 @@ class RenderOptions(TypedDict, total=False):
     """Add an area light at X,Y,Z that faces DX,DY,DZ, W by H metres, with radiance L (repeatable)."""
 
     light_units: Literal["auto", "standard", "unitless", "raw"] | None
-    """Unit of the file's light intensities."""
+    """Unit of the file's light intensities, named as Blender's glTF export names them: standard is candela, lux and nits (683 lm/W), unitless W/sr and W/m², raw Blender's watts. auto takes the unit that the file names, else standard for files from Blender and unitless for others."""
 
     light_scale: Number | None
     """Multiply the intensity of the file's lights by F [default: 1]"""
