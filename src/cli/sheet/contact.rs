@@ -4,27 +4,25 @@ use anyhow::Result;
 use serde_json::{Value, json};
 
 use super::backdrop::{background_pixel, is_light};
-use super::contact_cell::ContactCell;
+use super::contact_cell::ContactCells;
 use super::contact_page::ContactPage;
 use super::pages::Pages;
+use super::scene_sheets::render_scenes;
 use super::views::SheetContent;
 use super::write_sheet::write_sheet;
-use crate::console::{scene_error, single_line};
 use crate::files::create_parent_folder;
 use crate::plan::RenderPlan;
-use crate::run::batch::{fail, is_queue_full};
-use crate::run::progress::{Reporter, SceneLog};
+use crate::run::batch::fail;
+use crate::run::progress::Reporter;
 use crate::summary::Summary;
 use crate::usage::UsageError;
-use blinn_core::cancellation::CancelToken;
 use blinn_output::{ImageFormat, check_writable};
-use blinn_session::{Finished, run_scheduled};
 
 /// A contact sheet.
 pub struct ContactSheet<'a> {
     /// The plan of the pictures, of the size that they have at most.
     pub plan: &'a RenderPlan,
-    /// What the pictures show: the first view.
+    /// The views, of which pictures show the first that a scene has.
     pub content: &'a SheetContent,
     pub pages: &'a Pages,
     /// Width and height of a page in pixels.
@@ -46,35 +44,15 @@ impl ContactSheet<'_> {
         }
         let mut all = Vec::new();
         let mut page = self.new_page();
-        let mut list = plan.numbered_scenes().peekable();
-        run_scheduled(plan.session.capacity(), |cells| -> Result<(), UsageError> {
-            loop {
-                while !is_queue_full(cells)
-                    && let Some(Ok(scene)) = list.next_if(Result::is_ok)
-                {
-                    let log = SceneLog::of_batch(reporter, scene.number, &scene.path, plan.strict);
-                    cells.push(ContactCell { plan, content, pages, scene, log, cancel: CancelToken::new() });
-                }
-                let Some(Finished { job, output, .. }) = cells.next_finished() else {
-                    // The list cannot be read to its end.
-                    return list.next().transpose().map(drop);
-                };
-                let path = &job.scene.path;
-                job.log.scene_done();
-                let failure = output.as_ref().err().map(|error| single_line(&scene_error(path, error)));
-                job.log.finish();
-                if let Some(line) = &failure {
-                    reporter.fail(Some(path), line);
-                }
-                page.add(path, output, failure.as_deref());
-                summary.add_scene(failure);
-                let place = pages.place(job.scene.number);
-                if place.is_last {
-                    let complete = std::mem::replace(&mut page, self.new_page());
-                    match self.write(complete, place.page, reporter) {
-                        Ok(description) => all.extend(description),
-                        Err(error) => fail(summary, reporter, &error),
-                    }
+        let cells = ContactCells { content, pages };
+        render_scenes(plan, &cells, reporter, summary, |scene, output, failure, summary| {
+            page.add(&scene.path, output, failure);
+            let place = pages.place(scene.number);
+            if place.is_last {
+                let complete = std::mem::replace(&mut page, self.new_page());
+                match self.write(complete, place.page, reporter) {
+                    Ok(description) => all.extend(description),
+                    Err(error) => fail(summary, reporter, &error),
                 }
             }
         })?;

@@ -8,23 +8,17 @@ use anyhow::Result;
 use super::cell::SheetCell;
 use super::cell_pictures::{CellPictures, planned_frame};
 use super::pages::Pages;
+use super::scene_sheets::{RenderScene, SheetScene};
 use super::views::SheetContent;
 use crate::plan::{NumberedScene, PathConflicts, RenderPlan, Writer};
 use crate::run::load_scene::load_scene;
-use crate::run::panics;
-use crate::run::progress::SceneLog;
-use blinn_core::cancellation::CancelToken;
 use blinn_scene::{PoseSettings, pose};
-use blinn_session::{Claim, Job, Permit, check_memory};
+use blinn_session::{Permit, check_memory};
 
-/// A scene that is to be rendered. Its memory is freed when the job ends: only the pixels are kept for the page.
-pub struct ContactCell<'a> {
-    pub plan: &'a RenderPlan,
+/// The scenes of a contact sheet. The memory of one is freed when it is rendered: only the pixels are kept for the page.
+pub struct ContactCells<'a> {
     pub content: &'a SheetContent,
     pub pages: &'a Pages,
-    pub scene: NumberedScene,
-    pub log: SceneLog<'a>,
-    pub cancel: CancelToken,
 }
 
 /// A scene that was rendered.
@@ -48,33 +42,16 @@ impl fmt::Display for PageIsInput {
 
 impl std::error::Error for PageIsInput {}
 
-impl Job for ContactCell<'_> {
-    type Output = Result<CellPicture>;
+impl RenderScene for ContactCells<'_> {
+    type Output = CellPicture;
 
-    fn claim(&self) -> Claim {
-        self.plan.session.scene_claim(&self.scene.path, Some(1))
+    fn view_count(&self) -> usize {
+        1
     }
 
-    fn run(&self, permit: &Arc<Permit>) -> Result<CellPicture> {
-        panics::catch(|| self.render(permit))
-    }
-
-    fn begin_again(&self) {
-        self.log.clear();
-    }
-
-    fn begin_turn(&self) {
-        self.log.begin_turn();
-    }
-
-    fn cancel(&self) {
-        self.cancel.cancel();
-    }
-}
-
-impl ContactCell<'_> {
-    fn render(&self, permit: &Arc<Permit>) -> Result<CellPicture> {
-        let ContactCell { plan, content, pages, scene: NumberedScene { number, path }, log, cancel } = self;
+    fn render(&self, scene: &SheetScene, permit: &Arc<Permit>) -> Result<CellPicture> {
+        let ContactCells { content, pages } = self;
+        let SheetScene { plan, scene: NumberedScene { number, path }, log, cancel } = scene;
         let planned = planned_frame(plan)?;
         let place = pages.place(*number);
         let scene = load_scene(plan, path, log, permit, cancel)?;

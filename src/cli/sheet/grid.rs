@@ -28,7 +28,7 @@ pub struct Grid {
     step: (u32, u32),
 }
 
-/// What is between pictures, in pixels.
+/// Spaces between pictures, in pixels.
 struct Spacing {
     label_height: f64,
     header: u32,

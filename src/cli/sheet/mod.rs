@@ -12,6 +12,7 @@ mod grid;
 mod labels;
 mod layout;
 mod pages;
+mod scene_sheets;
 mod views;
 mod write_sheet;
 
@@ -23,28 +24,27 @@ use anyhow::Result;
 use serde_json::{Value, json};
 
 use super::args::{OutputArgs, SheetArgs};
-use super::console::{print_stdout, scene_error, single_line};
+use super::console::print_stdout;
 use super::files::create_parent_folder;
 use super::plan::{
     ImagePolicy, NumberedScene, OutputKind, PathConflicts, RenderPlan, SceneList, Target, Writer, scene_list,
 };
-use super::run::batch::is_queue_full;
 use super::run::load_scene::load_scene;
 use super::run::progress::{Reporter, SceneLog};
-use super::run::{panics, runtime};
+use super::run::runtime;
 use super::summary::Summary;
 use super::usage::UsageError;
 use backdrop::{BACKGROUND, background_pixel, is_light};
-use blinn_core::cancellation::CancelToken;
-use blinn_output::{Canvas, ImageFormat, check_writable};
+use blinn_output::{Canvas, ImageFormat, Overwrite, check_writable};
 use blinn_scene::{PoseSettings, Source, SourceFormat, pose};
-use blinn_session::{Claim, Finished, ImageKind, Job, Permit, check_memory, run_scheduled};
+use blinn_session::{ImageKind, Permit, check_memory};
 use cell::SheetCell;
 use cell_pictures::{CellPictures, planned_frame};
 use contact::ContactSheet;
 use labels::{Labels, Unit};
 use layout::{CELLS, MIN_SIDE, SheetLayout};
 use pages::Pages;
+use scene_sheets::{RenderScene, SheetScene, render_scenes};
 use views::SheetContent;
 use write_sheet::write_sheet;
 
@@ -80,7 +80,10 @@ pub fn run(args: &SheetArgs) -> Result<Summary, UsageError> {
             let sheet = ContactSheet { plan: &plan, content: &content, pages, size: args.size, format };
             sheet.render(&reporter, &mut summary)?
         }
-        None => render_sheets(args, &plan, &content, format, &reporter, &mut summary)?,
+        None => {
+            let sheets = Sheets { content: &content, size: args.size, format };
+            render_sheets(&plan, &sheets, &reporter, &mut summary)?
+        }
     };
     reporter.done(&summary);
     if args.json {
@@ -92,39 +95,15 @@ pub fn run(args: &SheetArgs) -> Result<Summary, UsageError> {
 
 /// Writes a sheet of each scene, and returns their descriptions.
 fn render_sheets(
-    args: &SheetArgs,
     plan: &RenderPlan,
-    content: &SheetContent,
-    format: ImageFormat,
+    sheets: &Sheets,
     reporter: &Reporter,
     summary: &mut Summary,
 ) -> Result<Vec<Value>, UsageError> {
     let mut all = Vec::new();
-    let mut list = plan.numbered_scenes().peekable();
-    run_scheduled(plan.session.capacity(), |sheets| -> Result<(), UsageError> {
-        loop {
-            while !is_queue_full(sheets)
-                && let Some(Ok(scene)) = list.next_if(Result::is_ok)
-            {
-                let log = SceneLog::of_batch(reporter, scene.number, &scene.path, plan.strict);
-                let cancel = CancelToken::new();
-                sheets.push(Sheet { plan, content, scene, size: args.size, format, log, cancel });
-            }
-            let Some(Finished { job: sheet, output, .. }) = sheets.next_finished() else {
-                // The list cannot be read to its end.
-                return list.next().transpose().map(drop);
-            };
-            let path = &sheet.scene.path;
-            sheet.log.scene_done();
-            let failure = output.as_ref().err().map(|error| single_line(&scene_error(path, error)));
-            sheet.log.finish();
-            if let Some(line) = &failure {
-                reporter.fail(Some(path), line);
-                all.push(json!({"scene": path.to_string_lossy(), "error": line}));
-            }
-            all.extend(output);
-            summary.add_scene(failure);
-        }
+    render_scenes(plan, sheets, reporter, summary, |scene, output, failure, _| {
+        let error = || json!({"scene": scene.path.to_string_lossy(), "error": failure});
+        all.push(output.unwrap_or_else(|_| error()));
     })?;
     Ok(all)
 }
@@ -176,46 +155,25 @@ fn plan(
     Ok(plan)
 }
 
-/// The sheet of a scene.
-struct Sheet<'a> {
-    plan: &'a RenderPlan,
+/// Sheets of one scene each.
+struct Sheets<'a> {
     content: &'a SheetContent,
-    scene: NumberedScene,
     size: (u32, u32),
     format: ImageFormat,
-    log: SceneLog<'a>,
-    cancel: CancelToken,
 }
 
-impl Job for Sheet<'_> {
+impl RenderScene for Sheets<'_> {
     /// The description of the sheet.
-    type Output = Result<Value>;
+    type Output = Value;
 
-    fn claim(&self) -> Claim {
-        self.plan.session.scene_claim(&self.scene.path, Some(CELLS.len()))
+    fn view_count(&self) -> usize {
+        CELLS.len()
     }
 
-    fn run(&self, permit: &Arc<Permit>) -> Result<Value> {
-        panics::catch(|| self.write(permit))
-    }
-
-    fn begin_again(&self) {
-        self.log.clear();
-    }
-
-    fn begin_turn(&self) {
-        self.log.begin_turn();
-    }
-
-    fn cancel(&self) {
-        self.cancel.cancel();
-    }
-}
-
-impl Sheet<'_> {
     /// Renders and writes the sheet, and returns its description.
-    fn write(&self, permit: &Arc<Permit>) -> Result<Value> {
-        let Sheet { plan, scene: NumberedScene { number, path }, log, cancel, .. } = self;
+    fn render(&self, scene: &SheetScene, permit: &Arc<Permit>) -> Result<Value> {
+        let SheetScene { plan, scene: NumberedScene { number, path }, log, cancel } = scene;
+        let replace = plan.outputs.replace;
         let planned = planned_frame(plan)?;
         let scene = load_scene(plan, path, log, permit, cancel)?;
         let target = plan.outputs.target(path, *number, &planned);
@@ -223,7 +181,7 @@ impl Sheet<'_> {
             let paths = PathConflicts::with_scene(path, scene.source.file_names());
             paths.check_not_input(file, Writer::Scene(path)).map_err(anyhow::Error::msg)?;
             create_parent_folder(file)?;
-            check_writable(file, plan.outputs.replace)?;
+            check_writable(file, replace)?;
         }
         permit.resize(check_memory(&plan.session, &scene, 1)?)?;
         let animation = plan.session.options.animation(&scene)?;
@@ -267,7 +225,7 @@ impl Sheet<'_> {
                 Some(layout.pixels_per_metre)
             }
         };
-        self.save(&target, &canvas.into_pixels())?;
+        self.save(&target, &canvas.into_pixels(), replace, log)?;
         let file = match &target {
             Target::Stdout => Value::Null,
             Target::File(file) => json!(file.to_string_lossy()),
@@ -291,17 +249,19 @@ impl Sheet<'_> {
             "cells": cells.iter().map(SheetCell::describe).collect::<Vec<_>>(),
         }))
     }
+}
 
-    fn save(&self, target: &Target, pixels: &[[u8; 4]]) -> Result<()> {
+impl Sheets<'_> {
+    fn save(&self, target: &Target, pixels: &[[u8; 4]], replace: Overwrite, log: &SceneLog) -> Result<()> {
         let start = Instant::now();
         match target {
             Target::Stdout => print_stdout(&self.format.encode_rgba8(self.size, pixels)?)?,
             Target::File(file) => {
-                write_sheet(file, self.format, self.size, pixels, self.plan.outputs.replace)?;
-                self.log.wrote(file);
+                write_sheet(file, self.format, self.size, pixels, replace)?;
+                log.wrote(file);
             }
         }
-        self.log.stage_since("save", start, "");
+        log.stage_since("save", start, "");
         Ok(())
     }
 }

@@ -1,4 +1,4 @@
-//! What a sheet shows: a drawing, named views, or the cameras of a list.
+//! The content of a sheet: a drawing, named views, or the cameras of a list.
 
 use std::collections::HashSet;
 use std::sync::Arc;
