@@ -32,6 +32,12 @@ pub(super) struct LensPixel {
     halves: [HalfColors; 2],
 }
 
+impl AsRef<PixelParts> for LensPixel {
+    fn as_ref(&self) -> &PixelParts {
+        &self.parts
+    }
+}
+
 /// Means over half of the samples of a pixel.
 #[derive(Clone, Copy, Debug, Default)]
 struct HalfColors {
@@ -110,8 +116,7 @@ impl Reconstruction for LensBlur {
         let width = held.width as usize;
         let first = strip.start.saturating_sub(SMOOTHING_MARGIN);
         let wide = first..(strip.end + SMOOTHING_MARGIN).min(held.height as usize);
-        let parts: Vec<PixelParts> = pixels.iter().map(|pixel| pixel.parts).collect();
-        let light = filter_light(&parts, held, wide.clone(), settings.samples, frame, monitor)?;
+        let light = filter_light(pixels, held, wide.clone(), settings.samples, frame, monitor)?;
         let pixels = &pixels[wide.start * width..wide.end * width];
         let rows = strip.start - first..strip.end - first;
         let wanted = rows.start * width..rows.end * width;

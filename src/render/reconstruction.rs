@@ -30,6 +30,12 @@ pub(super) struct PixelParts {
     pub surface: SurfaceFeatures,
 }
 
+impl AsRef<PixelParts> for PixelParts {
+    fn as_ref(&self) -> &PixelParts {
+        self
+    }
+}
+
 impl PixelParts {
     /// Averages the samples of a pixel.
     pub fn of_samples(samples: &[SampleParts]) -> PixelParts {
@@ -136,7 +142,7 @@ const BAND: usize = 512;
 /// # Errors
 /// [`Cancelled`] if `monitor` cancels.
 pub(super) fn filter_light(
-    parts: &[PixelParts],
+    parts: &[impl AsRef<PixelParts>],
     held: PixelRect,
     strip: Range<usize>,
     samples: u32,
@@ -152,7 +158,7 @@ pub(super) fn filter_light(
         let end = (first + BAND).min(width);
         let columns = first.saturating_sub(MARGIN)..(end + MARGIN).min(width);
         let pixels: Vec<&PixelParts> =
-            parts.chunks_exact(width).flat_map(|row| &row[columns.clone()]).collect();
+            parts.chunks_exact(width).flat_map(|row| &row[columns.clone()]).map(AsRef::as_ref).collect();
         let band = PixelRect { x: held.x + columns.start as u32, width: columns.len() as u32, ..held };
         let light = filter_band(&pixels, band, strip.clone(), samples, frame, monitor)?;
         let rows = filtered.chunks_exact_mut(width).zip(light.chunks_exact(columns.len()));
