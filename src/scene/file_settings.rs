@@ -1,5 +1,10 @@
 //! Render settings that a file holds beside its scene. Options of users take precedence over them.
 
+use std::ops::RangeInclusive;
+
+/// Gammas of displays.
+pub const GAMMAS: RangeInclusive<f64> = 1e-3..=100.0;
+
 /// The render settings of a file: `extras.blinn` of a glTF scene. `None` and empty where the file holds nothing.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct FileSettings {

@@ -73,7 +73,7 @@ pub use file_camera::{FileCamera, FileProjection, SensorFit};
 pub use file_digest::FileDigest;
 pub use file_digest::HashingReader;
 pub use file_environment::{EnvironmentProperty, FileEnvironment};
-pub use file_settings::{FileFrames, FileSettings, PictureRegion};
+pub use file_settings::{FileFrames, FileSettings, GAMMAS, PictureRegion};
 pub use framing::{DEFAULT_VIEW_DIR, DEFAULT_YFOV};
 pub use ground::{Ground, GroundKind};
 pub use light::{Light, LightEval, LightKind, LightSample, LocalLight, PosedLight, PosedLightKind};

@@ -7,11 +7,12 @@ use blinn_core::closest_name::did_you_mean;
 use blinn_render::PixelRect;
 use blinn_render::display::Background;
 use blinn_render::integrator::Aov;
+use blinn_scene::GAMMAS;
 
 /// A gamma.
 pub fn gamma(text: &str) -> Result<f64, String> {
     let gamma = number(text)?;
-    if (1e-3..=100.0).contains(&gamma) { Ok(gamma) } else { Err("must be from 0.001 to 100".into()) }
+    if GAMMAS.contains(&gamma) { Ok(gamma) } else { Err("must be from 0.001 to 100".into()) }
 }
 
 /// A colour, or `transparent`, also named `none`.

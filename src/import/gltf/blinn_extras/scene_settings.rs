@@ -4,7 +4,7 @@ use super::{Members, world};
 use crate::error::{LoadError, Warnings};
 use crate::gltf::document::Document;
 use blinn_scene::UpAxis;
-use blinn_scene::{FileEnvironment, FileFrames, FileSettings, LightUnits, PictureRegion};
+use blinn_scene::{FileEnvironment, FileFrames, FileSettings, GAMMAS, LightUnits, PictureRegion};
 
 /// Sides of pictures, as for the option `size`.
 const MAX_SIDE: i64 = 65_536;
@@ -14,9 +14,6 @@ const MAX_PIXELS: i64 = 1 << 29;
 const MAX_FRAME: i64 = 1_048_574;
 /// Stops of exposures.
 const MAX_STOPS: f64 = 32.0;
-/// Gammas, as for the option `gamma`.
-const MIN_GAMMA: f64 = 1e-3;
-const MAX_GAMMA: f64 = 100.0;
 /// Diffuse bounces, as for the option `indirect`.
 const MAX_BOUNCES: i64 = 64;
 
@@ -71,7 +68,7 @@ impl SceneExtras {
             frames: members.child("frames", warnings).and_then(|frames| file_frames(&frames, warnings)),
             view_transform: view.as_ref().and_then(|view| view.text("transform", warnings)),
             look: view.as_ref().and_then(|view| view.text("look", warnings)),
-            gamma: view.as_ref().and_then(|view| view.number("gamma", MIN_GAMMA..=MAX_GAMMA, warnings)),
+            gamma: view.as_ref().and_then(|view| view.number("gamma", GAMMAS, warnings)),
             exposure,
             film_transparent: members.flag("filmTransparent", warnings),
             indirect: members.whole("indirect", 0..=MAX_BOUNCES, warnings).map(|bounces| bounces as u8),
