@@ -127,7 +127,7 @@ pub struct View {
     /// Radius of the aperture of a depth of field; 0 is a pinhole.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub aperture_radius: Option<f64>,
-    /// What is sharp in a depth of field. `None` for the distance of the file's camera; else the point to look at, or the centre
+    /// The plane in focus of a depth of field. `None` for the distance of the file's camera; else the point to look at, or the centre
     /// of the scene.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub focus: Option<Focus>,

@@ -105,7 +105,7 @@ fn samples_equal_the_folders_of_a_merged_dataset() {
     assert!(masks > 8, "{masks}");
 }
 
-/// What stands beside archives is made again if it is missing, and archives are the same whatever the shares.
+/// Files beside archives are made again if they are missing, and archives are the same whatever the shares.
 #[test]
 fn archives_are_kept_with_their_models() {
     let (_dir, at) = folder();
@@ -128,7 +128,7 @@ fn archives_are_kept_with_their_models() {
     let again = run("--shard-size 2 -o s/{shard}.jpg.tar");
     assert_eq!(count(&again, 3), 3);
     assert!(!again.contains("wrote "), "{again}");
-    // What is missing is made anew, with the archive whose scene it belongs to.
+    // Missing files are made anew, with the archive whose scene it belongs to.
     for (lost, kept) in [
         ("models/obj_002001.ply", 2),
         ("models/scenes/000003.json", 2),

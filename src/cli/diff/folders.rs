@@ -147,7 +147,7 @@ fn compare_pairs<'a: 'scope, 'scope>(
     Ok(())
 }
 
-/// What was found so far: lines on standard output, or elements of one JSON array.
+/// Results so far: lines on standard output, or elements of one JSON array.
 struct FolderReport<'a> {
     folders: [&'a Path; 2],
     reporter: &'a Reporter,

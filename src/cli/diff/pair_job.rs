@@ -34,7 +34,7 @@ pub struct PairJob<'a> {
 /// The result of a comparison, without its pictures.
 pub struct PairReport {
     pub is_different: bool,
-    /// What differs, on one line; empty if nothing does.
+    /// The differences on one line; empty if there are none.
     pub summary: String,
     /// The result for --json.
     pub json: Option<Value>,

@@ -61,7 +61,7 @@ pub fn to_text(heading: &Heading, comparison: &Comparison) -> String {
     out
 }
 
-/// What makes two scenes different, on one line: `2 of 4 views, 1 object, 3 properties`.
+/// The differences of two scenes on one line: `2 of 4 views, 1 object, 3 properties`.
 pub fn summary(comparison: &Comparison) -> String {
     let Comparison { views, objects, properties, .. } = comparison;
     let changed =

@@ -1,4 +1,4 @@
-//! What archives of BOP have beside them for all scenes: the archive of each image, and the extents of all models.
+//! Files beside archives of BOP for all scenes: the archive of each image, and the extents of all models.
 //!
 //! Both are made after the scenes, from the archives on the disk, so that scenes of earlier runs and of other shares are in them.
 

@@ -109,7 +109,7 @@ fn lines_over_samples_are_found_in_order() {
             let colors = EdgeColors { palette: vec![Vec4::W], of_edges: Vec::new() };
             let grid = ScreenGrid::new(ScreenEdges { edges: edges(&settings), projector, colors }, &settings);
             for (i, pixel) in (0..).zip(settings.window().pixels()) {
-                // As far as the filter reaches.
+                // Samples lie as far away as the filter reaches.
                 let offset = |k: u32| 3.0 * DVec2::new(number(k), number(k + 1)) - 1.5;
                 let centre = pixel.as_dvec2() + 0.5;
                 let positions: Vec<DVec2> =
