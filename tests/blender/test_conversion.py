@@ -274,8 +274,11 @@ def add_material(scene):
 
 
 def test_what_materials_lose_is_one_warning_each(scene, convert, add_material):
-    add_material("Plain", Roughness=0.2, Coat_Weight=1.0)
-    add_material("Lacquer", Coat_Weight=1.0, Coat_Tint=(1.0, 0.5, 0.2, 1.0), Subsurface_Weight=0.5)
+    add_material("Plain", Roughness=0.2, Coat_Weight=1.0, Coat_Tint=(1.0, 0.5, 0.2, 1.0))
+    _, shader = add_material("Lacquer", Coat_Weight=1.0, Subsurface_Weight=0.5)
+    texture = shader.id_data.nodes.new("ShaderNodeTexImage")
+    texture.image = bpy.data.images.new("Tints", 4, 4)
+    shader.id_data.links.new(texture.outputs[0], shader.inputs["Coat Tint"])
     tree, shader = add_material("Cloudy")
     ramp = tree.nodes.new("ShaderNodeValToRGB")
     tree.links.new(tree.nodes.new("ShaderNodeTexNoise").outputs[0], ramp.inputs[0])
@@ -306,7 +309,7 @@ def test_what_materials_lose_is_one_warning_each(scene, convert, add_material):
         f"material 'Blended' {start} 'Mix (Legacy)' in Base Color; `bake` makes images of it",
         f"material 'Cloudy' {start} 'Color Ramp' in Base Color, 'Noise Texture' in Base Color; "
         "`bake` makes images of it",
-        f"material 'Lacquer' {start} Coat Tint, Subsurface Weight",
+        f"material 'Lacquer' {start} Subsurface Weight, the colours in Coat Tint; `bake` makes images of it",
         f"material 'Linear' {start} the colour space 'Linear Rec.709' of image 'Values'",
         f"material 'Other' {start} the shader 'Glass BSDF'",
         f"material 'Worn' {start} 'Noise Texture' in the factor of 'Mix Shader'; `bake` makes images of it",
