@@ -275,10 +275,10 @@ def add_material(scene):
 
 def test_what_materials_lose_is_one_warning_each(scene, convert, add_material):
     add_material("Plain", Roughness=0.2, Coat_Weight=1.0, Coat_Tint=(1.0, 0.5, 0.2, 1.0))
-    _, shader = add_material("Lacquer", Coat_Weight=1.0, Subsurface_Weight=0.5)
-    texture = shader.id_data.nodes.new("ShaderNodeTexImage")
+    tree, shader = add_material("Lacquer", Coat_Weight=1.0, Subsurface_Weight=0.5)
+    texture = tree.nodes.new("ShaderNodeTexImage")
     texture.image = bpy.data.images.new("Tints", 4, 4)
-    shader.id_data.links.new(texture.outputs[0], shader.inputs["Coat Tint"])
+    tree.links.new(texture.outputs[0], shader.inputs["Coat Tint"])
     tree, shader = add_material("Cloudy")
     ramp = tree.nodes.new("ShaderNodeValToRGB")
     tree.links.new(tree.nodes.new("ShaderNodeTexNoise").outputs[0], ramp.inputs[0])
