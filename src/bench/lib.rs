@@ -18,6 +18,7 @@ mod compare;
 mod cpu_wait;
 mod energy;
 mod interleaved_timer;
+mod limited_file;
 mod machine;
 pub mod manifest;
 mod measure;
@@ -48,7 +49,7 @@ pub use rays::{MeanSteps, RaySet, RaySets, TileBatch, TileRays};
 pub use record::MeasureError;
 pub use report::{
     HeatMap, MachineResults, Table, comparison_table, different_work, format_duration, machines_page,
-    report_page, result_tables, results_csv, trace_page, trace_tables,
+    report_page, result_tables, results_csv, trace_csv, trace_page, trace_tables,
 };
 pub use results::{BenchResults, BvhResults, Machine, Program, RecordedSettings, SceneResults, StageResults};
 pub use results_file::ResultsError;

@@ -4,6 +4,7 @@ use std::path::Path;
 
 use serde::Deserialize;
 
+use super::limited_file::read_limited;
 use super::results::{BenchResults, FORMAT};
 
 /// The version before, which had one size of images for all stages.
@@ -22,17 +23,13 @@ impl BenchResults {
         serde_json::to_string_pretty(self).unwrap_or_default() + "\n"
     }
 
-    /// Reads a results file.
+    /// Reads a results file, or a pipe of one.
     ///
     /// # Errors
     /// The file cannot be read, or is not a results file.
     pub fn read(path: &Path) -> Result<BenchResults, ResultsError> {
         let error = |message: String| ResultsError { file: path.display().to_string(), message };
-        let length = std::fs::metadata(path).map_err(|e| error(e.to_string()))?.len();
-        if length > MAX_BYTES {
-            return Err(error(format!("{length} bytes are too many for a results file of 'blinn bench'")));
-        }
-        let text = std::fs::read(path).map_err(|e| error(e.to_string()))?;
+        let text = read_limited(path, MAX_BYTES, "a results file of 'blinn bench'").map_err(error)?;
         BenchResults::parse(&text).map_err(error)
     }
 

@@ -443,6 +443,39 @@ fn invalid_results_files_are_errors_before_measuring() {
     refused(&folder, "bench a.glb --from cut.json", "cannot be used with");
 }
 
+/// A flag with the extension of another one's format is a mistake.
+#[test]
+fn extensions_of_other_formats_are_refused() {
+    let (_guard, folder) = folder();
+    write(&folder, "old.json", &results_json(1.0, &[1]));
+    for (flag, file, right) in [
+        ("--json", "a.csv", "--csv"),
+        ("--csv", "a.json", "--json"),
+        ("--report", "a.md", "--markdown"),
+        ("--markdown", "a.HTML", "--report"),
+    ] {
+        let message = format!("{flag}: {file} has the extension of {right}; use {right}");
+        refused(&folder, &format!("bench --from old.json {flag} {file}"), &message);
+    }
+    assert_eq!(names(&folder), ["old.json"]);
+    runs(&folder, "bench --from old.json --json a.txt --csv b.txt -q");
+}
+
+/// Results come from pipes as well: `--compare <(ssh desk cat old.json)`.
+#[test]
+#[cfg(unix)]
+fn results_are_read_from_pipes() {
+    let (_guard, folder) = folder();
+    write(&folder, "old.json", &results_json(1.0, &[1]));
+    let program = env!("CARGO_BIN_EXE_blinn");
+    let line = format!("{program} bench --from <(cat old.json) --compare <(cat old.json)");
+    let output =
+        std::process::Command::new("bash").args(["-c", &line]).current_dir(&folder).output().unwrap();
+    assert_eq!(output.status.code(), Some(0), "{}", String::from_utf8_lossy(&output.stderr));
+    let text = String::from_utf8(output.stdout).unwrap();
+    assert!(text.contains("no change beyond the noise"), "{text}");
+}
+
 #[test]
 fn a_failing_scene_does_not_affect_the_others() {
     let (_guard, folder) = folder();

@@ -27,6 +27,16 @@ fn traces_bound_the_speed_up() {
     assert_eq!(cores, [2, 4, 8, 16, 32]);
     assert!(fs::read_to_string(folder.join("b.md")).unwrap().contains("| cores | at least | at most |"));
     assert!(assert_even_tables(&fs::read_to_string(folder.join("b.html")).unwrap()) >= 17);
+    runs(&folder, "bench --trace-bound 1.json 2.json --csv b.csv -q");
+    let csv = fs::read_to_string(folder.join("b.csv")).unwrap();
+    assert!(csv.starts_with("quantity,stage,cores,least,most\r\nwork_seconds,,,"), "{csv}");
+    let stages = bound["stages"].as_array().unwrap().len();
+    assert_eq!(csv.lines().count(), 1 + 3 + 3 * stages + 5, "{csv}");
+    let last: Vec<&str> = csv.lines().last().unwrap().split(',').collect();
+    assert_eq!(last[..3], ["speed_up", "", "32"]);
+    for (cell, key) in last[3..].iter().zip(["at_least", "at_most"]) {
+        assert_eq!(cell.parse().ok(), bound["speed_ups"][4][key].as_f64(), "{key}");
+    }
     refused(&folder, "bench --trace-bound 2.json", "--threads 1");
     refused(&folder, "bench --trace-bound b.json", "not a trace of this version of blinn");
     refused(&folder, "bench --trace-bound 1.json --json 1.json", "1.json");

@@ -2,6 +2,7 @@
 
 use crate::results::{BenchResults, SceneResults, StageResults};
 use crate::stats::median;
+use crate::trace::TraceBound;
 
 /// The columns: units are those of the JSON file.
 const COLUMNS: [&str; 20] = [
@@ -66,6 +67,43 @@ fn row(scene: &SceneResults, s: &StageResults) -> [String; COLUMNS.len()] {
         number(s.triangles_per_ray),
         s.hash.clone().unwrap_or_default(),
     ]
+}
+
+/// The columns of bounds of traces.
+const BOUND_COLUMNS: [&str; 5] = ["quantity", "stage", "cores", "least", "most"];
+
+/// A line for each figure of the bounds of a job, with the names of the JSON file. A figure that is known has two equal
+/// values.
+pub fn trace_csv(bound: &TraceBound) -> String {
+    let row = |quantity: &str, stage: &str, cores: Option<u32>, [least, most]: [f64; 2]| {
+        line(&[
+            quantity.into(),
+            stage.into(),
+            whole(cores.map(u64::from)),
+            number(Some(least)),
+            number(Some(most)),
+        ])
+    };
+    let mut out = line(&BOUND_COLUMNS.map(str::to_string));
+    let span = bound.span_seconds;
+    for (quantity, values) in [
+        ("work_seconds", [bound.work_seconds; 2]),
+        ("outside_seconds", [bound.outside_seconds; 2]),
+        ("span_seconds", [span.least, span.most]),
+    ] {
+        out += &row(quantity, "", None, values);
+    }
+    for stage in &bound.stages {
+        out += &row("count", &stage.stage, None, [stage.count as f64; 2]);
+        out += &row("work_seconds", &stage.stage, None, [stage.work_seconds; 2]);
+        if let Some(fraction) = stage.serial_fraction {
+            out += &row("serial_fraction", &stage.stage, None, [fraction; 2]);
+        }
+    }
+    for speed_up in &bound.speed_ups {
+        out += &row("speed_up", "", Some(speed_up.cores), [speed_up.at_least, speed_up.at_most]);
+    }
+    out
 }
 
 fn whole(value: Option<u64>) -> String {

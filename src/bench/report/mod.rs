@@ -19,7 +19,7 @@ use rays_plot::rays_plot;
 use scaling_plot::scaling_plot;
 use stage_plot::stage_plot;
 
-pub use csv::results_csv;
+pub use csv::{results_csv, trace_csv};
 pub use heat_map::HeatMap;
 pub use machines::{MachineResults, comparison_table, different_work, machines_page, result_tables};
 pub use table::Table;

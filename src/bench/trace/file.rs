@@ -1,10 +1,10 @@
 //! Reads the files of `--trace`: complete events in the JSON format of Chrome's trace viewer.
 
-use std::fs::File;
-use std::io::Read;
 use std::path::Path;
 
 use serde::Deserialize;
+
+use crate::limited_file::read_limited;
 
 /// Larger files are not read: `--trace` keeps a million events.
 const MAX_BYTES: u64 = 1 << 30;
@@ -80,13 +80,7 @@ impl Trace {
     /// The file cannot be read, is not a trace of blinn, or lacks events.
     pub fn read(path: &Path) -> Result<Trace, TraceError> {
         let error = |message: String| TraceError { file: path.display().to_string(), message };
-        let file = File::open(path).map_err(|e| error(e.to_string()))?;
-        let mut text = Vec::new();
-        // A pipe has no size.
-        file.take(MAX_BYTES + 1).read_to_end(&mut text).map_err(|e| error(e.to_string()))?;
-        if text.len() as u64 > MAX_BYTES {
-            return Err(error(format!("more than {MAX_BYTES} bytes are too many for a trace of blinn")));
-        }
+        let text = read_limited(path, MAX_BYTES, "a trace of blinn").map_err(error)?;
         Trace::parse(&text).map_err(error)
     }
 

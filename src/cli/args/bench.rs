@@ -49,7 +49,8 @@ pub struct BenchArgs {
     /// Write tables in Markdown
     #[arg(long, value_name = "FILE.md", help_heading = "Output")]
     pub markdown: Option<PathBuf>,
-    /// Write a line of comma-separated values for each stage, with the speed-up over one thread
+    /// Write a line of comma-separated values for each stage, with the speed-up over one thread; with --trace-bound, for
+    /// each figure
     #[arg(long, value_name = "FILE.csv", help_heading = "Output")]
     pub csv: Option<PathBuf>,
     /// Print what changed since an earlier run by more than the noise of both; with --strict, any higher cost is an

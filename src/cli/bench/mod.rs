@@ -33,7 +33,7 @@ use blinn_output::{Overwrite, check_writable};
 use blinn_render::RenderSettings;
 use blinn_session::simd_level;
 use observer::ConsoleObserver;
-use output::{fail, output_files, print, write};
+use output::{check_extension, fail, output_files, print, write};
 use public_scenes::PublicScenes;
 
 /// Triangles of the standard scenes without a size.
@@ -238,6 +238,7 @@ fn check_outputs(args: &BenchArgs, inputs: &[PathBuf]) -> Result<Result<()>, Usa
     let mut paths = PathConflicts::with_inputs(inputs);
     for (flag, file) in output_files(args) {
         let Some(file) = file else { continue };
+        check_extension(flag, file)?;
         paths.add_output(file, Writer::Flag(flag)).map_err(UsageError)?;
         if is_stdout(file) {
             continue;

@@ -5,7 +5,7 @@ use super::{check_outputs, machines, table};
 use crate::args::BenchArgs;
 use crate::summary::Summary;
 use crate::usage::UsageError;
-use blinn_bench::{Trace, TraceBound, trace_page, trace_tables};
+use blinn_bench::{Trace, TraceBound, trace_csv, trace_page, trace_tables};
 
 /// Prints and writes the bounds.
 pub fn run(args: &BenchArgs) -> Result<Summary, UsageError> {
@@ -20,6 +20,7 @@ pub fn run(args: &BenchArgs) -> Result<Summary, UsageError> {
     let tables = trace_tables(&bound);
     print(args, &table::text(&tables), &mut summary);
     write(&mut summary, args, args.json.as_deref(), || bound.to_json());
+    write(&mut summary, args, args.csv.as_deref(), || trace_csv(&bound));
     write(&mut summary, args, args.report.as_deref(), || trace_page(&bound));
     write(&mut summary, args, args.markdown.as_deref(), || machines::markdown(&tables));
     Ok(summary)
