@@ -43,7 +43,7 @@ def schema():
     results = read("a.json")
     validator.validate(results)
     stages = results["scenes"][0]["stages"]
-    assert len(stages) == 2 * (2 + 2 * (len(RAYS) + 2)), len(stages)
+    assert len(stages) == 2 * (2 + 2 * (len(RAYS) + 3)), len(stages)
     for path, value in ((("format",), "blinn bench 1"), (("scenes", 0, "stages", 0, "threads"), 0),
                         (("scenes", 0, "stages", 2, "hash"), "short"), (("machine", "cores"), "two")):
         wrong = copy.deepcopy(results)
@@ -106,7 +106,7 @@ def hashes():
     run(BLINN, "bench", *SMALL, "--threads", "1", "--rounds", "1", "--compare", "a.json", "--json", "b.json",
         BLINN_SIMD="portable")
     assert of(read("b.json")) == first
-    assert len(first) == 2 * (len(RAYS) + 1) == len(set(first.values())), first
+    assert len(first) == 2 * (len(RAYS) + 2) == len(set(first.values())), first
     other = read("a.json")
     for s in other["scenes"][0]["stages"]:
         s["hash"] = s["hash"] and "0" * 32

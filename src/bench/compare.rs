@@ -5,7 +5,6 @@ mod tests;
 
 use super::bootstrap::{Interval, ratio_interval};
 use super::results::{BenchResults, Machine, RecordedSettings, SceneResults, StageResults};
-use super::stage::BenchStage;
 use super::stats::{log_std_dev, median};
 
 /// Smaller relative changes of times and memory are never significant: two runs of one program on one machine agree
@@ -154,8 +153,8 @@ fn compare_stages(
             continue;
         };
         let metric = new.description();
-        // Frames of other samples take another time; a note says so.
-        if new.stage == BenchStage::Frame && !same_samples {
+        // Pictures of other samples take another time; a note says so.
+        if new.stage.has_samples() && !same_samples {
             out.without_counterpart += 1;
             continue;
         }

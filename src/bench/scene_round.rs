@@ -18,8 +18,11 @@ use blinn_import::load;
 use blinn_output::{BitDepth, ImageFormat, Picture};
 use blinn_render::display::{Background, Display, ViewTransform};
 use blinn_render::integrator::{Aov, Frame, Phong};
-use blinn_render::{RenderSettings, meter, render, render_aovs};
+use blinn_render::{NoisyPicture, RenderSettings, meter, render, render_aovs};
 use blinn_scene::{Lighting, PoseSettings, PosedScene, Scene, View, pose};
+
+/// Samples per pixel of the picture whose noise is removed, at least: the default of `blinn render`.
+const NOISY_SAMPLES: u32 = 4;
 
 /// One round of a scene.
 pub(super) struct SceneRound<'a> {
@@ -114,8 +117,24 @@ impl SceneRound<'_> {
             png?;
             self.add(BenchStage::Encode, Some(image), StageWork::default(), timing)?;
         }
+        if self.wants(BenchStage::Denoise) {
+            self.measure_filter(&frame, image)?;
+        }
 
         if self.is_first && self.settings.heat_maps { self.heat_map(&frame, settings) } else { Ok(None) }
+    }
+
+    /// Measures the filter of a picture with one bounce of indirect light.
+    fn measure_filter(&mut self, frame: &Frame, image: &Image) -> Result<(), MeasureError> {
+        let frame = Frame { indirect: 1, ..frame.clone() };
+        let samples = image.settings.samples.max(NOISY_SAMPLES);
+        let settings = RenderSettings { samples, ..image.settings };
+        let render = || NoisyPicture::render(&frame, &Phong::default(), &settings, &());
+        let noisy = self.timer.install(render)?;
+        let (timing, pixels) = self.timed(BenchStage::Denoise, || noisy.filter(&frame, &()));
+        let pixels = pixels?;
+        let hash = self.has_hashes().then(|| WorkHash::of_pixels(&pixels.colors));
+        self.add(BenchStage::Denoise, Some(image), StageWork { hash, ..StageWork::default() }, timing)
     }
 
     fn measure_rays(&mut self, frame: &Frame, image: &Image) -> Result<(), MeasureError> {

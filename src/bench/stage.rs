@@ -33,13 +33,15 @@ pub enum BenchStage {
     Bounce4,
     /// Rendering a frame: rays, shading, film.
     Frame,
+    /// Removing the noise of a picture with one bounce of indirect light: the filter alone.
+    Denoise,
     /// Encoding the frame as PNG.
     Encode,
 }
 
 impl BenchStage {
     /// All stages in order.
-    pub const ALL: [BenchStage; 13] = [
+    pub const ALL: [BenchStage; 14] = [
         BenchStage::Load,
         BenchStage::Build,
         BenchStage::Eye,
@@ -52,6 +54,7 @@ impl BenchStage {
         BenchStage::Bounce3,
         BenchStage::Bounce4,
         BenchStage::Frame,
+        BenchStage::Denoise,
         BenchStage::Encode,
     ];
 
@@ -74,6 +77,7 @@ impl BenchStage {
             BenchStage::Bounce3 => "bounce3",
             BenchStage::Bounce4 => "bounce4",
             BenchStage::Frame => "frame",
+            BenchStage::Denoise => "denoise",
             BenchStage::Encode => "encode",
         }
     }
@@ -81,6 +85,11 @@ impl BenchStage {
     /// Returns true if the stage traces rays and does nothing else.
     pub fn traces_rays(self) -> bool {
         (BenchStage::Eye..=BenchStage::Bounce4).contains(&self)
+    }
+
+    /// Returns true if other numbers of samples per pixel are other work.
+    pub fn has_samples(self) -> bool {
+        matches!(self, BenchStage::Frame | BenchStage::Denoise)
     }
 
     /// Returns true if the work depends on the size of the image.

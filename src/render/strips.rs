@@ -119,7 +119,7 @@ fn with_margin(window: PixelRect, settings: &RenderSettings, margin: u32) -> Pix
 
 /// Renders all pixels of the settings' window to `film`, row by row from the top. Those in `wanted` are reported as done:
 /// the margin around a crop is no progress.
-fn render_rows<R: Reconstruction>(
+pub(super) fn render_rows<R: Reconstruction>(
     memory: &RenderMemory,
     frame: &Frame,
     integrator: &dyn Integrator,

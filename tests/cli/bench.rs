@@ -68,7 +68,9 @@ fn the_results_file_holds_all_measurements() {
     for n in [1, 2] {
         expected.extend(["load", "build"].map(|stage| (n, Value::Null, stage)));
         for width in [16, 32] {
-            expected.extend(RAYS.iter().chain(&["frame", "encode"]).map(|stage| (n, json!(width), *stage)));
+            expected.extend(
+                RAYS.iter().chain(&["frame", "denoise", "encode"]).map(|stage| (n, json!(width), *stage)),
+            );
         }
     }
     assert_eq!(order, expected);
@@ -89,7 +91,11 @@ fn the_results_file_holds_all_measurements() {
             assert!(peaks.len() == 2 && peaks.iter().all(|v| v.as_u64().unwrap() > 1 << 20), "{s}");
         }
         let stage = s["stage"].as_str().unwrap();
-        assert_eq!(s["hash"].is_string(), RAYS.contains(&stage) || stage == "frame", "{s}");
+        assert_eq!(
+            s["hash"].is_string(),
+            RAYS.contains(&stage) || matches!(stage, "frame" | "denoise"),
+            "{s}"
+        );
         if !RAYS.contains(&stage) {
             assert!(s["rays"].is_null() && s["mrays_per_second"].is_null(), "{s}");
             continue;
@@ -113,11 +119,11 @@ fn the_results_file_holds_all_measurements() {
         assert_eq!(find("shadow")["rays"], find(stage)["rays"], "{stage}");
     }
     // The table has all of it, in as many lines.
-    let names = ["load ", "build ", "frame ", "encode "].into_iter().chain(RAYS);
+    let names = ["load ", "build ", "frame ", "denoise ", "encode "].into_iter().chain(RAYS);
     let names: Vec<&str> = names.collect();
     assert_eq!(
         messages.lines().filter(|line| names.iter().any(|s| line.starts_with(s))).count(),
-        2 * (2 + 2 * 11),
+        2 * (2 + 2 * 12),
         "{messages}"
     );
 }

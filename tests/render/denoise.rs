@@ -7,7 +7,7 @@ use std::sync::atomic::{AtomicU64, Ordering};
 use blinn::accel::{AccelSettings, SimdLevel};
 use blinn::geometry::{Rgb, Rgba};
 use blinn::integrator::{AmbientOcclusion, Frame, Phong};
-use blinn::render::{Denoise, PixelRect, ProgressMonitor, RenderSettings, render};
+use blinn::render::{Denoise, NoisyPicture, PixelRect, ProgressMonitor, RenderSettings, render};
 use blinn::scene::{
     AreaLightShape, ColorInput, Dielectric, Environment, Lighting, Material, PosedAreaLight, Projection,
     Reflectance, Reflection, ScalarInput, Scene, Sheen, View,
@@ -72,6 +72,13 @@ impl Default for Shot {
 
 impl Shot {
     fn take(&self, scene: &Scene) -> Vec<Rgba> {
+        self.with_frame(scene, |frame, settings| {
+            render(frame, &Phong::default(), settings, &()).unwrap().colors
+        })
+    }
+
+    /// Calls `work` with the frame and the settings of the picture.
+    fn with_frame<T>(&self, scene: &Scene, work: impl FnOnce(&Frame, &RenderSettings) -> T) -> T {
         let posed = scenes::posed(scene);
         let settings = AccelSettings { simd: self.simd, ..AccelSettings::default() };
         let accel = blinn::accel::Accel::build(&posed, &settings).0;
@@ -102,7 +109,7 @@ impl Shot {
             tile: self.tile,
             ..RenderSettings::default()
         };
-        render(&frame, &Phong::default(), &settings, &()).unwrap().colors
+        work(&frame, &settings)
     }
 }
 
@@ -126,6 +133,18 @@ fn reconstructed_pictures_do_not_depend_on_threads_tiles_or_simd_levels() {
     }
 }
 
+/// The filter alone has the pixels of pictures that are rendered and filtered strip by strip.
+#[test]
+fn filtering_a_noisy_picture_equals_rendering_without_noise() {
+    let scene = still_life();
+    let shot = Shot { size: [WIDTH, 150], ..Shot::default() };
+    let filtered = shot.with_frame(&scene, |frame, settings| {
+        let noisy = NoisyPicture::render(frame, &Phong::default(), settings, &()).unwrap();
+        noisy.filter(frame, &()).unwrap().colors
+    });
+    assert!(bits(&filtered) == bits(&shot.take(&scene)));
+}
+
 #[test]
 fn crops_equal_the_whole_picture() {
     let scene = still_life();
@@ -142,7 +161,6 @@ fn crops_equal_the_whole_picture() {
     }
 }
 
-/// Root of the mean squared error, with the light of sources bounded.
 /// Wide pictures are filtered in bands of columns.
 #[test]
 fn bands_of_columns_leave_no_seams() {
@@ -160,6 +178,7 @@ fn bands_of_columns_leave_no_seams() {
     assert!(bits(&of(narrow)) == bits(&expected));
 }
 
+/// Root of the mean squared error, with the light of sources bounded.
 fn error(pixels: &[Rgba], expected: &[Rgba]) -> f64 {
     let bounded = |p: &Rgba| p.truncate().min(Rgb::splat(2.0));
     let sum: f64 =

@@ -1,6 +1,7 @@
 use super::*;
 use crate::interleaved_timer::Timing;
 use crate::results::{BvhResults, Program};
+use crate::stage::BenchStage;
 use crate::stage_record::{StageKey, StageRecord, StageWork};
 
 /// A run of five scenes whose rounds scatter by about 1 %. All times are multiplied by `factor`.
@@ -44,14 +45,14 @@ fn run(factor: f64, rounds: usize, seed: usize) -> BenchResults {
 fn only_real_changes_are_significant() {
     for seed in 0..11 {
         let same = compare(&run(1.0, 5, 0), &run(1.0, 5, seed));
-        assert_eq!(same.changes.len(), 5 * 13 * 2);
+        assert_eq!(same.changes.len(), 5 * 14 * 2);
         assert!(same.notes.is_empty(), "{:?}", same.notes);
         assert_eq!(same.significant().count(), 0, "{same:?}");
         let slower = compare(&run(1.0, 5, 0), &run(1.2, 5, seed));
         let faster = compare(&run(1.2, 5, 0), &run(1.0, 5, seed));
-        assert!(slower.has_regression() && slower.significant().count() == 65);
+        assert!(slower.has_regression() && slower.significant().count() == 70);
         assert!(!faster.has_regression() && faster.significant().all(|c| c.verdict == Verdict::Less));
-        assert_eq!(faster.significant().count(), 65);
+        assert_eq!(faster.significant().count(), 70);
     }
 }
 
@@ -113,7 +114,7 @@ fn missing_results_are_noted_or_skipped() {
     }
     assert!(compared.notes[0].contains("different machines"));
     let times = compared.changes.iter().filter(|c| !c.metric.contains("memory"));
-    assert_eq!(times.count(), 12 + 11);
+    assert_eq!(times.count(), 13 + 12);
     let single = compare(&run(1.0, 1, 0), &run(3.0, 1, 0));
     assert!(single.significant().count() == 0 && single.notes[0].contains("two rounds"), "{single:?}");
     new.settings.calibration += 1;
@@ -147,7 +148,7 @@ fn different_hashes_are_different_work() {
     let compared = compare(&old, &new);
     assert_eq!(compared.different_work.len(), 2, "{compared:?}");
     assert!(compared.different_work[0].starts_with("scene 1: eye, 64x36, 1 thread: hash one, then two"));
-    assert_eq!(compared.changes.len(), (5 * 13 - 2) * 2);
+    assert_eq!(compared.changes.len(), (5 * 14 - 2) * 2);
     new.settings.samples = 4;
     assert_eq!(compare(&old, &new).different_work.len(), 1);
 }
@@ -163,7 +164,7 @@ fn scenes_of_other_paths_are_found_by_their_files() {
     };
     let compared = compare(&with_hashes(run(1.0, 5, 0), "a"), &with_hashes(run(1.2, 5, 0), "b/c"));
     assert!(compared.notes.is_empty(), "{:?}", compared.notes);
-    assert_eq!(compared.significant().count(), 65);
+    assert_eq!(compared.significant().count(), 70);
 }
 
 #[test]
@@ -174,9 +175,10 @@ fn stages_that_were_measured_otherwise_are_counted_and_not_compared() {
     new.settings.threads = vec![1, 2];
     new.scenes[0].stages[3].threads = 2;
     let compared = compare(&old, &new);
-    // The frames of all scenes, and the stage of another number of threads.
-    assert_eq!(compared.without_counterpart, 6);
-    assert!(compared.changes.iter().all(|change| !change.metric.starts_with("frame")));
+    // The frames and filtered pictures of all scenes, and the stage of another number of threads.
+    assert_eq!(compared.without_counterpart, 11);
+    let has_samples = |metric: &str| metric.starts_with("frame") || metric.starts_with("denoise");
+    assert!(compared.changes.iter().all(|change| !has_samples(&change.metric)));
     let note = "different numbers of threads: 1, then 1, 2";
     assert!(compared.notes.iter().any(|text| text == note), "{:?}", compared.notes);
 }

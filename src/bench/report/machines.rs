@@ -6,7 +6,6 @@ use super::{date, page_head};
 use crate::bootstrap::ratio_interval;
 use crate::compare::{Change, Comparison, Verdict};
 use crate::results::{BenchResults, Machine, SceneResults, StageResults};
-use crate::stage::BenchStage;
 use blinn_output::escape_html;
 
 /// The results of a machine with a name for tables.
@@ -59,9 +58,9 @@ pub fn different_work(machines: &[MachineResults]) -> Vec<String> {
     texts
 }
 
-/// Returns false for frames of different samples, which are different pictures.
+/// Returns false for pictures of different samples.
 fn is_same_work(stage: &StageResults, first: &MachineResults, other: &MachineResults) -> bool {
-    stage.stage != BenchStage::Frame || first.results.settings.samples == other.results.settings.samples
+    !stage.stage.has_samples() || first.results.settings.samples == other.results.settings.samples
 }
 
 /// Returns true if the first machine and another one have hashes of the same stage.
@@ -293,6 +292,7 @@ fn ratio(first: &StageResults, other: &StageResults) -> String {
 mod tests {
     use super::*;
     use crate::results::RecordedSettings;
+    use crate::stage::BenchStage;
 
     fn stage(stage: BenchStage, seconds: f64, hash: Option<&str>) -> StageResults {
         let text = format!(r#"{{"stage": "{}", "threads": 1, "width": 8, "height": 4}}"#, stage.name());
