@@ -61,7 +61,7 @@ bench:
 
 # Measure the standard scenes and write a report: `just suite` or `just suite 10k,70k,1.1m --compare old.json`.
 suite *words:
-    cargo run --release -q -- bench --suite {{words}} --json target/bench.json --report target/bench.html
+    BLINN_COMMIT=$(git diff --quiet HEAD && git rev-parse HEAD) cargo run --release -q -- bench --suite {{words}} --json target/bench.json --report target/bench.html
 
 # Write a generated scene: `just scene scan 1.1m target/scenes/scan.glb`. Kinds: scan, interior,
 # stadium, forest, slivers, soup, layers.

@@ -50,7 +50,7 @@ pub struct Change {
 /// The comparison of two runs.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Comparison {
-    /// The programs of the old and of the new run: `blinn 0.1.0, x86_64-linux, executable 01234567`.
+    /// The programs of the old and of the new run: `blinn 0.1.0, x86_64-linux, rustc 1.92.0, executable 01234567`.
     pub programs: [String; 2],
     /// All costs that both runs measured, in the order of the new run.
     pub changes: Vec<Change>,

@@ -41,6 +41,10 @@ pub struct Program {
     pub sha256: Option<String>,
     /// The processor architecture and the system that it was compiled for, such as `x86_64-linux`.
     pub target: String,
+    /// The compiler, such as `rustc 1.92.0 (ded5c06cf 2025-12-08)`; empty where it is unknown.
+    pub rustc: String,
+    /// The commit of its source in hexadecimal digits; `None` where the build does not know it.
+    pub commit: Option<String>,
 }
 
 impl Program {
@@ -50,6 +54,8 @@ impl Program {
         Program {
             sha256: file.and_then(|file| sha256_of_file(&file).ok()),
             target: format!("{}-{}", std::env::consts::ARCH, std::env::consts::OS),
+            rustc: env!("BLINN_RUSTC").into(),
+            commit: Some(env!("BLINN_BUILD_COMMIT").to_string()).filter(|commit| !commit.is_empty()),
         }
     }
 }
@@ -318,17 +324,17 @@ impl BenchResults {
         self.scenes.iter().find(has_same_name).or_else(|| self.scenes.iter().find(has_same_file))
     }
 
-    /// The version and the program in words: `blinn 0.1.0, x86_64-linux, executable 01234567`.
+    /// The version and the program in words: `blinn 0.1.0, x86_64-linux, rustc 1.92.0, commit 89abcdef, executable 01234567`.
     pub(super) fn program_name(&self) -> String {
-        let mut text = format!("blinn {}", self.version);
-        if !self.program.target.is_empty() {
-            text += &format!(", {}", self.program.target);
-        }
-        if let Some(hash) = &self.program.sha256 {
-            let start: String = hash.chars().take(8).collect();
-            text += &format!(", executable {start}");
-        }
-        text
+        let Program { sha256, target, rustc, commit } = &self.program;
+        let start = |hash: &String| hash.chars().take(8).collect::<String>();
+        let mut parts = vec![format!("blinn {}", self.version)];
+        parts.extend(Some(target.clone()).filter(|target| !target.is_empty()));
+        let compiler: Vec<&str> = rustc.split_whitespace().take(2).collect();
+        parts.extend(Some(compiler.join(" ")).filter(|compiler| !compiler.is_empty()));
+        parts.extend(commit.as_ref().map(|commit| format!("commit {}", start(commit))));
+        parts.extend(sha256.as_ref().map(|hash| format!("executable {}", start(hash))));
+        parts.join(", ")
     }
 
     /// The results of a run that has just ended on this machine.

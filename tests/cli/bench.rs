@@ -37,6 +37,8 @@ fn the_results_file_holds_all_measurements() {
     let program = &figures["program"];
     assert_eq!(program["sha256"].as_str().unwrap().len(), 64);
     assert!(program["target"].as_str().unwrap().contains('-'), "{program}");
+    assert!(program["rustc"].as_str().unwrap().starts_with("rustc 1."), "{program}");
+    assert!(program["commit"].is_null() || program["commit"].as_str().unwrap().len() >= 7, "{program}");
     for key in ["cpu", "os", "simd"] {
         assert!(!figures["machine"][key].as_str().unwrap().is_empty(), "{key}");
     }

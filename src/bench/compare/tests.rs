@@ -189,10 +189,17 @@ fn programs_are_named() {
     let [old, mut new] = [1.0, 1.0].map(|factor| run(factor, 2, 0));
     let version = env!("CARGO_PKG_VERSION");
     assert_eq!(compare(&old, &new).program_line(), format!("blinn {version} in both runs"));
-    new.program = Program { sha256: Some("0123456789abcdef".into()), target: "x86_64-linux".into() };
+    new.program = Program {
+        sha256: Some("0123456789abcdef".into()),
+        target: "x86_64-linux".into(),
+        rustc: "rustc 1.92.0 (ded5c06cf 2025-12-08)".into(),
+        commit: Some("89abcdef01234567".into()),
+    };
     let line = compare(&old, &new).program_line();
     assert_eq!(
         line,
-        format!("old: blinn {version}; new: blinn {version}, x86_64-linux, executable 01234567")
+        format!(
+            "old: blinn {version}; new: blinn {version}, x86_64-linux, rustc 1.92.0, commit 89abcdef, executable 01234567"
+        )
     );
 }

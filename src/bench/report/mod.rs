@@ -127,9 +127,9 @@ fn description(results: &BenchResults) -> String {
     let date = date(results.unix_time);
     let debug = if *debug_build { " Build without optimisation." } else { "" };
     format!(
-        "blinn {}, {date}. {cpu}, {}, {gib:.1} GiB, {os} {kernel}. {sizes} pixels, {} \
+        "{}, {date}. {cpu}, {}, {gib:.1} GiB, {os} {kernel}. {sizes} pixels, {} \
          per pixel in frames, {}, SIMD level {simd}.{debug}",
-        results.version,
+        results.program_name(),
         counted(*cores, "processor"),
         counted(*samples, "sample"),
         counted(*rounds, "round")
