@@ -29,7 +29,8 @@ impl SessionLog for WarningLog {
 /// A message of the library with its options as keyword arguments: `` `clip off` `` becomes `clip='off'`.
 pub fn with_keywords(text: &str) -> String {
     with_option_names(&without_error_codes(text), |name, value| {
-        let name = name.replace('-', "_");
+        // Layers are an argument of their own.
+        let name = if name == "aov" { "layers".to_string() } else { name.replace('-', "_") };
         match value {
             Some(value) => format!("{name}='{value}'"),
             None => name,

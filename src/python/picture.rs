@@ -10,7 +10,6 @@ use pyo3::types::PyBytes;
 
 use super::errors::value_error;
 use super::pool;
-use blinn_core::closest_name::did_you_mean;
 use blinn_output::{BitDepth, ImageFormat, Overwrite, Picture, SaveError, save};
 use blinn_render::integrator::{Aov, MatteKind};
 use blinn_render::{AovLayer, MATTE_RANKS};
@@ -123,7 +122,7 @@ impl PyPicture {
                     [] => "the picture has none".to_string(),
                     ref layers => format!("the picture has {}", layers.join(", ")),
                 };
-                format!("there is no layer '{name}'; {rendered}{}", did_you_mean(name, known))
+                format!("there is no layer '{name}'; {rendered}{}", values::layer_hint(name))
             };
             return Err(PyKeyError::new_err(hint));
         };

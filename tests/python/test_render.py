@@ -12,6 +12,7 @@ import numpy as np
 import pytest
 
 import blinn
+from blinn._progress import shown_progress
 
 
 def test_arrays_are_contiguous_and_shaped(lecture: blinn.Scene) -> None:
@@ -55,7 +56,30 @@ def test_progress_is_a_bar(quad: blinn.Scene, capsys: pytest.CaptureFixture[str]
     quad.render(size=16, progress=True)
     quad.render(size=16, progress=False)
     shown = capsys.readouterr().err
-    assert "100" in shown and "\r" in shown
+    assert "100" in shown and "\r" in shown and shown.count("\n") == 1 and shown.endswith("\n")
+
+
+def test_bars_end_their_line_once(lecture: blinn.Scene, capsys: pytest.CaptureFixture[str]) -> None:
+    pictures = lecture.render_many([blinn.Camera.look_at((0, 1, 4), (0, 0, 0))] * 3, size=16, progress=True)
+    assert len(list(pictures)) == 3
+    shown = capsys.readouterr().err
+    assert shown.count("\n") == 1 and shown.endswith("\n")
+    # A render that fails leaves the cursor on a line of its own.
+    with pytest.raises(ValueError, match="layer"):
+        lecture.render(size=16, layers=["colour"], progress=True)
+    with shown_progress(True) as callback:
+        assert callback is not None
+        callback(0.25)
+    shown = capsys.readouterr().err
+    assert "25" in shown and shown.count("\n") == 1 and shown.endswith("\n")
+
+
+def test_names_of_layers_are_suggested_in_any_case(quad: blinn.Scene) -> None:
+    for name, layer in [("Normal", "normal"), ("Z", "depth"), ("CryptoObject", "cryptomatte")]:
+        with pytest.raises(ValueError, match=f"for layers: unknown layer '{name}'; did you mean '{layer}'?"):
+            quad.render(size=8, layers=[name])
+        with pytest.raises(KeyError, match=f"there is no layer '{name}'; .*did you mean '{layer}'?"):
+            quad.render(size=8)[name]
 
 
 def test_defaults_are_shown_as_values() -> None:

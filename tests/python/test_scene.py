@@ -17,6 +17,11 @@ def test_a_file_and_its_bytes_are_the_same_scene(models: Path) -> None:
     np.testing.assert_array_equal(file.render(size=(32, 24)).rgba, data.render(size=(32, 24)).rgba)
 
 
+def test_scenes_are_loaded_and_not_constructed(models: Path) -> None:
+    with pytest.raises(TypeError, match=r"not made from str: use blinn\.load\(path"):
+        blinn.Scene(str(models / "cornell/cornell.glb"))  # type: ignore[arg-type]
+
+
 def test_contents_are_listed(models: Path) -> None:
     scene = blinn.load(models / "figure/figure.glb")
     assert scene.bounds.shape == (2, 3) and (scene.bounds[1] > scene.bounds[0]).all()

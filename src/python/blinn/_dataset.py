@@ -9,10 +9,10 @@ import sys
 import tempfile
 import warnings
 from pathlib import Path
-from typing import Any, Iterable, Sequence, Union
+from typing import Any, Callable, Iterable, Sequence, Union
 
 from ._blinn import RenderError, SceneWarning
-from ._progress import Progress, progress_callback
+from ._progress import Progress, shown_progress
 from ._scene import Scene
 
 # Options whose value is a list of names.
@@ -70,7 +70,8 @@ def write_dataset(
             raise ValueError("there are no scenes")
         out = os.path.join(folder, name or "")
         command = ["turntable", *flags, f"--output={out}", "--progress=json", "--print-paths", "--", *files]
-        return _run(command, progress)
+        with shown_progress(progress) as callback:
+            return _run(command, callback)
 
 
 def _several(scenes: Scenes) -> list[str | os.PathLike[str] | Scene]:
@@ -130,9 +131,8 @@ def _list(values: Any) -> str:
     return values if isinstance(values, str) else ",".join(str(value) for value in values)
 
 
-def _run(command: list[str], progress: Progress | None) -> list[Path]:
-    """Run the command. Return the paths that it prints."""
-    callback = progress_callback(progress)
+def _run(command: list[str], callback: Callable[[float], object] | None) -> list[Path]:
+    """Run the command. Return the paths that it prints. ``callback`` gets the finished fraction."""
     failures: list[str] = []
     messages: list[str] = []
     with tempfile.TemporaryFile() as paths:

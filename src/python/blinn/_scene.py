@@ -12,7 +12,7 @@ import numpy.typing as npt
 from . import _blinn
 from ._blinn import Camera, Picture, Pictures
 from ._glb import Mesh, write_glb
-from ._progress import Progress, progress_callback
+from ._progress import Progress, progress_callback, shown_progress
 from ._trimesh import write_trimesh
 
 if TYPE_CHECKING:
@@ -104,6 +104,11 @@ class Scene:
         self, scene: _blinn.Scene, source: SceneSource | None = None, animation: str | int | None = None
     ) -> None:
         """Wrap a scene of the extension module. Use `load` or `from_arrays` instead."""
+        if not isinstance(scene, _blinn.Scene):
+            raise TypeError(
+                f"Scene is not made from {type(scene).__name__}: use blinn.load(path or bytes), Scene.from_arrays, "
+                "Scene.from_meshes or Scene.from_trimesh"
+            )
         self._scene = scene
         self._source = source
         self._animation = animation
@@ -287,7 +292,8 @@ class Scene:
 
         Raises ValueError for values that the command would not take, TypeError for unknown options and `RenderError`.
         """
-        return self._scene.render(camera, size, samples, _names(layers), progress_callback(progress), **options)
+        with shown_progress(progress) as callback:
+            return self._scene.render(camera, size, samples, _names(layers), callback, **options)
 
     def render_many(
         self,

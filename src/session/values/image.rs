@@ -1,9 +1,9 @@
 //! Parsers of sizes, backgrounds, exposure and AOVs of images.
 
 use super::color::color_or;
+use super::layer_names::{layer_hint, layer_names};
 use super::numbers::{exactly, number};
 use crate::options::{AovSelection, CRYPTOMATTE, Exposure, ImageBackground};
-use blinn_core::closest_name::did_you_mean;
 use blinn_render::PixelRect;
 use blinn_render::display::Background;
 use blinn_render::integrator::Aov;
@@ -76,8 +76,8 @@ pub fn aovs(text: &str) -> Result<AovSelection, String> {
             Some(aov) => selection.aovs.push(aov),
             None if name == CRYPTOMATTE => selection.cryptomatte = true,
             None => {
-                let names: Vec<_> = Aov::ALL.iter().map(|a| a.name()).chain([CRYPTOMATTE]).collect();
-                let hint = did_you_mean(name, &names);
+                let names: Vec<_> = layer_names().collect();
+                let hint = layer_hint(name);
                 return Err(format!("unknown layer '{name}'{hint}; expected {}", names.join(", ")));
             }
         }

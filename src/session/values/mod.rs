@@ -3,6 +3,7 @@
 mod camera;
 mod color;
 mod image;
+mod layer_names;
 mod lights;
 mod numbers;
 
@@ -12,6 +13,7 @@ pub use camera::{
 };
 pub use color::color;
 pub use image::{aovs, background, crop, exposure, gamma, image_background, size};
+pub use layer_names::layer_hint;
 pub use lights::{ao, area_light, lights, point_light, radius, strength, sun};
 pub use numbers::{
     angle, bytes, depth_unit, direction, exactly, fraction, glob, length_scale, number, numbers, positive,
