@@ -72,6 +72,11 @@ impl RenderSettings {
         self.crop.unwrap_or(PixelRect { x: 0, y: 0, width: self.width, height: self.height })
     }
 
+    /// True if the noise of a frame stays although it should be removed: a single sample does not show what is noise.
+    pub fn keeps_noise(&self, frame: &Frame) -> bool {
+        self.samples == 1 && self.denoise != Denoise::Off && frame.has_random_light()
+    }
+
     /// True if all noisy light of a frame is reconstructed.
     pub(crate) fn filters_all_light(&self, frame: &Frame) -> bool {
         let applies = match self.denoise {

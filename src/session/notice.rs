@@ -63,6 +63,8 @@ pub enum Notice {
     },
     /// Half of a picture or more is white.
     WhiteImage,
+    /// The noise of a picture of a single sample per pixel is not removed.
+    NoisySample,
     /// A light is inside a closed object that shadows it on all sides.
     EnclosedLight(EnclosedLight),
     /// Frames of an animation are asked for, and nothing moves.
@@ -215,6 +217,9 @@ impl fmt::Display for Notice {
             }
             Notice::WhiteImage => f.write_str(
                 "most of the picture is white; use `exposure auto`, or a lower `exposure` or `light-scale`",
+            ),
+            Notice::NoisySample => f.write_str(
+                "the picture is grainy, because noise is removed from two samples per pixel on; use `samples 4` or more",
             ),
             Notice::EnclosedLight(EnclosedLight { light, object }) => write!(
                 f,

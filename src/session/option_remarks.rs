@@ -18,15 +18,10 @@ pub(crate) fn remark_on_options(
     posed: &PosedScene,
     log: &dyn SessionLog,
 ) -> Result<(), SessionError> {
-    let asks_for_file_lights =
-        options.lighting.sets.as_ref().is_some_and(|sets| sets.contains(&LightSet::File));
     let is_emissive =
         |material: &Material| material.emission.factor * material.emission_strength != Vec3::ZERO;
-    if asks_for_file_lights
-        && options.stage != Stage::Color
-        && lit.rig.is_dark()
-        && !posed.materials.iter().any(is_emissive)
-    {
+    let is_lightless = lit.rig.is_dark() && !posed.materials.iter().any(is_emissive);
+    if asks_for_file_lights(options) && options.stage != Stage::Color && is_lightless {
         log.warn(Notice::NoLights { lost_lights: posed.scene.lost_light_names() })?;
     }
     if options.ground == Some(GroundKind::ShadowCatcher)
@@ -38,6 +33,7 @@ pub(crate) fn remark_on_options(
         log.warn(Notice::NothingCastsShadows)?;
     }
     if lit.rig.environment.is_none()
+        && !is_lightless
         && (options.stage == Stage::Phong && options.bounces > 0)
         && options.overrides == MaterialOverrides::default()
         && posed.materials.iter().any(shows_surroundings)
@@ -51,6 +47,11 @@ pub(crate) fn remark_on_options(
         log.hint(large);
     }
     Ok(())
+}
+
+/// True if the lights of the file are named, and not only the default.
+pub(crate) fn asks_for_file_lights(options: &Options) -> bool {
+    options.lighting.sets.as_ref().is_some_and(|sets| sets.contains(&LightSet::File))
 }
 
 /// Remarks on a size in metres that is as large as the scene: probably pixels were meant.

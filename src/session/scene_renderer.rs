@@ -23,7 +23,7 @@ use crate::log::SessionLog;
 use crate::memory_estimate::bvh_triangles;
 use crate::near_plane::cuts_picture;
 use crate::notice::Notice;
-use crate::option_remarks::remark_on_options;
+use crate::option_remarks::{asks_for_file_lights, remark_on_options};
 use crate::picture_edges::{blank, empty_drawing, picture_edges};
 use crate::picture_layers::{light_layers, normalize_layers};
 use crate::plan::SessionPlan;
@@ -211,7 +211,8 @@ impl<'a> SceneRenderer<'a> {
             edges: EdgeCache::default(),
             advice: LightAdvice::of_lighting(&lit),
             sources: lit.description,
-            has_light_remarks: AtomicBool::new(lit.rig.is_dark()),
+            // Without any light, a request for those of the file has had its warning.
+            has_light_remarks: AtomicBool::new(lit.rig.is_dark() && asks_for_file_lights(options)),
         })
     }
 
@@ -383,6 +384,9 @@ impl<'a> SceneRenderer<'a> {
                 view: self.display.view,
             };
             light.remarks(&frame, &pixels).into_iter().for_each(|notice| log.hint(notice));
+            if settings.keeps_noise(&frame) {
+                log.hint(Notice::NoisySample);
+            }
         }
         let start = Instant::now();
         let scene_to_world = DAffine3::from_mat3(self.aov_world) * frame.scene_to_world;

@@ -121,6 +121,38 @@ fn a_dark_picture_names_its_lights_and_what_helps() {
     assert_eq!(few.matches("is dark").count(), 1, "{few}");
 }
 
+/// A picture without any light is black: one hint names what helps, whatever the materials reflect.
+#[test]
+fn a_picture_without_light_has_one_hint() {
+    let (_dir, at) = folder();
+    let mut file = Fixture::triangle();
+    file.material(json!({"pbrMetallicRoughness": {"metallicFactor": 1}}));
+    fs::write(at.join("a.glb"), file.glb()).unwrap();
+    for scene in ["a.glb".to_string(), model("tests/cube.obj")] {
+        let line = format!("render {scene} --size 16x16 -s 1 -o a.png --lights none --ambient 0");
+        let messages = runs(&at, &line);
+        let hint = "the picture is dark; lights: none; use --lights three-point, --hdri studio or --ambient";
+        assert!(messages.contains(hint) && !messages.contains("show black"), "{messages}");
+        for more in ["--sun 0,-1,-1,1", "--hdri studio", "--integrator color"] {
+            assert!(!runs(&at, &format!("{line} {more}")).contains("is dark"), "{more}");
+        }
+    }
+}
+
+/// With a single sample per pixel, the noise of random light stays.
+#[test]
+fn grain_of_a_single_sample_is_named() {
+    let (_dir, at) = folder();
+    let line = format!("render {} --size 16x16 -o a.png --indirect 1", model("tests/cube.obj"));
+    let hint = "the picture is grainy, because noise is removed from two samples per pixel on; use --samples 4 or more";
+    assert!(runs(&at, &format!("{line} -s 1")).contains(hint));
+    for more in ["-s 2", "-s 1 --denoise off"] {
+        assert!(!runs(&at, &format!("{line} {more}")).contains("grainy"), "{more}");
+    }
+    let exact = runs(&at, &line.replace("--indirect 1", "-s 1"));
+    assert!(!exact.contains("grainy"), "{exact}");
+}
+
 #[test]
 fn metal_without_surroundings_is_named() {
     let (_dir, at) = folder();
