@@ -321,7 +321,8 @@ pub(super) fn inline(value: &Value) -> String {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use blinn_scene::{Instance, LocalTransform, Material, Mesh, Node};
+    use blinn_core::geometry::Rgb;
+    use blinn_scene::{Instance, Light, LightKind, LightUnits, LocalTransform, Material, Mesh, Node};
     use glam::Vec3;
 
     #[test]
@@ -367,6 +368,28 @@ mod tests {
             text.contains("\n  hidden meshes (isVisible, setEnabled, visibility 0) are written"),
             "{text}"
         );
+    }
+
+    /// Advice about Blender's export dialog is for files that lack lights or cameras, and not for converted .blend files.
+    #[test]
+    fn files_with_lights_and_cameras_have_no_advice_about_exporting_them() {
+        let mut scene = Scene::default();
+        scene.source.generator = "Khronos glTF Blender I/O v5.0.21".into();
+        let quirks = |scene: &Scene| {
+            let posed = pose(scene, &PoseSettings::default()).unwrap();
+            scene_properties(&posed, &[], GlassMode::Auto)["quirks"].to_string()
+        };
+        let lists =
+            |scene: &Scene| ["tick Cameras", "--light-units"].map(|text| quirks(scene).contains(text));
+        assert_eq!(lists(&scene), [true, false]);
+        scene.nodes.push(Node::default());
+        let kind = LightKind::Point;
+        let name = "Lamp".to_string();
+        let range = f32::INFINITY;
+        scene.lights.push(Light { name, node: 0, kind, color: Rgb::ONE, intensity: 1.0, range, radius: 0.0 });
+        assert_eq!(lists(&scene), [true, true]);
+        scene.source.light_units = Some(LightUnits::Standard);
+        assert_eq!(lists(&scene), [false, false]);
     }
 
     #[test]

@@ -60,6 +60,11 @@ enum Sign {
     Unturned,
     /// The scene is a metre long or longer: lengths in millimetres may be written as metres.
     Large,
+    /// Lights or cameras are missing. Files that name the unit of lights, as conversions of .blend files do, have those that
+    /// there are.
+    Unlit,
+    /// There are lights, and the file does not name their unit.
+    LightsWithoutUnit,
 }
 
 impl Sign {
@@ -71,6 +76,13 @@ impl Sign {
                 !roots.map(up).any(|up| up.y > 0.9 * up.length())
             }
             Sign::Large => posed.bounds().extent().max_element() >= 1.0,
+            Sign::Unlit => {
+                let is_missing = posed.scene.lights.is_empty() || posed.scene.cameras.is_empty();
+                is_missing && posed.scene.source.light_units.is_none()
+            }
+            Sign::LightsWithoutUnit => {
+                !posed.scene.lights.is_empty() && posed.scene.source.light_units.is_none()
+            }
         }
     }
 }
