@@ -99,14 +99,6 @@ impl ShardWriter {
         self.files.length
     }
 
-    /// Appends a file.
-    ///
-    /// # Errors
-    /// As [`ShardPart::add`].
-    pub fn add(&mut self, name: &str, bytes: &[u8]) -> io::Result<()> {
-        self.files.add(name, bytes)
-    }
-
     /// Appends the files of a part.
     ///
     /// # Errors
@@ -206,6 +198,13 @@ mod tests {
         all
     }
 
+    /// Appends a file as a part of its own.
+    fn add(shard: &mut ShardWriter, name: &str, bytes: &[u8]) -> io::Result<()> {
+        let mut part = ShardPart::new(shard.files.path())?;
+        part.add(name, bytes)?;
+        shard.append(part)
+    }
+
     #[test]
     fn files_come_back_in_order() {
         let dir = tempfile::tempdir().unwrap();
@@ -214,36 +213,36 @@ mod tests {
         let files: Vec<(String, Vec<u8>)> =
             [0, 1, 511, 512, 513, 70_000].map(|size| (format!("a_{size}.depth.png"), vec![7; size])).into();
         for (name, bytes) in &files {
-            shard.add(name, bytes).unwrap();
+            add(&mut shard, name, bytes).unwrap();
             assert_eq!(shard.length() % 512, 0);
         }
         assert!(!path.exists(), "it has no name before it is complete");
-        shard.add("last.json", b"{}").unwrap();
+        add(&mut shard, "last.json", b"{}").unwrap();
         shard.finish(Overwrite::No).unwrap();
         let found = contents(&path);
         assert_eq!(found[..6], files);
         assert_eq!(found[6..], [("last.json".to_string(), b"{}".to_vec())]);
         // The same files make the same archive.
         let mut again = ShardWriter::new(&dir.path().join("1.tar")).unwrap();
-        found.iter().for_each(|(name, bytes)| again.add(name, bytes).unwrap());
+        found.iter().for_each(|(name, bytes)| add(&mut again, name, bytes).unwrap());
         again.finish(Overwrite::No).unwrap();
         assert!(std::fs::read(&path).unwrap() == std::fs::read(dir.path().join("1.tar")).unwrap());
         assert!(ShardWriter::new(&path).unwrap().finish(Overwrite::No).is_err());
     }
 
     #[test]
-    fn an_archive_of_parts_is_as_if_written_at_once() {
+    fn an_archive_of_parts_is_as_if_of_one() {
         let dir = tempfile::tempdir().unwrap();
         let path = |name: &str| dir.path().join(name);
         let mut whole = ShardWriter::new(&path("0.tar")).unwrap();
         let mut parts = ShardWriter::new(&path("1.tar")).unwrap();
+        let mut all = ShardPart::new(&path("0.tar")).unwrap();
         for (name, bytes) in [("a.png", vec![1; 700]), ("b.png", vec![2; 70_000]), ("c.png", vec![3; 10])] {
-            let mut part = ShardPart::new(&path("1.tar")).unwrap();
-            part.add(name, &bytes).unwrap();
-            parts.append(part).unwrap();
-            whole.add(name, &bytes).unwrap();
-            assert_eq!(parts.length(), whole.length());
+            add(&mut parts, name, &bytes).unwrap();
+            all.add(name, &bytes).unwrap();
+            assert_eq!(parts.length(), all.length());
         }
+        whole.append(all).unwrap();
         let length = whole.length();
         whole.finish(Overwrite::No).unwrap();
         parts.finish(Overwrite::No).unwrap();
@@ -276,7 +275,7 @@ mod tests {
         let dir = tempfile::tempdir().unwrap();
         let path = dir.path().join("0.tar");
         let mut shard = ShardWriter::new(&path).unwrap();
-        shard.add("a.png", &[3; 2000]).unwrap();
+        add(&mut shard, "a.png", &[3; 2000]).unwrap();
         shard.finish(Overwrite::No).unwrap();
         let whole = std::fs::read(&path).unwrap();
         for length in [whole.len() - 1, whole.len() - 1025, 600] {
@@ -301,6 +300,6 @@ mod tests {
         )
         .unwrap();
         assert!(read_shard(&File::open(&path).unwrap(), |_| true, |_| Ok(())).is_err());
-        assert!(ShardWriter::new(&path).unwrap().add(&"a/".repeat(200), b"").is_err());
+        assert!(ShardPart::new(&path).unwrap().add(&"a/".repeat(200), b"").is_err());
     }
 }
