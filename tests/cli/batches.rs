@@ -302,10 +302,13 @@ fn a_tar_file_is_a_batch() {
     fs::write(at.join("wood.png"), png.get_ref()).unwrap();
     write("readme.txt", b"no scene");
     fs::copy(model("tests/triangle.glb"), at.join("objects/t.glb")).unwrap();
-    let mut archive = blinn::output::ShardWriter::new(&at.join("objects.tar")).unwrap();
+    let path = at.join("objects.tar");
+    let mut objects = blinn::output::ShardPart::new(&path).unwrap();
     for (name, bytes) in files(&at.join("objects")) {
-        archive.add(&name, &bytes).unwrap();
+        objects.add(&name, &bytes).unwrap();
     }
+    let mut archive = blinn::output::ShardWriter::new(&path).unwrap();
+    archive.append(objects).unwrap();
     archive.finish(blinn::output::Overwrite::No).unwrap();
 
     let line = |scenes: &str, out: &str| {

@@ -117,18 +117,7 @@ pub fn run(args: &BenchArgs) -> Result<Summary, UsageError> {
     }
     let comparison = old.map(|old| compare(&old, &measurement.results));
     print_tables(args, &measurement.results, comparison.as_ref(), &mut summary);
-    let Measurement { results, heat_maps, interrupt } = &measurement;
-    write(&mut summary, args, args.json.as_deref(), || results.to_json());
-    write(&mut summary, args, args.csv.as_deref(), || results_csv(results));
-    write(&mut summary, args, args.report.as_deref(), || {
-        report_page(results, heat_maps, comparison.as_ref())
-    });
-    write(&mut summary, args, args.markdown.as_deref(), || {
-        let machine = MachineResults { label: results.machine.cpu.clone(), results: results.clone() };
-        let mut tables = result_tables(&[machine]);
-        tables.extend(comparison.as_ref().map(comparison_table));
-        machines::markdown(&tables)
-    });
+    write_files(args, &measurement, comparison.as_ref(), &mut summary);
     if let Some(comparison) = &comparison {
         if comparison.changes.is_empty() && comparison.different_work.is_empty() {
             fail(&mut summary, "--compare: both runs have no measurement in common");
@@ -139,7 +128,7 @@ pub fn run(args: &BenchArgs) -> Result<Summary, UsageError> {
         }
     }
     // Files of the finished rounds are written.
-    if let Some(interrupt) = interrupt {
+    if let Some(interrupt) = &measurement.interrupt {
         interrupt.release();
     }
     Ok(summary)
@@ -312,6 +301,25 @@ fn print_tables(
     let mut text = table::results(results);
     text += &comparison.map(table::comparison).unwrap_or_default();
     print(args, &text, summary);
+}
+
+/// Writes the files of results.
+fn write_files(
+    args: &BenchArgs,
+    measurement: &Measurement,
+    comparison: Option<&Comparison>,
+    summary: &mut Summary,
+) {
+    let Measurement { results, heat_maps, .. } = measurement;
+    write(summary, args, args.json.as_deref(), || results.to_json());
+    write(summary, args, args.csv.as_deref(), || results_csv(results));
+    write(summary, args, args.report.as_deref(), || report_page(results, heat_maps, comparison));
+    write(summary, args, args.markdown.as_deref(), || {
+        let machine = MachineResults { label: results.machine.cpu.clone(), results: results.clone() };
+        let mut tables = result_tables(&[machine]);
+        tables.extend(comparison.map(comparison_table));
+        machines::markdown(&tables)
+    });
 }
 
 /// With --strict, any higher cost is an error.

@@ -29,8 +29,8 @@ use blinn_scene::{
     UpAxis, View, pose,
 };
 use blinn_session::{
-    Permit, PlannedFrame, PosedFrame, RenderedImage, SceneRenderer, check_memory, load_limits, natural_size,
-    prepare_scene, scaled_to,
+    Permit, PlannedFrame, PosedFrame, RenderedImage, SceneRenderer, SessionPlan, check_memory, load_limits,
+    natural_size, prepare_scene, scaled_to,
 };
 
 /// Cameras of the file that are compared.
@@ -93,25 +93,8 @@ pub fn compare(
     permit: &Arc<Permit>,
     cancel: &CancelToken,
 ) -> Result<Comparison> {
-    let of_old = LoadOptions {
-        limits: load_limits(plan.session.max_memory),
-        cancel: cancel.clone(),
-        ..plan.session.options.load.clone()
-    };
-    let of_new = LoadOptions {
-        up: args.new.new_up.map(up_axis).or(of_old.up),
-        scale: args.new.new_scale.or(of_old.scale),
-        ..of_old.clone()
-    };
-    let mut old = load_scene(&plan, files[0], of_old, permit, 0).map_err(|e| in_file(files[0], e))?;
-    plan.session.options.size = Some(args.size.unwrap_or_else(|| default_size(&old.scene)));
-    let old_memory = check_memory(&plan.session, &old.scene, 2)?;
-    permit.resize(old_memory)?;
-    let new_scale = of_new.scale.unwrap_or(1.0);
-    let mut new =
-        load_scene(&plan, files[1], of_new, permit, old_memory).map_err(|e| in_file(files[1], e))?;
-    let new_memory = check_memory(&plan.session, &new.scene, 2)?;
-    permit.resize(old_memory.saturating_add(new_memory))?;
+    let LoadedPair { mut old, mut new, new_scale } =
+        LoadedPair::load(files, &mut plan, args, permit, cancel)?;
     logs[0].warn_of_import(old.warnings.clone())?;
     logs[1].warn_of_import(new.warnings.clone())?;
     let mode = plan.session.options.load.glass;
@@ -126,23 +109,8 @@ pub fn compare(
     let frames = plan.frames.resolve(0.0, None)?;
     let planned = *frames.first().context("there is no frame")?;
 
-    // Both scenes have one centre, so that equal triangles have equal coordinates.
-    let animation = |scene: &Scene| plan.session.options.animation(scene);
-    let mut at_old = PoseSettings { time: planned.time, animation: animation(&old.scene)?, centre: None };
-    let animation = animation(&new.scene).or_else(|_| plan.session.options.animation(&Scene::default()))?;
-    let mut at_new = PoseSettings { time: planned.time, animation, centre: None };
-    let (ObjectComparison { differences: objects, accepted_distance }, orders) = {
-        let posed_old = pose(&old.scene, &at_old)?;
-        at_old.centre = Some(posed_old.centre);
-        at_new.centre = at_old.centre;
-        let posed_new = pose(&new.scene, &at_new)?;
-        let orders = [&posed_old, &posed_new].map(CanonicalOrder::new);
-        (compare_objects(&posed_old, &posed_new, tolerance), orders)
-    };
-    // Triangles of one order have equal pictures.
-    let [old_order, new_order] = orders;
-    old_order.apply(&mut old.scene);
-    new_order.apply(&mut new.scene);
+    let (ObjectComparison { differences: objects, accepted_distance }, [at_old, at_new]) =
+        compare_geometry(&plan, &mut old.scene, &mut new.scene, planned.time, tolerance)?;
     let posed_old = pose(&old.scene, &at_old)?;
     let posed_new = pose(&new.scene, &at_new)?;
     let views = shared_views(&plan, &posed_old, &posed_new)?;
@@ -151,37 +119,8 @@ pub fn compare(
         NewScene { bounds: posed_new.bounds(), up: new.scene.source.up, scale: new_scale },
     );
     plan.session.options.view.complete = views.first().map(|view| view.camera);
-
-    let seed = plan.session.options.seed;
-    let mut pictures = Vec::new();
-    {
-        let mut old_frame = PosedFrame { time: planned.time, posed: posed_old, accel: None };
-        let mut renderer =
-            SceneRenderer::from_start(&plan.session, &old.scene, &logs[0], &mut old_frame, cancel)?;
-        renderer.setup.build(&mut old_frame)?;
-        let mut new_frame = PosedFrame { time: planned.time, posed: posed_new, accel: None };
-        renderer.setup.build(&mut new_frame)?;
-        logs[0].begin_frames(2 * views.len());
-        for view in views {
-            let lit = renderer.setup.lights(&old_frame, &view.camera);
-            let shot = Shot { camera: view.camera, lit, planned, log: &logs[0] };
-            let old_image = shot.render(&renderer, &old_frame)?;
-            let new_image = shot.render(&renderer, &new_frame)?;
-            let mut pair = picture_pair(&old_image, &new_image);
-            let mut noise = 0;
-            let may_be_noisy = shot.may_be_noisy(&renderer, &new_frame)?;
-            if may_be_noisy && !args.compare.flip && pair.map.magnitudes.iter().any(|m| *m > 0.0) {
-                renderer.set_seed(seed.wrapping_add(1));
-                let again = shot.render(&renderer, &old_frame)?;
-                renderer.set_seed(seed);
-                noise = forgive_noise(&mut pair, &picture_pair(&old_image, &again));
-            }
-            let mut compared = pair.compare(view.name, &args.compare);
-            compared.noise = noise;
-            compared.objects = object_boxes(&objects, &view.camera, &compared);
-            pictures.push(compared);
-        }
-    }
+    let pictures = ViewPairs { session: &plan.session, args, planned, objects: &objects, log: &logs[0] };
+    let pictures = pictures.compare(&old.scene, posed_old, posed_new, views, cancel)?;
     let has_picture_tolerance = args.compare.tolerance.is_some() || args.compare.flip;
     Ok(Comparison {
         views: pictures,
@@ -197,6 +136,123 @@ pub fn compare(
         ignores_pictures: tolerance.is_some() && accepted_distance.is_some() && !has_picture_tolerance,
         unit: length_unit(&old.scene, &new.scene),
     })
+}
+
+/// Both scenes.
+struct LoadedPair {
+    old: Loaded,
+    new: Loaded,
+    /// Factor of the new file's lengths.
+    new_scale: f64,
+}
+
+impl LoadedPair {
+    /// Loads both files, and sets the size of pictures in `plan`.
+    fn load(
+        files: [&Path; 2],
+        plan: &mut RenderPlan,
+        args: &DiffArgs,
+        permit: &Arc<Permit>,
+        cancel: &CancelToken,
+    ) -> Result<LoadedPair> {
+        let of_old = LoadOptions {
+            limits: load_limits(plan.session.max_memory),
+            cancel: cancel.clone(),
+            ..plan.session.options.load.clone()
+        };
+        let of_new = LoadOptions {
+            up: args.new.new_up.map(up_axis).or(of_old.up),
+            scale: args.new.new_scale.or(of_old.scale),
+            ..of_old.clone()
+        };
+        let old = load_scene(plan, files[0], of_old, permit, 0).map_err(|e| in_file(files[0], e))?;
+        plan.session.options.size = Some(args.size.unwrap_or_else(|| default_size(&old.scene)));
+        let old_memory = check_memory(&plan.session, &old.scene, 2)?;
+        permit.resize(old_memory)?;
+        let new_scale = of_new.scale.unwrap_or(1.0);
+        let new = load_scene(plan, files[1], of_new, permit, old_memory).map_err(|e| in_file(files[1], e))?;
+        let new_memory = check_memory(&plan.session, &new.scene, 2)?;
+        permit.resize(old_memory.saturating_add(new_memory))?;
+        Ok(LoadedPair { old, new, new_scale })
+    }
+}
+
+/// Compares the objects of both scenes at a time, and gives their triangles one order: equal ones have equal pictures. Also
+/// returns how both are posed: with one centre, so that equal triangles have equal coordinates.
+fn compare_geometry(
+    plan: &RenderPlan,
+    old: &mut Scene,
+    new: &mut Scene,
+    time: f64,
+    tolerance: Option<f64>,
+) -> Result<(ObjectComparison, [PoseSettings; 2])> {
+    let options = &plan.session.options;
+    let mut at_old = PoseSettings { time, animation: options.animation(old)?, centre: None };
+    let animation = options.animation(new).or_else(|_| options.animation(&Scene::default()))?;
+    let mut at_new = PoseSettings { time, animation, centre: None };
+    let (objects, [old_order, new_order]) = {
+        let posed_old = pose(old, &at_old)?;
+        at_old.centre = Some(posed_old.centre);
+        at_new.centre = at_old.centre;
+        let posed_new = pose(new, &at_new)?;
+        let orders = [&posed_old, &posed_new].map(CanonicalOrder::new);
+        (compare_objects(&posed_old, &posed_new, tolerance), orders)
+    };
+    old_order.apply(old);
+    new_order.apply(new);
+    Ok((objects, [at_old, at_new]))
+}
+
+/// How pictures of both scenes are made and compared.
+struct ViewPairs<'p> {
+    session: &'p SessionPlan,
+    args: &'p DiffArgs,
+    planned: PlannedFrame,
+    /// The differences of objects, whose boxes are shown.
+    objects: &'p [ObjectDifference],
+    log: &'p SceneLog<'p>,
+}
+
+impl ViewPairs<'_> {
+    /// Renders both scenes from each view in the light of the old one, and compares the pictures.
+    fn compare(
+        &self,
+        old: &Scene,
+        posed_old: PosedScene,
+        posed_new: PosedScene,
+        views: Vec<SharedView>,
+        cancel: &CancelToken,
+    ) -> Result<Vec<ViewComparison>> {
+        let ViewPairs { session, args, planned, objects, log } = *self;
+        let seed = session.options.seed;
+        let mut old_frame = PosedFrame { time: planned.time, posed: posed_old, accel: None };
+        let mut renderer = SceneRenderer::from_start(session, old, log, &mut old_frame, cancel)?;
+        renderer.setup.build(&mut old_frame)?;
+        let mut new_frame = PosedFrame { time: planned.time, posed: posed_new, accel: None };
+        renderer.setup.build(&mut new_frame)?;
+        log.begin_frames(2 * views.len());
+        let mut pictures = Vec::new();
+        for view in views {
+            let lit = renderer.setup.lights(&old_frame, &view.camera);
+            let shot = Shot { camera: view.camera, lit, planned, log };
+            let old_image = shot.render(&renderer, &old_frame)?;
+            let new_image = shot.render(&renderer, &new_frame)?;
+            let mut pair = picture_pair(&old_image, &new_image);
+            let mut noise = 0;
+            let may_be_noisy = shot.may_be_noisy(&renderer, &new_frame)?;
+            if may_be_noisy && !args.compare.flip && pair.map.magnitudes.iter().any(|m| *m > 0.0) {
+                renderer.set_seed(seed.wrapping_add(1));
+                let again = shot.render(&renderer, &old_frame)?;
+                renderer.set_seed(seed);
+                noise = forgive_noise(&mut pair, &picture_pair(&old_image, &again));
+            }
+            let mut compared = pair.compare(view.name, &args.compare);
+            compared.noise = noise;
+            compared.objects = object_boxes(objects, &view.camera, &compared);
+            pictures.push(compared);
+        }
+        Ok(pictures)
+    }
 }
 
 fn up_axis(axis: UpArg) -> UpAxis {

@@ -19,7 +19,9 @@ use crate::scene_file::is_stdin;
 use crate::usage::UsageError;
 use blinn_core::cancellation::CancelToken;
 use blinn_scene::{ClipBoundsCache, PosedScene, Scene};
-use blinn_session::{EnvironmentSource, FrameList, PathTemplate, Permit, SceneRenderer, SettingsHash};
+use blinn_session::{
+    EnvironmentSource, FrameList, PathTemplate, Permit, ResolvedExposure, SceneRenderer, SettingsHash,
+};
 
 /// Flags that a job sets itself or drops.
 const JOB_FLAGS: [&str; 14] = [
@@ -155,42 +157,17 @@ impl<'a> JobPlan<'a> {
         }
         let size = plan.session.options.size_for(&scene);
         let camera = self.camera_flags(&scene, &start.posed, size)?;
-        let mut inputs = self.inputs;
-        if camera.is_some() {
-            inputs.retain(|input| input.flag != "camera-xml");
-        }
+        let replaces_camera = camera.is_some();
         let (command, frames_flag) = match self.engine.command() {
             JobCommand::Render(_) if plan.session.cameras.is_some() => ("render", "--only"),
             JobCommand::Render(_) => ("render", "--frames"),
             JobCommand::Turntable(_) => ("turntable", "--only"),
         };
-        let mut flags = self.flags.without(&JOB_FLAGS);
-        let mut resolved = Vec::new();
-        // The images of a list have sizes of their own.
-        if plan.session.cameras.is_none() || self.engine.command().options().contains("size") {
-            resolved.push(format!("--size={}x{}", size.0, size.1));
+        let args = self.task_args(command, size, &renderer.exposure, camera);
+        let mut inputs = self.inputs;
+        if replaces_camera {
+            inputs.retain(|input| input.flag != "camera-xml");
         }
-        resolved.push(format!("--exposure={}", renderer.exposure.ev));
-        if let Some(name) = hdri_name(self.engine) {
-            resolved.push(format!("--hdri={name}"));
-        }
-        if let Some(light_scale) = renderer.exposure.light_scale {
-            flags = flags.without(&["light-scale"]);
-            resolved.push(format!("--light-scale={light_scale}"));
-        }
-        if let Some(camera) = camera {
-            flags = flags.without(&CAMERA_FLAGS).without(&camera_flags::FRAMING_FLAGS);
-            resolved.extend(camera);
-        }
-        if self.output.animation.is_some() {
-            // They apply to the animation. --fps also gives the times of a clip's frames, but not of a turntable's.
-            flags = flags.without(&["quality", "loop"]);
-            if command == "turntable" {
-                flags = flags.without(&["fps"]);
-            }
-        }
-        let args = [text_args(&flags), resolved].concat();
-
         let numbers: Vec<i64> = plan
             .frames
             .resolve(renderer.setup.clip_duration, frames_of_file(&scene))?
@@ -232,6 +209,42 @@ impl<'a> JobPlan<'a> {
             threads: self.engine.command().process().threads,
             max_memory: plan.session.max_memory,
         })
+    }
+
+    /// The arguments of every task: the given flags, and what is resolved for all tasks in place of some of them.
+    fn task_args(
+        &self,
+        command: &str,
+        size: (u32, u32),
+        exposure: &ResolvedExposure,
+        camera: Option<Vec<String>>,
+    ) -> Vec<String> {
+        let mut flags = self.flags.clone().without(&JOB_FLAGS);
+        let mut resolved = Vec::new();
+        // The images of a list have sizes of their own.
+        if self.plan.session.cameras.is_none() || self.engine.command().options().contains("size") {
+            resolved.push(format!("--size={}x{}", size.0, size.1));
+        }
+        resolved.push(format!("--exposure={}", exposure.ev));
+        if let Some(name) = hdri_name(self.engine) {
+            resolved.push(format!("--hdri={name}"));
+        }
+        if let Some(light_scale) = exposure.light_scale {
+            flags = flags.without(&["light-scale"]);
+            resolved.push(format!("--light-scale={light_scale}"));
+        }
+        if let Some(camera) = camera {
+            flags = flags.without(&CAMERA_FLAGS).without(&camera_flags::FRAMING_FLAGS);
+            resolved.extend(camera);
+        }
+        if self.output.animation.is_some() {
+            // They apply to the animation. --fps also gives the times of a clip's frames, but not of a turntable's.
+            flags = flags.without(&["quality", "loop"]);
+            if command == "turntable" {
+                flags = flags.without(&["fps"]);
+            }
+        }
+        [text_args(&flags), resolved].concat()
     }
 
     /// The resolved camera as flags. A file's camera may move, and a dataset or a list has many, so they have none.
