@@ -10,7 +10,7 @@ use crate::common::program::*;
 const SMALL: &str = "--size 16x12 -s 1 -q";
 
 /// Writes a triangle of its own shape.
-fn write_triangle(file: &Path, i: usize) {
+pub fn write_triangle(file: &Path, i: usize) {
     fs::create_dir_all(file.parent().unwrap()).unwrap();
     fs::write(file, format!("v 0 0 0\nv {} 0 0\nv 0 {} 0\nf 1 2 3\n", 1 + i % 5, 1 + i % 7)).unwrap();
 }

@@ -72,6 +72,7 @@ mod help;
 mod image_output;
 mod info;
 mod layers;
+mod ledgers;
 mod library;
 mod light_sources;
 mod lighting;

@@ -32,8 +32,8 @@ pub struct ProcessArgs {
     pub trace: Option<PathBuf>,
     /// Append a line of JSON about each finished scene: done or failed, its error, warnings, seconds and bytes
     ///
-    /// With --resume, scenes that it names as done are skipped without reading them, if their files have the same sizes
-    /// and times as before and their images exist. Without --resume, it begins anew.
+    /// With --resume, scenes that it names as done are skipped without reading them, if their files and their images have
+    /// the same sizes and times as before. Without --resume, it begins anew.
     #[arg(long, value_name = "FILE")]
     pub ledger: Option<PathBuf>,
     /// With --resume, skip scenes that --ledger names as failed

@@ -63,7 +63,7 @@ impl<'a> Batch<'a> {
         scenes.push(SceneTask {
             plan,
             log,
-            key: self.ledger.as_ref().map(|ledger| ledger.key(path, number)).unwrap_or_default(),
+            key: self.ledger.as_ref().map(|ledger| ledger.key(path, number)),
             page: self.report.as_ref().map(|report| report.path().to_path_buf()),
             archive: archive.map(Path::to_path_buf),
             timeout,
@@ -76,7 +76,7 @@ impl<'a> Batch<'a> {
     /// Reports a scene that was rendered or has failed. Returns its images if they go into an archive.
     pub fn finish_scene(&mut self, finished: Finished<SceneTask>) -> Result<Option<ShardPart>> {
         let Finished { job, output, time } = finished;
-        let RenderedScene { outcome, images, section, part, files, checked } = output;
+        let RenderedScene { outcome, images, files_version, section, part, files, checked } = output;
         self.goldens.add(checked.as_deref());
         let SceneTask { scene: NumberedScene { number: index, path }, log, key, .. } = &*job;
         self.scene_files = files;
@@ -95,25 +95,28 @@ impl<'a> Batch<'a> {
             fail(self.summary, self.reporter, &Error::new(error).context("--report"));
             self.report = None;
         }
-        let entry = LedgerEntry {
-            key: *key,
-            scene: path,
-            index: *index,
-            failure: failure_line,
-            warnings: &warnings,
-            time,
-            images,
-        };
-        self.write_ledger(|ledger| ledger.add(&entry));
+        if let Some(key) = *key {
+            let entry = LedgerEntry {
+                key,
+                scene: path,
+                index: *index,
+                failure: failure_line,
+                warnings: &warnings,
+                time,
+                images,
+                files: files_version,
+            };
+            self.write_ledger(|ledger| ledger.add(&entry));
+        }
         self.summary.add_scene(failure);
         self.in_archive += usize::from(part.is_some() && outcome.is_ok());
         outcome.map(|()| part)
     }
 
-    /// Notes in the ledger that the images of an archive are complete.
-    pub fn complete_archive(&mut self) {
+    /// Notes in the ledger that the images of an archive are complete. `is_new` says that it was written.
+    pub fn complete_archive(&mut self, is_new: bool) {
         self.in_archive = 0;
-        self.write_ledger(|ledger| ledger.append());
+        self.write_ledger(|ledger| ledger.complete_archive(is_new));
     }
 
     /// Counts the scenes of an archive that was not written, and forgets their lines.
@@ -150,25 +153,30 @@ impl<'a> Batch<'a> {
         self.reporter.scene_done(scene.number, &scene.path);
     }
 
-    /// Counts a scene whose images are in an archive of an earlier run, and notes it in the ledger unless that has it as done.
+    /// Counts a scene whose images are in an archive of an earlier run, and notes it in the ledger unless that has it as done
+    /// and the archive stays as it is.
     pub fn keep(&mut self, scene: &NumberedScene, images: u64, past: Option<PastOutcome>) {
         let NumberedScene { number, path } = scene;
-        if !matches!(past, Some(PastOutcome::Done { .. })) {
-            self.write_ledger(|ledger| {
-                let key = ledger.key(path, *number);
-                let images = ImageCounts { kept: images, ..ImageCounts::default() };
-                ledger.add(&LedgerEntry {
-                    key,
-                    scene: path,
-                    index: *number,
-                    failure: None,
-                    warnings: &[],
-                    time: Duration::ZERO,
-                    images,
-                })
-            });
-        }
-        self.skip(scene, PastOutcome::Done { images });
+        self.write_ledger(|ledger| {
+            let entry = LedgerEntry {
+                key: ledger.key(path, *number),
+                scene: path,
+                index: *number,
+                failure: None,
+                warnings: &[],
+                time: Duration::ZERO,
+                images: ImageCounts { kept: images, ..ImageCounts::default() },
+                files: None,
+            };
+            match past {
+                Some(PastOutcome::Done { .. }) => {
+                    ledger.add_noted(&entry);
+                    Ok(())
+                }
+                _ => ledger.add(&entry),
+            }
+        });
+        self.skip(scene, PastOutcome::Done { images, files: None });
     }
 
     /// Writes the files that scenes of a dataset have in common, or prints their names in a dry run.

@@ -51,11 +51,12 @@ pub fn fill_shard<'a: 'scope, 'scope>(
             (_, None) => {}
         }
     }
-    match shard.finish(batch.plan.outputs.replace).with_context(cannot_be_written)? {
+    let end = shard.finish(batch.plan.outputs.replace).with_context(cannot_be_written)?;
+    match end {
         ShardEnd::Wrote => batch.reporter.wrote(None, &file),
         ShardEnd::Kept => batch.reporter.kept_archive(&file),
         ShardEnd::Empty => {}
     }
-    batch.complete_archive();
+    batch.complete_archive(matches!(end, ShardEnd::Wrote));
     Ok(())
 }

@@ -4,12 +4,13 @@
 use std::fs::{File, OpenOptions};
 use std::io::{self, BufRead, BufReader, Read, Seek, SeekFrom, Write};
 use std::path::{Path, PathBuf};
-use std::time::{Duration, SystemTime, UNIX_EPOCH};
+use std::time::Duration;
 
 use anyhow::{Context, Result, bail};
 use serde::Deserialize;
 use serde_json::{Value, json};
 
+use super::files_version::{FilesVersion, time_of_epoch};
 use super::image_sink::WrittenFiles;
 use crate::console::single_line;
 use crate::files::create_parent_folder;
@@ -18,6 +19,10 @@ use blinn_import::file_version;
 use blinn_output::{Overwrite, check_overwrite};
 use blinn_session::{PlannedFrame, SettingsHash};
 
+/// The status of a scene whose images were written or kept.
+const DONE: &str = "done";
+/// The status of a scene that failed.
+const FAILED_STATUS: &str = "failed";
 /// The start of every line.
 const LINE_START: &[u8] = b"{\"scene\":";
 /// Bytes that tell a ledger from other files.
@@ -36,6 +41,8 @@ pub enum PastOutcome {
     Done {
         /// Number of images.
         images: u64,
+        /// The version of their files, if the line has it.
+        files: Option<FilesVersion>,
     },
     Failed,
 }
@@ -52,6 +59,8 @@ pub struct LedgerEntry<'a> {
     pub warnings: &'a [String],
     pub time: Duration,
     pub images: ImageCounts,
+    /// The version of the files of a scene that is done, unless they are in an archive.
+    pub files: Option<FilesVersion>,
 }
 
 /// Images of a scene.
@@ -87,7 +96,7 @@ impl ImageCounts {
 }
 
 /// Identifies a scene, its version and its settings: equal for two runs that would write the same images.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct SceneKey(u128);
 
 impl SceneKey {
@@ -95,8 +104,8 @@ impl SceneKey {
     /// time of modification, has another key, and so has one whose images go elsewhere; files that it refers to are not
     /// looked at.
     pub fn new(plan: &RenderPlan, settings: SettingsHash, path: &Path, index: usize) -> SceneKey {
-        let version = file_version(path)
-            .map(|(bytes, modified, offset)| (bytes, modified.map(seconds_of_epoch), offset));
+        let version =
+            file_version(path).map(|(bytes, modified, offset)| (bytes, modified.map(time_of_epoch), offset));
         let output = plan.outputs.target(path, index, &PlannedFrame::at(1, 0.0));
         let output = match &output {
             Target::Stdout => None,
@@ -112,14 +121,6 @@ impl SceneKey {
     }
 }
 
-/// Time since 1970, or before it if that is false.
-fn seconds_of_epoch(time: SystemTime) -> (bool, Duration) {
-    match time.duration_since(UNIX_EPOCH) {
-        Ok(since) => (true, since),
-        Err(before) => (false, before.duration()),
-    }
-}
-
 /// A ledger that is open for appending.
 pub struct Ledger {
     path: PathBuf,
@@ -129,11 +130,20 @@ pub struct Ledger {
     past: PastScenes,
 }
 
-/// The outcomes of earlier runs, in 16 bytes a scene.
+/// The outcomes of earlier runs, in 24 bytes a scene.
 #[derive(Debug, Default)]
 struct PastScenes {
-    /// Halves of keys and outcomes, in the order of keys.
-    outcomes: Vec<(u64, u64)>,
+    /// In the order of keys.
+    scenes: Vec<PastScene>,
+}
+
+#[derive(Debug)]
+struct PastScene {
+    /// Half of the key.
+    key: u64,
+    /// Number of images, or [`FAILED`].
+    images: u64,
+    files: Option<FilesVersion>,
 }
 
 /// Stands for a failed scene in place of a number of images.
@@ -148,6 +158,7 @@ struct Line {
     images: u64,
     #[serde(default)]
     kept: u64,
+    files_version: Option<String>,
 }
 
 impl Ledger {
@@ -199,16 +210,29 @@ impl Ledger {
     }
 }
 
-impl LedgerEntry<'_> {
-    /// The line of the scene, with its line break.
-    pub fn to_line(&self) -> String {
-        format!("{}\n", self.to_json())
+/// A line about a scene.
+pub struct LedgerLine(Value);
+
+impl LedgerLine {
+    /// Sets the version of the files of a scene that is done.
+    pub fn set_files(&mut self, files: FilesVersion) {
+        if self.0["status"] == DONE {
+            self.0["files_version"] = json!(files.to_string());
+        }
     }
 
-    fn to_json(&self) -> Value {
+    /// The text of the line, with its line break.
+    pub fn to_text(&self) -> String {
+        format!("{}\n", self.0)
+    }
+}
+
+impl LedgerEntry<'_> {
+    /// The line of the scene.
+    pub fn to_line(&self) -> LedgerLine {
         let mut line = json!({
             "scene": self.scene.to_string_lossy(), "index": self.index,
-            "status": if self.failure.is_some() { "failed" } else { "done" },
+            "status": if self.failure.is_some() { FAILED_STATUS } else { DONE },
         });
         if let Some(failure) = self.failure {
             line["error"] = json!(shortened(failure));
@@ -226,6 +250,10 @@ impl LedgerEntry<'_> {
             line["warning_texts"] = texts.collect();
         }
         line["key"] = json!(format!("{:032x}", self.key.0));
+        let mut line = LedgerLine(line);
+        if let Some(files) = self.files {
+            line.set_files(files);
+        }
         line
     }
 }
@@ -259,40 +287,43 @@ impl PastScenes {
     /// Reads the lines of a ledger. Of several lines about a scene, the last counts. Lines that cannot be read, such as
     /// a torn one, are skipped.
     fn read(mut input: impl BufRead) -> io::Result<PastScenes> {
-        let mut outcomes: Vec<(u64, u64)> = Vec::new();
+        let mut scenes: Vec<PastScene> = Vec::new();
         let mut line = Vec::new();
         loop {
             line.clear();
             if input.by_ref().take(MAX_LINE).read_until(b'\n', &mut line)? == 0 {
                 break;
             }
-            let Ok(Line { key, status, images, kept }) = serde_json::from_slice(&line) else { continue };
+            let Ok(Line { key, status, images, kept, files_version }) = serde_json::from_slice(&line) else {
+                continue;
+            };
             let Ok(key) = u128::from_str_radix(&key, 16) else { continue };
-            let outcome = match status.as_str() {
-                "done" => images.saturating_add(kept).min(FAILED - 1),
-                "failed" => FAILED,
+            let images = match status.as_str() {
+                DONE => images.saturating_add(kept).min(FAILED - 1),
+                FAILED_STATUS => FAILED,
                 _ => continue,
             };
-            outcomes.push((key as u64, outcome));
+            let files = files_version.as_deref().and_then(FilesVersion::from_digits);
+            scenes.push(PastScene { key: key as u64, images, files });
         }
         // A stable sort keeps the order of lines with the same key.
-        outcomes.sort_by_key(|&(key, _)| key);
-        outcomes.dedup_by(|later, earlier| {
-            let is_same = later.0 == earlier.0;
+        scenes.sort_by_key(|scene| scene.key);
+        scenes.dedup_by(|later, earlier| {
+            let is_same = later.key == earlier.key;
             if is_same {
-                earlier.1 = later.1;
+                std::mem::swap(earlier, later);
             }
             is_same
         });
-        outcomes.shrink_to_fit();
-        Ok(PastScenes { outcomes })
+        scenes.shrink_to_fit();
+        Ok(PastScenes { scenes })
     }
 
     fn get(&self, key: SceneKey) -> Option<PastOutcome> {
-        let found = self.outcomes.binary_search_by_key(&(key.0 as u64), |&(key, _)| key).ok()?;
-        Some(match self.outcomes[found].1 {
-            FAILED => PastOutcome::Failed,
-            images => PastOutcome::Done { images },
+        let found = self.scenes.binary_search_by_key(&(key.0 as u64), |scene| scene.key).ok()?;
+        Some(match self.scenes[found] {
+            PastScene { images: FAILED, .. } => PastOutcome::Failed,
+            PastScene { images, files, .. } => PastOutcome::Done { images, files },
         })
     }
 }
@@ -312,6 +343,7 @@ mod tests {
             warnings: &[],
             time: Duration::ZERO,
             images,
+            files: FilesVersion::from_digits("1f"),
         }
     }
 
@@ -321,12 +353,20 @@ mod tests {
         let path = dir.path().join("new/ledger.jsonl");
         let mut ledger = Ledger::open(&path, true, Overwrite::Yes).unwrap();
         for (key, failure) in [(1, None), (2, Some("no")), (3, Some("no")), (2, None), (1, Some("gone"))] {
-            ledger.append(&entry(key, failure).to_line()).unwrap();
+            ledger.append(&entry(key, failure).to_line().to_text()).unwrap();
         }
         let past = Ledger::open(&path, true, Overwrite::Yes).unwrap();
         let outcomes = [1, 2, 3, 4].map(|key| past.past(SceneKey(key)));
-        let (failed, done) = (Some(PastOutcome::Failed), Some(PastOutcome::Done { images: 4 }));
+        let (failed, done) = (
+            Some(PastOutcome::Failed),
+            Some(PastOutcome::Done { images: 4, files: FilesVersion::from_digits("1f") }),
+        );
         assert_eq!(outcomes, [failed, done, failed, None]);
+        // Lines of earlier versions of the program do not have the version of the files.
+        let text = std::fs::read_to_string(&path).unwrap().replace("files_version", "other");
+        std::fs::write(&path, text).unwrap();
+        let past = Ledger::open(&path, true, Overwrite::Yes).unwrap();
+        assert_eq!(past.past(SceneKey(2)), Some(PastOutcome::Done { images: 4, files: None }));
         let new = Ledger::open(&path, false, Overwrite::Yes).unwrap();
         assert_eq!(new.past(SceneKey(2)), None);
         assert_eq!(std::fs::read(&path).unwrap(), b"", "without --resume, a ledger begins anew");
@@ -339,8 +379,8 @@ mod tests {
         let dir = tempfile::tempdir().unwrap();
         let path = dir.path().join("ledger");
         let mut ledger = Ledger::open(&path, false, Overwrite::Yes).unwrap();
-        ledger.append(&entry(7, None).to_line()).unwrap();
-        ledger.append(&entry(8, None).to_line()).unwrap();
+        ledger.append(&entry(7, None).to_line().to_text()).unwrap();
+        ledger.append(&entry(8, None).to_line().to_text()).unwrap();
         let whole = std::fs::read(&path).unwrap();
         let first = whole.iter().position(|&b| b == b'\n').unwrap() + 1;
         for length in 0..whole.len() {
@@ -348,7 +388,7 @@ mod tests {
             let mut ledger = Ledger::open(&path, true, Overwrite::Yes).unwrap();
             // A line without its line break may be complete.
             assert_eq!(ledger.past(SceneKey(7)).is_some(), length + 1 >= first, "{length}");
-            ledger.append(&entry(9, Some("a\nb")).to_line()).unwrap();
+            ledger.append(&entry(9, Some("a\nb")).to_line().to_text()).unwrap();
             let ledger = Ledger::open(&path, true, Overwrite::Yes).unwrap();
             assert_eq!(ledger.past(SceneKey(9)), Some(PastOutcome::Failed), "{length}");
             assert_eq!(ledger.past(SceneKey(8)).is_some(), length + 1 == whole.len(), "{length}");

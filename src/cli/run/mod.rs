@@ -9,6 +9,7 @@ mod common_files;
 mod dataset;
 mod dataset_files;
 mod earlier_shards;
+mod files_version;
 mod fill_shard;
 mod frame_files;
 mod frame_filter;

@@ -1,15 +1,16 @@
 //! The ledger of a plan: which scenes are skipped, and the totals of the others.
 
-use std::path::Path;
+use std::path::{Path, PathBuf};
 use std::time::Instant;
 
 use anyhow::Result;
 
 use super::dataset_files::has_bop_files;
-use super::ledger::{ImageCounts, Ledger, LedgerEntry, PastOutcome, SceneKey};
+use super::files_version::FilesVersion;
+use super::ledger::{ImageCounts, Ledger, LedgerEntry, LedgerLine, PastOutcome, SceneKey};
 use crate::args::ProcessArgs;
 use crate::args::values::DatasetFormat;
-use crate::plan::{RenderPlan, Target};
+use crate::plan::RenderPlan;
 use crate::scene_file::is_stdin;
 use crate::summary::Summary;
 use blinn_session::{SettingsHash, format_bytes};
@@ -32,7 +33,26 @@ pub struct SceneLedger<'a> {
 #[derive(Default)]
 struct PendingScenes {
     images: ImageCounts,
-    lines: String,
+    lines: Vec<PendingLine>,
+}
+
+/// The line of a scene whose archive is not complete.
+struct PendingLine {
+    path: PathBuf,
+    index: usize,
+    line: LedgerLine,
+    /// True if the ledger has the scene as done, in the archive as it was.
+    is_noted: bool,
+}
+
+impl PendingScenes {
+    fn add(&mut self, entry: &LedgerEntry, is_noted: bool) {
+        if !is_noted {
+            self.images.add_images(entry.images);
+        }
+        let (path, index) = (entry.scene.to_path_buf(), entry.index);
+        self.lines.push(PendingLine { path, index, line: entry.to_line(), is_noted });
+    }
 }
 
 impl<'a> SceneLedger<'a> {
@@ -59,27 +79,26 @@ impl<'a> SceneLedger<'a> {
         SceneKey::new(self.plan, self.settings, path, index)
     }
 
-    /// The outcome for which a scene is skipped: done, if its files exist, or failed, with `--no-retry`.
+    /// The outcome for which a scene is skipped: done, if its files are there as they were written, or failed, with
+    /// `--no-retry`.
     pub fn skips(&self, key: SceneKey, path: &Path, index: usize) -> Option<PastOutcome> {
         if is_stdin(path) {
             return None;
         }
         self.ledger.past(key).filter(|outcome| match *outcome {
-            PastOutcome::Done { images } => self.has_files(path, index, images),
+            PastOutcome::Done { images, files } => self.has_files(path, index, images, files),
             PastOutcome::Failed => self.skips_failed,
         })
     }
 
-    fn has_files(&self, path: &Path, index: usize, images: u64) -> bool {
+    /// Returns true if the files of a scene exist, in the version that a line names.
+    fn has_files(&self, path: &Path, index: usize, images: u64, files: Option<FilesVersion>) -> bool {
         let plan = self.plan;
-        let is_stdout = |frame| plan.outputs.target(path, index, frame) == Target::Stdout;
-        let frames = plan.frames.with_count(images);
-        let files = plan.output_files(path, index, &frames);
-        !frames.iter().any(is_stdout)
-            && files.iter().all(|file| file.is_file())
+        let found = FilesVersion::of_scene(plan, path, index, images);
+        found.is_some_and(|found| files.is_none_or(|files| files == found))
             && (plan.session.dataset.is_none()
                 || !plan.formats.has(DatasetFormat::Bop)
-                || has_bop_files(plan, path, index, &frames))
+                || has_bop_files(plan, path, index, &plan.frames.with_count(images)))
     }
 
     /// Adds a line about a scene, and appends it unless the images go into an archive.
@@ -87,19 +106,43 @@ impl<'a> SceneLedger<'a> {
     /// # Errors
     /// As [`Ledger::append`].
     pub fn add(&mut self, entry: &LedgerEntry) -> Result<()> {
-        self.pending.images.add_images(entry.images);
-        self.pending.lines += &entry.to_line();
-        if self.plan.outputs.shards.is_none() { self.append() } else { Ok(()) }
+        if self.plan.outputs.shards.is_some() {
+            self.pending.add(entry, false);
+            return Ok(());
+        }
+        self.images.add_images(entry.images);
+        self.ledger.append(&entry.to_line().to_text())
     }
 
-    /// Appends the lines of scenes whose images are complete.
+    /// Adds a line about a scene that the ledger has as done, for the case that its archive is replaced.
+    pub fn add_noted(&mut self, entry: &LedgerEntry) {
+        self.pending.add(entry, true);
+    }
+
+    /// Appends the lines of scenes whose archive is complete. `is_new` says that it was written.
     ///
     /// # Errors
     /// As [`Ledger::append`].
-    pub fn append(&mut self) -> Result<()> {
+    pub fn complete_archive(&mut self, is_new: bool) -> Result<()> {
         let PendingScenes { images, lines } = std::mem::take(&mut self.pending);
         self.images.add_images(images);
-        self.ledger.append(&lines)
+        let plan = self.plan;
+        // The names of archives of a number of bytes are not known to those who skip scenes.
+        let has_version = plan.outputs.shards.as_ref().is_some_and(|shards| shards.max_bytes().is_none());
+        let mut text = String::new();
+        let mut files = None;
+        for PendingLine { path, index, mut line, is_noted } in lines {
+            if is_noted && !(is_new && has_version) {
+                continue;
+            }
+            if has_version {
+                // All of them are in the same archive.
+                files = files.or_else(|| FilesVersion::of_scene(plan, &path, index, 0));
+                files.into_iter().for_each(|files| line.set_files(files));
+            }
+            text += &line.to_text();
+        }
+        self.ledger.append(&text)
     }
 
     /// Forgets the scenes whose archive was not written.

@@ -8,6 +8,7 @@ use std::time::{Duration, Instant};
 
 use anyhow::{Context, Error, Result, anyhow};
 
+use super::files_version::FilesVersion;
 use super::full_disk::is_disk_full;
 use super::ledger::{ImageCounts, SceneKey};
 use super::panics;
@@ -26,8 +27,8 @@ pub struct SceneTask<'a> {
     pub plan: &'a RenderPlan,
     pub scene: NumberedScene,
     pub log: SceneLog<'a>,
-    /// The scene in the ledger.
-    pub key: SceneKey,
+    /// The scene in the ledger, if there is one.
+    pub key: Option<SceneKey>,
     /// The page that shows its images.
     pub page: Option<PathBuf>,
     /// The archive that its images go into.
@@ -43,6 +44,8 @@ pub struct SceneTask<'a> {
 pub struct RenderedScene {
     pub outcome: Result<()>,
     pub images: ImageCounts,
+    /// The version of its files, for the ledger.
+    pub files_version: Option<FilesVersion>,
     /// Its images on the page.
     pub section: Option<ReportSection>,
     /// Its part of the archive.
@@ -69,6 +72,7 @@ impl SceneTask<'_> {
         let mut rendered = RenderedScene {
             outcome: Ok(()),
             images: ImageCounts::default(),
+            files_version: None,
             section: self.page.as_deref().map(ReportSection::new),
             part: None,
             files: Vec::new(),
@@ -100,6 +104,11 @@ impl SceneTask<'_> {
         };
         let outcome = panics::catch(|| job.run());
         rendered.images = job.images;
+        // Taken at once: until the scene is reported, which waits for those before it, others may replace its files.
+        if self.key.is_some() && self.archive.is_none() && outcome.is_ok() {
+            let images = job.images.rendered + job.images.kept;
+            rendered.files_version = FilesVersion::of_scene(self.plan, path, index, images);
+        }
         rendered.files = std::mem::take(&mut job.scene_files);
         if self.plan.check.is_some() {
             let frames = std::mem::take(&mut job.frames);
