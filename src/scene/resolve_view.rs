@@ -69,7 +69,8 @@ impl View {
         if let Some(mut camera) = self.complete {
             camera.lens = self.lens(&camera, camera.lens, || posed.bounding_sphere().centre)?;
             let description = "a complete camera".to_string();
-            return Ok((camera, ViewNotes { description, ..ViewNotes::default() }));
+            let warnings = self.options_without_lens(&camera).into_iter().collect();
+            return Ok((camera, ViewNotes { description, warnings, ..ViewNotes::default() }));
         }
         let picture = f64::from(n_x) / f64::from(n_y) * self.pixel_aspect(posed.scene);
         self.check_ranges()?;
@@ -118,7 +119,24 @@ impl View {
         }
         self.orbit_and_zoom(&mut camera, &base);
         camera.lens = self.lens(&camera, base.lens, || base.centre())?;
+        notes.warnings.extend(self.options_without_lens(&camera));
         Ok((camera, notes))
+    }
+
+    /// Returns a warning of options of a lens that a finished camera does not have.
+    fn options_without_lens(&self, camera: &Camera) -> Option<String> {
+        if camera.lens.is_some() {
+            return None;
+        }
+        let options = match (self.focus, self.aperture_blades) {
+            (Some(_), Some(_)) => "`focus` and `aperture-blades` have",
+            (Some(_), None) => "`focus` has",
+            (None, Some(_)) => "`aperture-blades` has",
+            (None, None) => return None,
+        };
+        Some(format!(
+            "{options} no effect, as everything is sharp; add `aperture-radius` for a depth of field"
+        ))
     }
 
     /// Returns the lens of a finished camera: `own` with what the view replaces. Without a focus, the point to look at is sharp,

@@ -30,6 +30,27 @@ fn missing_images() -> Fixture {
     fixture
 }
 
+/// Options of a lens do nothing where the camera has none.
+#[test]
+fn focus_and_blades_without_a_depth_of_field_are_remarked_on() {
+    let (_dir, at) = folder();
+    fs::write(at.join("a.glb"), Fixture::triangle().glb()).unwrap();
+    let end = " no effect, as everything is sharp; add --aperture-radius for a depth of field";
+    for (flags, options) in [
+        ("--focus 3", Some("--focus has")),
+        ("--aperture-blades 6", Some("--aperture-blades has")),
+        ("--focus 1,2,3 --aperture-blades 6 --aperture-radius 0", Some("--focus and --aperture-blades have")),
+        ("--focus 3 --aperture-blades 6 --aperture-radius 0.01", None),
+        ("--aperture-radius 0", None),
+    ] {
+        let messages = runs(&at, &format!("render a.glb --size 8x8 -s 1 {flags}"));
+        match options {
+            Some(options) => assert!(messages.contains(&format!("{options}{end}")), "{flags}: {messages}"),
+            None => assert!(!messages.contains("no effect"), "{flags}: {messages}"),
+        }
+    }
+}
+
 #[test]
 fn many_warnings_of_a_kind_are_a_few_lines_and_a_count() {
     let (_dir, at) = folder();
