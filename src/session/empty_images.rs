@@ -7,6 +7,8 @@ use glam::{DVec2, DVec3};
 
 use crate::empty_reason::EmptyReason;
 use crate::notice::Notice;
+use crate::round_sizes::{RoundWidth, round_sizes};
+use blinn_accel::RoundSizes;
 use blinn_core::cancellation::{CancelToken, Cancelled};
 use blinn_core::geometry::Aabb;
 use blinn_render::integrator::{Aov, Frame};
@@ -69,7 +71,15 @@ fn find_reason(
     if bounds.is_empty() {
         let is_shown_later = !frame.posed.clip_bounds().is_empty();
         cancel.check()?;
-        return Ok(if is_shown_later { EmptyReason::HiddenNow } else { EmptyReason::NoArea });
+        return Ok(match () {
+            _ if is_shown_later => EmptyReason::HiddenNow,
+            _ if !frame.posed.instances.iter().any(|instance| instance.visible) => EmptyReason::Hidden,
+            // The bounds are those of what alpha does not hide, the BVHs have all that has an area.
+            _ if frame.accel.stats().triangles > 0 || frame.accel.round_counts() != [0; 2] => {
+                EmptyReason::AllTransparent
+            }
+            _ => EmptyReason::NoArea,
+        });
     }
     // Surfaces are found whatever their alpha.
     if shows_object(frame, settings, cancel)? {
@@ -93,11 +103,39 @@ fn find_reason(
         let eye = Aabb { min: frame.camera.view_point, max: frame.camera.view_point };
         return Ok(if bounds.contains_box(&eye) { EmptyReason::Inside } else { EmptyReason::BackFaces });
     }
+    if let Some(reason) = thin_rounds(frame, &small, cancel)? {
+        return Ok(reason);
+    }
     Ok(match ProjectedSize::of(&bounds, &frame.camera) {
         None => EmptyReason::LooksAway,
         Some(ProjectedSize(size)) if size * f64::from(settings.height) < 2.0 => EmptyReason::TooSmall,
         Some(_) => EmptyReason::NothingInView,
     })
+}
+
+/// Pixels of points and lines that are looked for where none is seen.
+const SEARCH_WIDTH: RoundWidth = RoundWidth::Pixels(2.0);
+
+/// Returns the reason if points or lines are in view that are not drawn or thinner than a pixel.
+fn thin_rounds(
+    frame: &Frame,
+    settings: &RenderSettings,
+    cancel: &CancelToken,
+) -> Result<Option<EmptyReason>, Cancelled> {
+    if frame.accel.round_counts() == [0; 2] {
+        return Ok(None);
+    }
+    let shows = |points: RoundWidth, lines: RoundWidth| {
+        let rounds = round_sizes(points, lines, frame.accel, &frame.camera, settings.height);
+        shows_object(&Frame { rounds, ..frame.clone() }, settings, cancel)
+    };
+    let RoundSizes { points, lines } = frame.rounds;
+    let reason = |is_drawn: bool, off: EmptyReason| if is_drawn { EmptyReason::ThinRounds } else { off };
+    if shows(SEARCH_WIDTH, RoundWidth::Off)? {
+        return Ok(Some(reason(points.is_drawn(), EmptyReason::PointsOff)));
+    }
+    let shows_lines = shows(RoundWidth::Off, SEARCH_WIDTH)?;
+    Ok(shows_lines.then(|| reason(lines.is_drawn(), EmptyReason::LinesOff)))
 }
 
 /// The approximate size of a box in an image, as a fraction of its height.

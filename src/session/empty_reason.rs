@@ -5,8 +5,12 @@
 pub enum EmptyReason {
     /// The scene has no objects.
     NoObjects,
-    /// No triangle has an area, or alpha hides them all.
+    /// No triangle has an area.
     NoArea,
+    /// The file hides all objects, at all times.
+    Hidden,
+    /// Alpha hides all objects, at all times.
+    AllTransparent,
     /// All objects are hidden or scaled to 0 at this time.
     HiddenNow,
     /// Alpha hides everything in view.
@@ -23,6 +27,12 @@ pub enum EmptyReason {
     BackFaces,
     /// The camera looks away from the scene.
     LooksAway,
+    /// Only points are in view, which are not drawn.
+    PointsOff,
+    /// Only lines are in view, which are not drawn.
+    LinesOff,
+    /// Only points and lines are in view, which are thinner than a pixel.
+    ThinRounds,
     /// The scene is smaller than a pixel.
     TooSmall,
     /// No object lies in view.
@@ -35,7 +45,13 @@ impl EmptyReason {
         match self {
             EmptyReason::NoObjects => "the scene has no objects",
             EmptyReason::NoArea => {
-                "no triangle has an area, or alpha hides them all; check the file with blinn info"
+                "no triangle has an area and finite coordinates; check the file with blinn info"
+            }
+            EmptyReason::Hidden => {
+                "the file hides all objects (KHR_node_visibility); show them in the program that wrote it"
+            }
+            EmptyReason::AllTransparent => {
+                "alpha hides all objects; make their materials opaque (alpha 1), or check the file with blinn info"
             }
             EmptyReason::HiddenNow => {
                 "all objects are hidden or scaled to 0 at this time; use another `time` or `frame`"
@@ -53,6 +69,11 @@ impl EmptyReason {
                 "the camera sees only back faces; use `cull off`, or move it to the other side"
             }
             EmptyReason::LooksAway => "the camera looks away from the scene; use `look-at` or `orbit`",
+            EmptyReason::PointsOff => "only points are in view, which `point-size off` leaves out",
+            EmptyReason::LinesOff => "only lines are in view, which `line-width off` leaves out",
+            EmptyReason::ThinRounds => {
+                "only points and lines thinner than a pixel are in view; set `point-size` and `line-width` in pixels, such as 2px"
+            }
             EmptyReason::TooSmall => {
                 "the scene is smaller than a pixel at this time; use `zoom`, `look-at` or another `time`"
             }

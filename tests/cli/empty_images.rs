@@ -56,6 +56,19 @@ fn the_reason_and_the_flag_that_helps_are_named() {
         fixture.json["nodes"][0].as_object_mut().unwrap().extend(extra.as_object().unwrap().clone());
         fixture
     };
+    let invisible = json!({"extensions": {"KHR_node_visibility": {"visible": false}}});
+    let mut clear = cube(usual.clone(), json!({"translation": [0, 0, 5]}));
+    clear.push(
+        "materials",
+        json!({"alphaMode": "BLEND", "pbrMetallicRoughness": {"baseColorFactor": [1, 1, 1, 0]}}),
+    );
+    clear.primitive()["material"] = json!(0);
+    // Points or lines in place of triangles.
+    let rounds = |mode: u32| {
+        let mut fixture = cube(usual.clone(), json!({"translation": [0.01, 0.02, 5]}));
+        fixture.primitive()["mode"] = json!(mode);
+        fixture
+    };
     let mut flat = cube(Value::Null, Value::Null);
     let line = flat.indices(&[0, 7, 0, 7, 7, 7]);
     flat.primitive()["indices"] = json!(line);
@@ -74,6 +87,12 @@ fn the_reason_and_the_flag_that_helps_are_named() {
         ),
         (hidden(json!({"scale": [0, 0, 0]})), "", "no triangle has an area", "blinn info"),
         (flat, "", "no triangle has an area", "blinn info"),
+        (hidden(invisible.clone()), "", "the file hides all objects", "show them"),
+        (clear, "", "alpha hides all objects", "alpha 1"),
+        (rounds(0), "--point-size off", "only points are in view", "--point-size off"),
+        (rounds(1), "--line-width off", "only lines are in view", "--line-width off"),
+        (rounds(0), "--point-size 1e-6", "thinner than a pixel", "2px"),
+        (rounds(1), "--line-width 1e-6", "thinner than a pixel", "2px"),
         (
             cube(usual.clone(), json!({"translation": [0, 0, 5]})),
             "--crop 0,0,3,3",
