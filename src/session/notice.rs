@@ -175,10 +175,10 @@ impl fmt::Display for Notice {
     fn fmt(&self, f: &mut fmt::Formatter) -> fmt::Result {
         match self {
             Notice::NonFiniteTriangles(count) => {
-                write!(f, "ignored {count} triangles with vertices that are not finite numbers")
+                write!(f, "ignored {count} triangles with coordinates that are not finite numbers or beyond ±1e18")
             }
             Notice::NonFiniteRounds(count) => {
-                write!(f, "ignored {count} points and lines with vertices that are not finite numbers")
+                write!(f, "ignored {count} points and lines with coordinates that are not finite numbers or beyond ±1e18")
             }
             Notice::NothingToDraw => {
                 f.write_str("nothing to render: no node of the scene has a mesh with triangles, points or lines")

@@ -171,7 +171,7 @@ fn info_warns_of_ignored_triangles() {
     fs::write(dir.path().join("a.obj"), text).unwrap();
     let output = blinn_args(dir.path(), &["info", "a.obj", "--json"]);
     let json: serde_json::Value = serde_json::from_slice(&output.stdout).unwrap();
-    let text = "ignored 1 triangles with vertices that are not finite numbers";
+    let text = "ignored 1 triangles with coordinates that are not finite numbers or beyond ±1e18";
     assert_eq!(json["warnings"], serde_json::json!([text]));
     fails(dir.path(), &["info", "a.obj", "--strict"], 1, text);
     fails(dir.path(), &["render", "a.obj", "--size", "8x8", "--strict"], 1, text);
