@@ -134,6 +134,9 @@ pub(crate) fn hint(path: &Path, head: &[u8]) -> Option<String> {
     if head.trim_ascii().is_empty() {
         return Some("the file is empty".into());
     }
+    if let Some(encoding) = unread_encoding(head) {
+        return Some(format!("the file is text in {encoding}; save it as UTF-8"));
+    }
     let extension = path.extension().map(|e| e.to_string_lossy().to_ascii_lowercase()).unwrap_or_default();
     let extension = extension.as_str();
     let by_name = || FORMATS.iter().find(|format| format.extensions.contains(&extension));
@@ -153,6 +156,31 @@ pub(crate) fn hint(path: &Path, head: &[u8]) -> Option<String> {
         by_name().or_else(|| cloud().filter(|_| is_table_of_numbers(head)))
     };
     found.map(|format| format!("the file is {}; {}", format.name, format.remedy.text()))
+}
+
+/// Returns the encoding of a text that no importer decodes: UTF-32, and UTF-16 unless it is that of an OBJ or STL file.
+fn unread_encoding(head: &[u8]) -> Option<&'static str> {
+    // A byte-order mark, or a first character of ASCII.
+    let is_text = |unit: &[u8]| matches!(unit, [b'\t' | b'\n' | b'\r' | b' '..=b'~']);
+    match head {
+        [0xff, 0xfe, 0, 0, ..] | [0, 0, 0xfe, 0xff, ..] => return Some("UTF-32"),
+        [a, 0, 0, 0, b, 0, 0, 0, ..] | [0, 0, 0, a, 0, 0, 0, b, ..] if is_text(&[*a]) && is_text(&[*b]) => {
+            return Some("UTF-32");
+        }
+        _ => {}
+    }
+    let body = head.strip_prefix(b"\xff\xfe").or_else(|| head.strip_prefix(b"\xfe\xff")).unwrap_or(head);
+    let letters: Option<Vec<u8>> = body
+        .as_chunks::<2>()
+        .0
+        .iter()
+        .take(4)
+        .map(|unit| match *unit {
+            [letter, 0] | [0, letter] => Some(letter),
+            _ => None,
+        })
+        .collect();
+    crate::ply::is_ply(&letters?).then_some("UTF-16")
 }
 
 /// Recognises formats by more than their first bytes.
@@ -235,6 +263,35 @@ mod tests {
         {
             assert_eq!(hint(Path::new("a.txt"), text).filter(|hint| hint.contains("cloud")), None);
         }
+    }
+
+    #[test]
+    fn encodings_that_are_not_read_are_named() {
+        let utf16 =
+            |text: &str, to_bytes: fn(u16) -> [u8; 2]| text.encode_utf16().flat_map(to_bytes).collect();
+        let utf32 = |text: &str, to_bytes: fn(u32) -> [u8; 4]| {
+            text.chars().flat_map(|c| to_bytes(u32::from(c))).collect()
+        };
+        let obj = "v 0 0 0\nv 1 0 0\n";
+        for (name, encoded) in
+            [("a.ply", "ply\nformat ascii 1.0\n"), ("a.obj", obj), ("a.stl", "solid a\nfacet")]
+        {
+            for mark in ["", "\u{feff}"] {
+                let text = format!("{mark}{encoded}");
+                let wide: [Vec<u8>; 2] = [utf32(&text, u32::to_le_bytes), utf32(&text, u32::to_be_bytes)];
+                wide.iter().for_each(|bytes| says(name, bytes, &["UTF-32", "save it as UTF-8"]));
+                let narrow: [Vec<u8>; 2] = [utf16(&text, u16::to_le_bytes), utf16(&text, u16::to_be_bytes)];
+                for bytes in narrow {
+                    match name {
+                        "a.ply" => says(name, &bytes, &["UTF-16", "save it as UTF-8"]),
+                        // Their importers decode it.
+                        _ => assert_eq!(hint(Path::new(name), &bytes), None),
+                    }
+                }
+            }
+        }
+        // A binary STL file without a header.
+        assert_eq!(hint(Path::new("a.stl"), &[0; 84]), None);
     }
 
     #[test]

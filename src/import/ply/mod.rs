@@ -19,7 +19,7 @@ use crate::polygons::polygon_scene::{PolygonFile, build_scene};
 use blinn_core::cancellation::Cancelled;
 use blinn_scene::{Scene, SourceFormat};
 use elements::{Content, RowError, expected_rows, skip_rows};
-use header::Header;
+use header::{Encoding, Header};
 use values::Values;
 
 /// Properties of 3D Gaussian splats.
@@ -27,7 +27,12 @@ const SPLATS: [&str; 2] = ["f_dc_0", "rot_0"];
 
 /// Returns true if a file begins as PLY files do.
 pub(super) fn is_ply(head: &[u8]) -> bool {
-    matches!(head, [b'p', b'l', b'y', b'\n' | b'\r', ..])
+    matches!(without_mark(head), [b'p', b'l', b'y', b'\n' | b'\r', ..])
+}
+
+/// Returns a file without the byte-order mark that some editors write before UTF-8.
+fn without_mark(file: &[u8]) -> &[u8] {
+    file.strip_prefix(b"\xef\xbb\xbf").unwrap_or(file)
 }
 
 /// Loads a PLY file with its textures.
@@ -39,6 +44,7 @@ pub(super) fn load(
     if !is_ply(bytes) {
         return Err(LoadError::parse("PLY", "the file does not begin with the line 'ply'"));
     }
+    let bytes = without_mark(bytes);
     let header = header::parse(bytes)?;
     check_positions(&header)?;
     let budget = MemoryBudget::of_import(options);
@@ -150,7 +156,10 @@ fn read(
             Ok(()) => {}
             Err(RowError::Cancelled) => return Err(LoadError::Cancelled(Cancelled)),
             Err(RowError::Invalid { row, reason }) => {
-                return Err(LoadError::invalid(format!("{} {row}", printable(&element.name)), reason));
+                let row = format!("{} {row}", printable(&element.name));
+                let line = line_before_end(header, bytes, values.remaining());
+                let location = line.map_or(row.clone(), |line| format!("line {line}, {row}"));
+                return Err(LoadError::invalid(location, reason));
             }
             Err(RowError::End(rows)) => {
                 let name = printable(&element.name);
@@ -159,7 +168,19 @@ fn read(
             }
         }
     }
+    let comma = values.decimal_comma().and_then(|left| line_before_end(header, bytes, left));
+    if let Some(line) = comma {
+        warnings.add(format!("PLY, line {line}"), "numbers have decimal commas: read as decimal points");
+    }
     Ok(content)
+}
+
+/// Returns the number of the line of the place in a text file after which `left` bytes follow.
+fn line_before_end(header: &Header, bytes: &[u8], left: usize) -> Option<usize> {
+    let before =
+        bytes.get(..bytes.len().checked_sub(left)?).filter(|_| header.encoding == Encoding::Ascii)?;
+    let is_end = |pair: &[u8]| pair[0] == b'\n' || pair[0] == b'\r' && pair.get(1) != Some(&b'\n');
+    Some(1 + (0..before.len()).filter(|&at| is_end(&before[at..])).count())
 }
 
 /// Returns true for a file that Blender wrote.

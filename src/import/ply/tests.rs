@@ -214,12 +214,29 @@ fn defects_are_errors_that_name_the_row() {
         "vertex index 4 is out of range: the file has 4 vertices",
     );
     error(&SQUARE.replace("4 0 1 2 3", "4 0 1 2 -1"), "is out of range");
-    error(&SQUARE.replace("1 1 0\n", "1 one 0\n"), "vertex 2: 'one' is not a number");
-    error(&SQUARE.replace("4 0 1 2 3", "-4 0 1 2 3"), "face 0: 'a list of -4 items' is not a number");
+    error(&SQUARE.replace("1 1 0\n", "1 one 0\n"), "line 13, vertex 2: 'one' is not a number");
+    error(
+        &SQUARE.replace("4 0 1 2 3", "-4 0 1 2 3"),
+        "line 15, face 0: 'a list of -4 items' is not a number",
+    );
+    let with_pairs = SQUARE.replace("1 1 0\n", "1 one 0\n").replace('\n', "\r\n");
+    error(&with_pairs, "line 13, vertex 2: 'one' is not a number");
     let splats = SQUARE
         .replace("face 1", "face 0")
         .replace("property float z\n", "property float z\nproperty float f_dc_0\nproperty float rot_0\n");
     error(&splats, "Gaussian splats");
+}
+
+#[test]
+fn decimal_commas_are_read_with_a_warning_and_a_mark_before_utf8_is_skipped() {
+    let expected = load(SQUARE.replace("1 1 0\n", "1 1.5 0\n").as_bytes()).0;
+    for mark in ["", "\u{feff}"] {
+        let (scene, warnings) = load(format!("{mark}{SQUARE}").replace("1 1 0\n", "1 1,5 0,0\n").as_bytes());
+        assert_eq!(scene.meshes[0].positions, expected.meshes[0].positions);
+        let warnings: Vec<String> = warnings.iter().map(ToString::to_string).collect();
+        assert_eq!(warnings, ["PLY, line 13: numbers have decimal commas: read as decimal points"]);
+    }
+    error(&SQUARE.replace("1 1 0\n", "1 1,0,5 0\n"), "line 13, vertex 2: '1,0,5' is not a number");
 }
 
 #[test]

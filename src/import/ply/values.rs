@@ -16,11 +16,19 @@ pub(super) enum Stop {
 pub(super) struct Values<'b> {
     encoding: Encoding,
     bytes: &'b [u8],
+    /// Bytes that were left at the first number with a decimal comma.
+    decimal_comma: Option<usize>,
 }
 
 impl<'b> Values<'b> {
     pub fn new(encoding: Encoding, bytes: &'b [u8]) -> Values<'b> {
-        Values { encoding, bytes }
+        Values { encoding, bytes, decimal_comma: None }
+    }
+
+    /// Returns the number of bytes that were left at the first number with a decimal comma, which programs write under many
+    /// locales.
+    pub fn decimal_comma(&self) -> Option<usize> {
+        self.decimal_comma
     }
 
     /// Returns the number of bytes that are left.
@@ -56,8 +64,14 @@ impl<'b> Values<'b> {
         let (word, after) = rest.split_at(end);
         self.bytes = after;
         let text = std::str::from_utf8(word).ok();
-        let number = text.and_then(|text| text.parse().ok());
-        number.ok_or_else(|| Stop::NoNumber(printable(&String::from_utf8_lossy(&word[..word.len().min(40)]))))
+        if let Some(number) = text.and_then(|text| text.parse().ok()) {
+            return Ok(number);
+        }
+        if let Some(number) = text.and_then(parse_decimal_comma) {
+            self.decimal_comma.get_or_insert(rest.len());
+            return Ok(number);
+        }
+        Err(Stop::NoNumber(printable(&String::from_utf8_lossy(&word[..word.len().min(40)]))))
     }
 
     #[inline]
@@ -80,6 +94,13 @@ impl<'b> Values<'b> {
             Type::F64 => f64::from_bits(word),
         })
     }
+}
+
+/// Parses a number with a comma in place of the decimal point.
+fn parse_decimal_comma(word: &str) -> Option<f64> {
+    let (whole, fraction) = word.split_once(',')?;
+    let is_number = fraction.starts_with(|c: char| c.is_ascii_digit()) && !whole.contains('.');
+    format!("{whole}.{fraction}").parse().ok().filter(|_| is_number)
 }
 
 #[cfg(test)]
@@ -105,5 +126,17 @@ mod tests {
         assert_eq!(values.read(Type::U8), Ok(-3.0));
         assert_eq!(values.read(Type::U8), Err(Stop::NoNumber("x".into())));
         assert_eq!(values.read(Type::U8), Err(Stop::End));
+    }
+
+    #[test]
+    fn numbers_may_have_a_decimal_comma() {
+        let mut values = Values::new(Encoding::Ascii, b"1 -0,5e1 ,25 1,2,3 1.0,5 1, ,");
+        assert_eq!(values.read(Type::F32), Ok(1.0));
+        assert_eq!(values.decimal_comma(), None);
+        assert_eq!([values.read(Type::F32), values.read(Type::F32)], [Ok(-5.0), Ok(0.25)]);
+        assert_eq!(values.decimal_comma(), Some(27));
+        for word in ["1,2,3", "1.0,5", "1,", ","] {
+            assert_eq!(values.read(Type::F32), Err(Stop::NoNumber(word.into())));
+        }
     }
 }
