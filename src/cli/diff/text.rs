@@ -100,6 +100,7 @@ fn place_text(object: &ObjectDifference, unit: LengthUnit) -> String {
     let has_place = match object.change {
         ObjectChange::Added { .. } | ObjectChange::Removed { .. } => false,
         ObjectChange::Rebuilt { surface_distance, .. } => surface_distance > 0.0,
+        ObjectChange::Reversed { .. } => true,
         ObjectChange::Changed { moved_triangles, .. } => moved_triangles > 0,
     };
     if !has_place || object.bounds.is_empty() {
@@ -140,6 +141,11 @@ fn change_text(change: &ObjectChange, unit: LengthUnit) -> String {
                 format!("surfaces up to {} apart", length_text(*surface_distance, unit))
             };
             joined([Some(count), Some(distance), attributes_text(*attributes), material_text(*material)])
+        }
+        ObjectChange::Reversed { triangles: count, attributes, material } => {
+            let wind = if *count == 1 { "winds" } else { "wind" };
+            let reversed = format!("{} {wind} the other way (front and back are swapped)", triangles(*count));
+            joined([Some(reversed), attributes_text(*attributes), material_text(*material)])
         }
         ObjectChange::Changed { moved_triangles, max_distance, attributes, material } => {
             let moved = (*moved_triangles > 0).then(|| {
@@ -250,6 +256,12 @@ fn object_json(object: &ObjectDifference) -> Value {
             "attributes": attributes,
             "material": material,
         }),
+        ObjectChange::Reversed { triangles, attributes, material } => json!({
+            "change": "reversed",
+            "triangles": triangles,
+            "attributes": attributes,
+            "material": material,
+        }),
         ObjectChange::Changed { moved_triangles, max_distance, attributes, material } => json!({
             "change": "changed",
             "moved_triangles": moved_triangles,
@@ -288,6 +300,11 @@ mod tests {
         assert_eq!(
             rebuilt([9, 9], [1, 1], 0.001, true),
             "1 of 9 triangles differs, surfaces up to 1.0 mm apart, material changed"
+        );
+        let reversed = ObjectChange::Reversed { triangles: 2, attributes: false, material: true };
+        assert_eq!(
+            change_text(&reversed, LengthUnit::Metre),
+            "2 triangles wind the other way (front and back are swapped), material changed"
         );
         assert_eq!(
             change_text(&ObjectChange::Added { triangles: 1 }, LengthUnit::Metre),

@@ -34,20 +34,39 @@ pub struct FaceParts<'a> {
 impl Face {
     /// Makes a face. `scratch` is memory to use.
     pub fn new(parts: &FaceParts, scratch: &mut Vec<u32>) -> Face {
-        // -0 is 0.
-        let bits = parts.corners.map(|corner| (corner + 0.0).to_array().map(f32::to_bits));
-        let turned = |start: usize| [0, 1, 2].map(|i| bits[(start + i) % 3]);
-        let start = (0..3).min_by_key(|start| turned(*start)).unwrap_or(0);
+        let (start, position) = digest_corners(parts.corners);
         scratch.clear();
         (0..3).for_each(|i| (parts.attributes)((start + i) % 3, scratch));
         Face {
-            position: XxHash3_128::oneshot(bytemuck::cast_slice(&turned(start))),
+            position,
             attributes: XxHash3_128::oneshot(bytemuck::cast_slice(scratch)) as u64,
             material: parts.material,
             instance: parts.instance,
             triangle: parts.triangle,
         }
     }
+}
+
+/// Returns the first corner of a triangle in an order that does not depend on where it begins, and a digest of the corners from
+/// there.
+fn digest_corners(corners: [Vec3; 3]) -> (usize, u128) {
+    // -0 is 0.
+    let bits = corners.map(|corner| (corner + 0.0).to_array().map(f32::to_bits));
+    let turned = |start: usize| [0, 1, 2].map(|i| bits[(start + i) % 3]);
+    let start = (0..3).min_by_key(|start| turned(*start)).unwrap_or(0);
+    (start, XxHash3_128::oneshot(bytemuck::cast_slice(&turned(start))))
+}
+
+/// Returns true if the triangles of both lists are the same, and wind the other way.
+pub fn are_reversed(old: &[[Vec3; 3]], new: &[[Vec3; 3]]) -> bool {
+    let sorted = |digests: &mut dyn Iterator<Item = u128>| {
+        let mut digests: Vec<u128> = digests.collect();
+        digests.sort_unstable();
+        digests
+    };
+    old.len() == new.len()
+        && sorted(&mut old.iter().map(|&[a, b, c]| digest_corners([a, c, b]).1))
+            == sorted(&mut new.iter().map(|&corners| digest_corners(corners).1))
 }
 
 /// How two sets of faces differ.
@@ -111,6 +130,10 @@ mod tests {
         assert_eq!(difference, FaceDifference::default());
         let difference = match_faces(one, vec![face([a, c, b], [1, 3, 2], 0, 0)]);
         assert_eq!(difference.unmatched.map(|faces| faces.len()), [1, 1]);
+        let d = Vec3::Z;
+        assert!(are_reversed(&[[a, b, c], [a, b, d]], &[[d, b, -a], [a, c, b]]));
+        assert!(!are_reversed(&[[a, b, c]], &[[b, c, a]]) && !are_reversed(&[[a, b, c]], &[[a, d, b]]));
+        assert!(!are_reversed(&[[a, b, c]], &[[a, c, b], [a, c, b]]));
     }
 
     #[test]

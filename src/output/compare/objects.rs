@@ -5,7 +5,7 @@ mod tests;
 
 use std::collections::HashMap;
 
-use super::faces::match_faces;
+use super::faces::{are_reversed, match_faces};
 use super::in_order::{InOrder, compare_in_order};
 use super::object_matching::match_objects;
 use super::scene_objects::Objects;
@@ -51,6 +51,15 @@ pub enum ObjectChange {
         /// no other surface.
         surface_distance: f64,
         /// True if normals, tangents, texture coordinates or colours of triangles that both have differ.
+        attributes: bool,
+        /// True if a material differs.
+        material: bool,
+    },
+    /// The same triangles, of which some wind the other way: their front and back sides are swapped.
+    Reversed {
+        /// Number of these triangles.
+        triangles: u64,
+        /// True if normals, tangents, texture coordinates or colours of other triangles differ.
         attributes: bool,
         /// True if a material differs.
         material: bool,
@@ -170,6 +179,12 @@ impl ObjectPair<'_> {
         if let Some(Apart { distance, .. }) = apart.filter(|apart| apart.distance <= accepted) {
             let change = self.in_place(attributes, material);
             return Outcome { change, accepted_distance: Some(distance) };
+        }
+        if differing != [0, 0] && are_reversed(&before, &after) {
+            let mut bounds = Aabb::EMPTY;
+            before.iter().flatten().for_each(|corner| bounds.extend(corner.as_dvec3()));
+            let change = ObjectChange::Reversed { triangles: differing[0], attributes, material };
+            return Outcome { change: Some((change, old.to_world(bounds))), accepted_distance: None };
         }
         match in_order {
             // As many moved as have no equal, and with their neighbours: the order is the same.

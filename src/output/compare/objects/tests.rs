@@ -31,6 +31,21 @@ fn reordered_objects_are_equal() {
 }
 
 #[test]
+fn reversed_triangles_are_told_from_moved_ones() {
+    let old = scene(&[("a", 0.0), ("b", 5.0)]);
+    let mut new = old.clone();
+    new.meshes[1].triangles[0] = [2, 1, 0];
+    let found = compare(&old, &new);
+    let [ObjectDifference { name, change, bounds, .. }] = &found[..] else { panic!("{found:?}") };
+    assert_eq!(*change, ObjectChange::Reversed { triangles: 1, attributes: false, material: false });
+    assert_eq!((name.as_str(), bounds.min.x, bounds.max.x), ("b", 5.0, 6.0));
+    // One that also moved is another triangle.
+    new.meshes[1].positions[2].z = 0.5;
+    let found = compare(&old, &new);
+    assert!(found.len() == 1 && !matches!(found[0].change, ObjectChange::Reversed { .. }), "{found:?}");
+}
+
+#[test]
 fn one_moved_corner_is_found_with_its_distance_and_bounds() {
     let old = scene(&[("a", 0.0), ("b", 5.0)]);
     let mut new = old.clone();
