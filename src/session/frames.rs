@@ -169,6 +169,13 @@ impl Chunk {
     }
 }
 
+/// As it is written on the command line.
+impl fmt::Display for Chunk {
+    fn fmt(&self, f: &mut fmt::Formatter) -> fmt::Result {
+        write!(f, "{}/{}", self.index, self.chunk_count)
+    }
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;

@@ -4,6 +4,7 @@ use std::fmt;
 use std::path::PathBuf;
 
 use crate::empty_reason::EmptyReason;
+use crate::frames::Chunk;
 use crate::light_advice::LightAdvice;
 
 /// Something that a user should know about the images of a scene.
@@ -69,6 +70,8 @@ pub enum Notice {
     EnclosedLight(EnclosedLight),
     /// Frames of an animation are asked for, and nothing moves.
     NothingMoves,
+    /// The share of the frames that is to be rendered has none.
+    EmptyShare(Chunk),
     /// Each frame is a .webp of its own.
     SeparateWebps,
     /// Metal or glass is black, because nothing surrounds the scene.
@@ -233,6 +236,9 @@ impl fmt::Display for Notice {
             Notice::SeparateWebps => f.write_str(
                 "each frame is a .webp of its own; blinn assemble joins them to an animated one",
             ),
+            Notice::EmptyShare(chunk) => {
+                write!(f, "nothing to render: share {chunk} is empty, as there are more shares than frames")
+            }
             Notice::NothingMoves => f.write_str(
                 "the file has no animation that plays, so that all frames are alike; blinn turntable moves the camera around \
                  the scene",

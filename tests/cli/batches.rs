@@ -140,6 +140,25 @@ fn chunks_of_a_batch_divide_its_scenes() {
     );
 }
 
+/// A share without scenes or frames says so.
+#[test]
+fn an_empty_share_is_one_line() {
+    let (_dir, at) = folder();
+    write_triangle(&at.join("objects/1.obj"), 1);
+    write_triangle(&at.join("objects/2.obj"), 2);
+    let size = "--size 8x8 -s 1 -o out/{stem}-#.png";
+    let line = |line: &str| runs(&at, &format!("{line} {size}"));
+    let scenes = line("render objects --chunk 1/3");
+    assert!(scenes.contains("nothing to render: share 1/3 of 2 scenes is empty"), "{scenes}");
+    for frames in
+        ["render objects/1.obj --frames 1-2 --chunk 1/3", "turntable objects/1.obj --count 2 --chunk 1/3"]
+    {
+        let messages = line(frames);
+        assert_eq!(messages.matches("share 1/3 is empty").count(), 1, "{frames}: {messages}");
+    }
+    assert!(!line("render objects/1.obj --frames 1-3 --chunk 1/3").contains("is empty"));
+}
+
 /// The ledger has a line about each scene, and `--resume` skips what it names as done.
 #[test]
 fn a_ledger_describes_every_scene_and_skips_those_that_are_done() {

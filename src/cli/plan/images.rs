@@ -6,7 +6,7 @@ use std::sync::Arc;
 use super::outputs::Outputs;
 use super::path_conflicts::{PathConflicts, Writer};
 use super::sequence_info::SequenceInfo;
-use super::{FormatsPlan, FrameSet, RenderPlan, SceneList, build_settings};
+use super::{FormatsPlan, FrameSet, RenderPlan, SceneList, ScopedChunk, build_settings};
 use crate::args::OutputArgs;
 use crate::usage::UsageError;
 use blinn_output::ImageFormat;
@@ -44,7 +44,7 @@ impl RenderPlan {
         let session = SessionPlan::new(options);
         let plan = RenderPlan {
             scenes: Arc::new(scenes),
-            scene_chunk: None,
+            chunk: ScopedChunk::default(),
             frames,
             session: SessionPlan {
                 build: build_settings()?,

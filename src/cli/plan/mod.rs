@@ -57,8 +57,8 @@ use sequence_info::SequenceInfo;
 #[derive(Clone, Debug)]
 pub struct RenderPlan {
     pub scenes: Arc<SceneList>,
-    /// The part of the scenes to render.
-    pub scene_chunk: Option<Chunk>,
+    /// The part of the scenes or of their frames to render.
+    pub chunk: ScopedChunk,
     /// The frames of each scene.
     pub frames: FrameSet,
     /// Options and cameras of the images of each scene.
@@ -110,7 +110,7 @@ impl RenderPlan {
         let check = CheckPlan::from_args(&args.check, &outputs)?;
         RenderPlan {
             scenes,
-            scene_chunk: chunk.scenes,
+            chunk,
             frames,
             session: SessionPlan {
                 options,
@@ -157,7 +157,7 @@ impl RenderPlan {
         }
         RenderPlan {
             scenes,
-            scene_chunk: chunk.scenes,
+            chunk,
             frames,
             session: SessionPlan {
                 options,
@@ -218,7 +218,7 @@ impl RenderPlan {
     /// The indices of the scenes to render, from 0.
     pub fn scene_range(&self) -> Range<usize> {
         let count = self.scenes.len();
-        match (self.scene_chunk, &self.outputs.shards) {
+        match (self.chunk.scenes, &self.outputs.shards) {
             (None, _) => 0..count,
             (Some(chunk), None) => chunk.range(count),
             // Each archive is written by one share.
@@ -252,7 +252,7 @@ impl RenderPlan {
 
     /// True for all scenes of a list or a folder, not a share of them or a list of their names.
     pub fn is_whole_batch(&self) -> bool {
-        self.scenes.is_batch() && self.scene_chunk.is_none() && !self.dry_run
+        self.scenes.is_batch() && self.chunk.scenes.is_none() && !self.dry_run
     }
 
     /// The files that describe all views of the dataset of a scene.
@@ -349,9 +349,9 @@ impl RenderPlan {
 
 /// The share of `--chunk`: of the scenes of a batch, or of the frames of a single scene.
 #[derive(Clone, Copy, Debug, Default)]
-struct ScopedChunk {
-    scenes: Option<Chunk>,
-    frames: Option<Chunk>,
+pub struct ScopedChunk {
+    pub scenes: Option<Chunk>,
+    pub frames: Option<Chunk>,
 }
 
 impl ScopedChunk {

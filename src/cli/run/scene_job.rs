@@ -298,6 +298,9 @@ impl<'a> SceneJob<'a> {
         views: Option<&DatasetViews>,
     ) -> Result<Vec<PlannedFrame>> {
         let plan = self.plan;
+        if let Some(chunk) = plan.chunk.frames.filter(|_| frames.is_empty()) {
+            self.log.hint(Notice::EmptyShare(chunk));
+        }
         if plan.check.is_some() {
             self.frames.clone_from(&frames);
         }

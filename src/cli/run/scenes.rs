@@ -12,6 +12,7 @@ use super::scene_ledger::SceneLedger;
 use super::shard_batch::{render_limited_shards, render_shards};
 use crate::args::ProcessArgs;
 use crate::plan::{NumberedScene, RenderPlan};
+use crate::plural::plural;
 use crate::summary::Summary;
 use crate::usage::UsageError;
 use blinn_session::memory::peak_bytes;
@@ -60,6 +61,10 @@ pub fn render_scenes(
     }
     let range = plan.scene_range();
     let range_length = range.len();
+    if let Some(chunk) = plan.chunk.scenes.filter(|_| range.is_empty()) {
+        let scenes = plural(plan.scenes.len() as u64, "scene");
+        reporter.hint_of_run(&format!("nothing to render: share {chunk} of {scenes} is empty"));
+    }
     let list = plan.numbered_scenes().skip(range.start).take(range_length);
     run_scheduled(capacity, |scenes| match &plan.outputs.shards {
         Some(shards) => match shards.max_bytes() {

@@ -165,6 +165,13 @@ impl Reporter {
         }
     }
 
+    /// Reports a remark on all scenes.
+    pub fn hint_of_run(&self, text: &str) {
+        if !self.quiet {
+            self.remark(&self.label(Level::Hint, text));
+        }
+    }
+
     /// Reports a choice, for --verbose.
     fn note(&self, text: &str) {
         if self.verbose && !self.quiet {
