@@ -6,7 +6,9 @@ use std::path::Path;
 
 use anyhow::{Context, Error, Result};
 
+use super::files::similar_file;
 use super::message_style::{Level, MessageStyle};
+use blinn_import::LoadError;
 use blinn_session::{with_option_names, without_error_codes};
 
 /// True for the file name `-`, which stands for standard output.
@@ -65,11 +67,17 @@ pub fn single_line(text: &str) -> String {
     text.chars().map(|c| if c.is_control() { ' ' } else { c }).collect()
 }
 
-/// An error with its causes, preceded by the scene's path unless it names that already.
+/// An error with its causes, preceded by the scene's path unless it names that already. For a missing file, a similar one is
+/// suggested.
 pub fn scene_error(scene: &Path, error: &Error) -> String {
     let text = with_flags(&format!("{error:#}"));
     let path = scene.display().to_string();
-    if text.contains(&path) { text } else { format!("{path}: {text}") }
+    let is_missing = |cause: &(dyn std::error::Error + 'static)| match cause.downcast_ref() {
+        Some(LoadError::Io { path, cause }) => path == scene && cause.kind() == ErrorKind::NotFound,
+        _ => false,
+    };
+    let similar = if error.chain().any(is_missing) { similar_file(scene) } else { String::new() };
+    if text.contains(&path) { text + &similar } else { format!("{path}: {text}{similar}") }
 }
 
 /// A message of the library with its options as flags: `` `clip off` `` becomes `--clip off`; without error codes.

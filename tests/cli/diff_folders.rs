@@ -61,6 +61,7 @@ fn scenes_of_one_name_are_compared() {
     assert_eq!(output.status.code(), Some(0));
     assert!(String::from_utf8(output.stdout).unwrap().ends_with("\n4 pairs: 4 equal\n"));
     refused(&at, "diff rev1 rev1/equal.obj", "rev1 is a folder and rev1/equal.obj is not");
+    refused(&at, "diff rev1 rev3", "rev3 does not exist; did you mean 'rev1'?");
     fs::create_dir(at.join("empty")).unwrap();
     refused(&at, "diff rev1 empty", "empty: a folder without");
 }

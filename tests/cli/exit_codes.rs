@@ -12,6 +12,15 @@ fn a_missing_file_is_one_line() {
     assert_eq!(messages.matches("No such file").count(), 1, "once: {messages}");
     fails(dir.path(), &["render", "missing.glb"], 1, "missing.glb");
     fails(dir.path(), &["info", "missing.obj"], 1, "missing.obj");
+    // A similar name is suggested, and each missing one is named.
+    fs::write(dir.path().join("chair.obj"), "v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n").unwrap();
+    for command in ["render", "info"] {
+        fails(dir.path(), &[command, "chaer.obj"], 1, "; did you mean 'chair.obj'?");
+    }
+    let diff = ["diff", "chair.obj", "chaer.obj"];
+    fails(dir.path(), &diff, 2, "chaer.obj does not exist; did you mean 'chair.obj'?");
+    let both = "x does not exist; chairs.obj does not exist; did you mean 'chair.obj'?";
+    fails(dir.path(), &["diff", "x", "chairs.obj"], 2, both);
 }
 
 /// Labels for people and for scripts, as the environment asks for.

@@ -26,7 +26,7 @@ use anyhow::{Context, Result};
 
 use super::args::{DiffArgs, OutputArgs};
 use super::console::{print_stdout, single_line};
-use super::files::create_parent_folder;
+use super::files::{create_parent_folder, similar_file};
 use super::plan::{ImagePolicy, PathConflicts, RenderPlan, Writer, scene_list};
 use super::run::progress::{Reporter, SceneLog};
 use super::run::{panics, runtime};
@@ -50,6 +50,7 @@ pub fn run(args: &DiffArgs) -> Result<Summary, UsageError> {
         return Err(UsageError("diff compares two files or two folders: blinn diff OLD NEW".into()));
     };
     let files = [scene_path(old), scene_path(new)];
+    check_exist(files)?;
     match files.map(Path::is_dir) {
         [true, true] => return folders::run(args, files),
         [false, false] => {}
@@ -85,6 +86,14 @@ pub fn run(args: &DiffArgs) -> Result<Summary, UsageError> {
     };
     print_stdout(text.as_bytes()).map_err(failure)?;
     Ok(Summary { is_different: comparison.is_different(), ..Summary::default() })
+}
+
+/// Checks that the files or folders exist. Those inside a tar file are found later.
+fn check_exist(files: [&Path; 2]) -> Result<(), UsageError> {
+    let missing = files.iter().filter(|file| file.try_exists().is_ok_and(|exists| !exists));
+    let missing: Vec<String> =
+        missing.map(|file| format!("{} does not exist{}", file.display(), similar_file(file))).collect();
+    if missing.is_empty() { Ok(()) } else { Err(UsageError(single_line(&missing.join("; ")))) }
 }
 
 fn heading<'a>(args: &DiffArgs, [old, new]: [&'a Path; 2]) -> Heading<'a> {
