@@ -1,6 +1,6 @@
 //! The lines of edges near a batch of pixels, prepared for tests against samples.
 
-use glam::{DVec2, UVec2};
+use glam::DVec2;
 
 use super::projection::{Projector, Segment};
 use super::screen_grid::ScreenGrid;
@@ -26,6 +26,18 @@ pub(super) struct Line {
     pub linear: [f64; 2],
     /// Bounds of its depths.
     pub depths: [f64; 2],
+    /// Bounds of the line and of its depths in f32, for tests that keep more lines than touch.
+    pub bounds: LineBounds,
+}
+
+/// Bounds of a line with its width. Rounding keeps order: a position within the bounds is within them in f32 too.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct LineBounds {
+    /// The least x and y in pixels.
+    pub min: [f32; 2],
+    /// The greatest.
+    pub max: [f32; 2],
+    pub least_depth: f32,
 }
 
 /// The lines of the cells that a batch of pixels lies in.
@@ -34,7 +46,6 @@ pub(super) struct BatchLines {
     lines: Vec<Line>,
     /// The bounds of the lines of each cell, in blocks of their own.
     boxes: Vec<LineBoxes>,
-    cells: Vec<CellLines>,
     /// The least depths of a cell's lines, with their edges.
     order: Vec<(f64, u32)>,
 }
@@ -42,7 +53,6 @@ pub(super) struct BatchLines {
 /// The lines of a cell.
 #[derive(Clone, Copy)]
 pub(super) struct CellLines {
-    cell: usize,
     /// Index of the first line.
     first_line: usize,
     first_box: usize,
@@ -53,23 +63,32 @@ pub(super) struct CellLines {
 #[derive(Clone, Copy)]
 pub(super) struct LineBoxes {
     /// The least x and y of each line.
-    pub min: [[f64; LANES]; 2],
+    pub min: [[f32; LANES]; 2],
     /// The greatest.
-    pub max: [[f64; LANES]; 2],
+    pub max: [[f32; LANES]; 2],
 }
 
 impl LineBoxes {
-    const EMPTY: LineBoxes =
-        LineBoxes { min: [[f64::INFINITY; LANES]; 2], max: [[f64::NEG_INFINITY; LANES]; 2] };
+    /// Returns the bounds of at most [`LANES`] lines.
+    fn new(lines: &[Line]) -> LineBoxes {
+        let (mut min, mut max) = ([[f32::INFINITY; LANES]; 2], [[f32::NEG_INFINITY; LANES]; 2]);
+        for (lane, Line { bounds, .. }) in lines.iter().enumerate() {
+            for axis in 0..2 {
+                (min[axis][lane], max[axis][lane]) = (bounds.min[axis], bounds.max[axis]);
+            }
+        }
+        LineBoxes { min, max }
+    }
+}
 
-    fn set(&mut self, lane: usize, segment: &Segment, projector: &Projector) {
+impl LineBounds {
+    fn new(segment: &Segment, least_depth: f64, projector: &Projector) -> LineBounds {
         let [a, b] = segment.depths.map(|depth| projector.half_width(depth));
         let reach = a.max(b) + SLACK;
-        let [a, b] = segment.ends.map(|end| end.to_array());
-        for axis in 0..2 {
-            self.min[axis][lane] = a[axis].min(b[axis]) - reach;
-            self.max[axis][lane] = a[axis].max(b[axis]) + reach;
-        }
+        let [a, b] = segment.ends;
+        let min = (a.min(b) - reach).to_array().map(|x| x as f32);
+        let max = (a.max(b) + reach).to_array().map(|x| x as f32);
+        LineBounds { min, max, least_depth: least_depth as f32 }
     }
 }
 
@@ -78,16 +97,10 @@ impl BatchLines {
     pub fn clear(&mut self) {
         self.lines.clear();
         self.boxes.clear();
-        self.cells.clear();
     }
 
-    /// Adds the lines that may touch samples of a pixel, if they are not there yet: those of its cell, by their least depth.
-    pub fn add_cell_of(&mut self, grid: &ScreenGrid, pixel: UVec2) -> CellLines {
-        let cell = grid.cell(pixel);
-        // Neighbours follow each other.
-        if let Some(known) = self.cells.iter().rev().find(|known| known.cell == cell) {
-            return *known;
-        }
+    /// Adds the lines of a cell, by their least depth.
+    pub fn add_cell(&mut self, grid: &ScreenGrid, cell: usize) -> CellLines {
         let edge = |edge: u32| &grid.edges[edge as usize].segment;
         self.order.clear();
         let least_depth = |&number: &u32| (grid.projector.depth_bounds(edge(number).depths)[0], number);
@@ -95,15 +108,9 @@ impl BatchLines {
         self.order.sort_unstable_by(|(a, i), (b, j)| a.total_cmp(b).then(i.cmp(j)));
         let (first_line, first_box) = (self.lines.len(), self.boxes.len());
         self.lines.extend(self.order.iter().map(|(_, i)| Line::new(*i, edge(*i), &grid.projector)));
-        self.boxes.extend(self.order.chunks(LANES).map(|order| {
-            let mut boxes = LineBoxes::EMPTY;
-            order.iter().enumerate().for_each(|(lane, (_, i))| boxes.set(lane, edge(*i), &grid.projector));
-            boxes
-        }));
+        self.boxes.extend(self.lines[first_line..].chunks(LANES).map(LineBoxes::new));
         let box_count = self.boxes.len() - first_box;
-        let added = CellLines { cell, first_line, first_box, box_count };
-        self.cells.push(added);
-        added
+        CellLines { first_line, first_box, box_count }
     }
 
     /// Returns all lines.
@@ -113,7 +120,7 @@ impl BatchLines {
 
     /// Returns the index of the first line of a cell, and the bounds of its lines.
     pub fn boxes(&self, cell: CellLines) -> (usize, &[LineBoxes]) {
-        let CellLines { first_line, first_box, box_count, .. } = cell;
+        let CellLines { first_line, first_box, box_count } = cell;
         (first_line, &self.boxes[first_box..first_box + box_count])
     }
 }
@@ -123,7 +130,8 @@ impl Line {
         let ([start, end], [a, b]) = (segment.ends, segment.depths);
         let along = end - start;
         let depths = projector.depth_bounds([a, b]);
-        Line { edge, start, along, length2: along.length_squared(), linear: [a, b - a], depths }
+        let bounds = LineBounds::new(segment, depths[0], projector);
+        Line { edge, start, along, length2: along.length_squared(), linear: [a, b - a], depths, bounds }
     }
 
     /// Returns the number that is linear in the picture, at a point between the ends.

@@ -5,6 +5,7 @@ use glam::{DVec2, UVec2};
 use super::batch_lines::{BatchLines, LANES, Line};
 use super::edge_selection::EdgeColors;
 use super::line_tests::{CoveringLine, FindCoveringLines, FindNearLines, SampleGroup};
+use super::sample_order::SampleOrder;
 use super::screen_grid::ScreenGrid;
 use super::{EdgeStyle, HiddenEdges, dashes, premultiplied};
 use crate::film::Pixels;
@@ -13,12 +14,15 @@ use crate::memory::{RenderMemory, TileScratch};
 use crate::progress::ProgressMonitor;
 use crate::sample_generator::SampleGenerator;
 use crate::settings::RenderSettings;
-use crate::tiles::{BATCH_SAMPLES, render_tiles};
+use crate::tiles::render_tiles;
 use blinn_core::cancellation::Cancelled;
 use blinn_core::geometry::Rgba;
 
 /// Opacity of hidden edges that are faint.
 const FAINT: f32 = 0.25;
+
+/// Samples of a batch, most of whose neighbours are in the batch as well.
+const BATCH_SAMPLES: usize = 4096;
 
 /// Renders the edges of a picture.
 pub(super) fn render(
@@ -53,6 +57,7 @@ struct EdgePass<'a> {
 /// Memory for the batches of a tile.
 #[derive(Default)]
 struct BatchMemory {
+    order: SampleOrder,
     lines: BatchLines,
     /// The lines near each group.
     near: Vec<u32>,
@@ -125,7 +130,7 @@ impl EdgePass<'_> {
         let (simd, projector) = (self.frame.simd(), &self.grid.projector);
         let samples = &scratch.samples;
         self.group_samples(pixels, samples, memory);
-        let BatchMemory { lines, near, groups, found } = memory;
+        let BatchMemory { lines, near, groups, found, .. } = memory;
         let mut alphas = vec![0.0; samples.len()];
         let mut edges = vec![0; samples.len()];
         // The nearest lines over samples first, then those behind lines that are hidden.
@@ -145,7 +150,7 @@ impl EdgePass<'_> {
             let point = |covering: &CoveringLine| {
                 let line = &lines[covering.line];
                 let [x, y] = self.film_position(line.at(covering.s));
-                let sample = samples[groups[covering.group].first + covering.lane];
+                let sample = samples[groups[covering.group].samples[covering.lane] as usize];
                 EdgePoint {
                     sample: Sample { x, y, footprint: [0.0; 2], ..sample },
                     depth: covering.depth(),
@@ -158,7 +163,7 @@ impl EdgePass<'_> {
             for (covering, is_visible) in found.iter().zip(visible) {
                 let group = &mut groups[covering.group];
                 let line = &lines[covering.line];
-                let sample = group.first + covering.lane;
+                let sample = group.samples[covering.lane] as usize;
                 if is_visible {
                     (alphas[sample], edges[sample]) = (1.0, line.edge);
                     continue;
@@ -174,19 +179,18 @@ impl EdgePass<'_> {
         }
     }
 
-    /// Groups the samples of pixels that have lines near them.
+    /// Groups the samples of pixels that lie close together, and keeps the groups that have lines near them.
     fn group_samples(&self, pixels: &[UVec2], samples: &[Sample], memory: &mut BatchMemory) {
-        let n = self.generator.samples_per_pixel();
-        let BatchMemory { lines, near, groups, .. } = memory;
+        let BatchMemory { order, lines, near, groups, .. } = memory;
         lines.clear();
         near.clear();
         groups.clear();
-        for (start, (&pixel, samples)) in (0..).step_by(n).zip(pixels.iter().zip(samples.chunks_exact(n))) {
-            let cell = lines.add_cell_of(self.grid, pixel);
+        order.sort(self.grid, pixels, samples.iter().map(|sample| self.pixel_position(sample)));
+        for (cell, samples) in order.cells() {
+            let cell = lines.add_cell(self.grid, cell);
             let (first, boxes) = lines.boxes(cell);
-            for (offset, samples) in (0..).step_by(LANES).zip(samples.chunks(LANES)) {
-                let positions = samples.iter().map(|sample| self.pixel_position(sample));
-                let mut group = SampleGroup::new(start + offset, positions);
+            for samples in samples.chunks(LANES) {
+                let mut group = SampleGroup::new(samples.iter().map(|&(_, i)| (i, order.position(i))));
                 self.frame.simd().run(FindNearLines { first, boxes, group: &mut group, near: &mut *near });
                 if !group.near.is_empty() {
                     groups.push(group);

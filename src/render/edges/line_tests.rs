@@ -7,7 +7,7 @@ use std::ops::Range;
 
 use glam::DVec2;
 
-use super::batch_lines::{LANES, Line, LineBoxes};
+use super::batch_lines::{LANES, Line, LineBounds, LineBoxes};
 use super::projection::Projector;
 use blinn_core::simd::AutovecKernel;
 
@@ -30,14 +30,16 @@ impl LineKey {
     }
 }
 
-/// Some samples of a pixel.
+/// Some samples that lie close together.
 pub(super) struct SampleGroup {
-    /// Index of the first sample.
-    pub first: usize,
+    /// Indices of the samples.
+    pub samples: [u32; LANES],
     /// The lines near them: a range of a list, nearest first.
     pub near: Range<usize>,
     /// Positions in pixels from the upper left corner of the picture.
     position: [[f64; LANES]; 2],
+    /// The same, rounded.
+    rounded: [[f32; LANES]; 2],
     /// A bit for each sample whose next line is searched.
     open: u32,
     /// The line after which the next line of each sample comes.
@@ -45,25 +47,34 @@ pub(super) struct SampleGroup {
 }
 
 impl SampleGroup {
-    /// Makes a group of at most [`LANES`] samples, of which the first has the index `first`.
-    pub fn new(first: usize, positions: impl Iterator<Item = DVec2>) -> SampleGroup {
-        let mut position = [[0.0; LANES]; 2];
-        let mut count = 0;
-        for (i, at) in positions.take(LANES).enumerate() {
-            [position[0][i], position[1][i]] = at.to_array();
-            count = i + 1;
+    /// Makes a group of at most [`LANES`] samples from their indices and positions.
+    pub fn new(samples: impl Iterator<Item = (u32, DVec2)>) -> SampleGroup {
+        let mut group = SampleGroup {
+            samples: [0; LANES],
+            near: 0..0,
+            position: [[0.0; LANES]; 2],
+            rounded: [[0.0; LANES]; 2],
+            open: 0,
+            after: [LineKey::FIRST; LANES],
+        };
+        for (i, (sample, position)) in samples.take(LANES).enumerate() {
+            group.samples[i] = sample;
+            for (axis, x) in position.to_array().into_iter().enumerate() {
+                group.position[axis][i] = x;
+                group.rounded[axis][i] = x as f32;
+            }
+            group.open |= 1 << i;
         }
-        let open = (1u32 << count) - 1;
-        SampleGroup { first, near: 0..0, position, open, after: [LineKey::FIRST; LANES] }
+        group
     }
 
-    /// Returns the least and the greatest position of samples, while all are open.
+    /// Returns the least and the greatest rounded position of samples, while all are open.
     #[inline(always)]
-    fn bounds(&self) -> [[f64; 2]; 2] {
+    fn bounds(&self) -> [[f32; 2]; 2] {
         let count = self.open.count_ones() as usize;
-        let least = |row: &[f64; LANES]| row[..count].iter().copied().fold(f64::INFINITY, f64::min);
-        let most = |row: &[f64; LANES]| row[..count].iter().copied().fold(f64::NEG_INFINITY, f64::max);
-        [self.position.each_ref().map(least), self.position.each_ref().map(most)]
+        let least = |row: &[f32; LANES]| row[..count].iter().copied().fold(f32::INFINITY, f32::min);
+        let most = |row: &[f32; LANES]| row[..count].iter().copied().fold(f32::NEG_INFINITY, f32::max);
+        [self.rounded.each_ref().map(least), self.rounded.each_ref().map(most)]
     }
 
     /// Searches the next line of no sample.
@@ -94,23 +105,27 @@ impl AutovecKernel for FindNearLines<'_> {
         let FindNearLines { first, boxes, group, near } = self;
         let [[min_x, min_y], [max_x, max_y]] = group.bounds();
         let start = near.len();
-        near.resize(start + boxes.len() * LANES, 0);
-        let mut end = start;
         for (block, LineBoxes { min, max }) in boxes.iter().enumerate() {
-            let mut is_near = [false; LANES];
+            let mut bits = [0; LANES];
             for i in 0..LANES {
-                is_near[i] =
+                let is_near =
                     (min[0][i] <= max_x) & (min[1][i] <= max_y) & (max[0][i] >= min_x) & (max[1][i] >= min_y);
+                bits[i] = u32::from(is_near) << i;
             }
-            // Each number is written, and kept if its line is near.
-            for (i, is_near) in is_near.into_iter().enumerate() {
-                near[end] = (first + block * LANES + i) as u32;
-                end += usize::from(is_near);
+            let mut is_near = mask(bits);
+            while is_near != 0 {
+                near.push((first + block * LANES) as u32 + is_near.trailing_zeros());
+                is_near &= is_near - 1;
             }
         }
-        near.truncate(end);
-        group.near = start..end;
+        group.near = start..near.len();
     }
+}
+
+/// Returns the bits of all lanes.
+#[inline(always)]
+fn mask(bits: [u32; LANES]) -> u32 {
+    bits.iter().fold(0, |mask, bit| mask | bit)
 }
 
 /// A line over a sample.
@@ -144,6 +159,45 @@ pub(super) struct FindCoveringLines<'a> {
     pub found: &'a mut Vec<CoveringLine>,
 }
 
+/// The nearest lines over the samples of a group.
+struct NearestLines {
+    keys: [LineKey; LANES],
+    /// The depths of the keys, rounded.
+    rounded: [f32; LANES],
+    /// The indices of the lines; the greatest number where there is none.
+    lines: [u32; LANES],
+    s: [f64; LANES],
+}
+
+impl NearestLines {
+    /// Returns no lines: of samples that are not open, all lines come after.
+    #[inline(always)]
+    fn new(open: u32) -> NearestLines {
+        let mut nearest = NearestLines {
+            keys: [LineKey::LAST; LANES],
+            rounded: [f32::INFINITY; LANES],
+            lines: [u32::MAX; LANES],
+            s: [0.0; LANES],
+        };
+        for i in 0..LANES {
+            if open >> i & 1 == 0 {
+                (nearest.keys[i], nearest.rounded[i]) = (LineKey::FIRST, f32::NEG_INFINITY);
+            }
+        }
+        nearest
+    }
+
+    /// Returns the depth behind which no line is the nearest one of a sample.
+    #[inline(always)]
+    fn greatest_depth(&self) -> f64 {
+        let mut greatest = f64::NEG_INFINITY;
+        for key in &self.keys {
+            greatest = if key.depth > greatest { key.depth } else { greatest };
+        }
+        greatest
+    }
+}
+
 impl AutovecKernel for FindCoveringLines<'_> {
     #[inline(always)]
     fn run(self) {
@@ -152,18 +206,13 @@ impl AutovecKernel for FindCoveringLines<'_> {
             if group.open == 0 {
                 continue;
             }
-            let mut best = [LineKey::LAST; LANES];
-            let mut line_of = [u32::MAX; LANES];
-            let mut s_of = [0.0; LANES];
+            let mut nearest = NearestLines::new(group.open);
             let mut start = f64::INFINITY;
             for i in 0..LANES {
                 if group.open >> i & 1 == 1 {
                     start = start.min(group.after[i].depth);
-                } else {
-                    best[i] = LineKey::FIRST;
                 }
             }
-            // The depth behind which no line is the nearest one of a sample.
             let mut end = f64::INFINITY;
             for &number in &near[group.near.clone()] {
                 let line = &lines[number as usize];
@@ -171,31 +220,31 @@ impl AutovecKernel for FindCoveringLines<'_> {
                 if least > end {
                     break;
                 }
-                if greatest < start {
+                // Few lines have an open sample within their bounds that no nearer line covers.
+                if greatest < start || may_cover(&line.bounds, group, &nearest.rounded) & group.open == 0 {
                     continue;
                 }
                 let mut s = [0.0; LANES];
                 let mut covered = cover(line, projector, &group.position, &mut s) & group.open;
-                if covered == 0 {
-                    continue;
-                }
+                let mut is_nearer = false;
                 while covered != 0 {
                     let i = covered.trailing_zeros() as usize % LANES;
                     covered &= covered - 1;
                     let depth = projector.depth(line.linear_at(s[i]));
                     let key = LineKey { depth, edge: line.edge };
-                    if key.is_before(&best[i]) && group.after[i].is_before(&key) {
-                        (best[i], line_of[i], s_of[i]) = (key, number, s[i]);
+                    if key.is_before(&nearest.keys[i]) && group.after[i].is_before(&key) {
+                        (nearest.keys[i], nearest.rounded[i]) = (key, depth as f32);
+                        (nearest.lines[i], nearest.s[i]) = (number, s[i]);
+                        is_nearer = true;
                     }
                 }
-                end = f64::NEG_INFINITY;
-                for key in &best {
-                    end = if key.depth > end { key.depth } else { end };
+                if is_nearer {
+                    end = nearest.greatest_depth();
                 }
             }
             for i in 0..LANES {
-                if line_of[i] != u32::MAX {
-                    let (line, s, key) = (line_of[i] as usize, s_of[i], best[i]);
+                if nearest.lines[i] != u32::MAX {
+                    let (line, s, key) = (nearest.lines[i] as usize, nearest.s[i], nearest.keys[i]);
                     found.push(CoveringLine { group: index, lane: i, line, s, key });
                 }
             }
@@ -203,11 +252,24 @@ impl AutovecKernel for FindCoveringLines<'_> {
     }
 }
 
+/// Returns a bit for each sample that lies within the bounds of a line and has no line that is surely nearer, and for some others.
+#[inline(always)]
+fn may_cover(bounds: &LineBounds, group: &SampleGroup, nearest: &[f32; LANES]) -> u32 {
+    let LineBounds { min, max, least_depth } = bounds;
+    let [x, y] = &group.rounded;
+    let mut bits = [0; LANES];
+    for i in 0..LANES {
+        let is_within = (x[i] >= min[0]) & (x[i] <= max[0]) & (y[i] >= min[1]) & (y[i] <= max[1]);
+        bits[i] = u32::from(is_within & (nearest[i] >= *least_depth)) << i;
+    }
+    mask(bits)
+}
+
 /// Sets where on a line the point is that is nearest to each sample, and returns a bit for each sample that the line covers.
 #[inline(always)]
 fn cover(line: &Line, projector: &Projector, [x, y]: &[[f64; LANES]; 2], s: &mut [f64; LANES]) -> u32 {
     let has_length = line.length2 > 0.0;
-    let mut covered = [0; LANES];
+    let mut bits = [0; LANES];
     for i in 0..LANES {
         let dot = (x[i] - line.start.x) * line.along.x + (y[i] - line.start.y) * line.along.y;
         s[i] = if has_length { (dot / line.length2).clamp(0.0, 1.0) } else { 0.0 };
@@ -216,7 +278,7 @@ fn cover(line: &Line, projector: &Projector, [x, y]: &[[f64; LANES]; 2], s: &mut
         let half_width = line.half_width_at(projector, s[i]);
         // Also true for NaN.
         let is_covered = !(dx * dx + dy * dy > half_width * half_width);
-        covered[i] = u32::from(is_covered) << i;
+        bits[i] = u32::from(is_covered) << i;
     }
-    covered.iter().fold(0u32, |mask, bit| mask | bit)
+    mask(bits)
 }

@@ -1,9 +1,10 @@
 //! Edges of meshes as lines over a picture: sharp edges, silhouettes, borders of open surfaces, or all edges of triangles.
 //!
 //! The edges of a mesh are found once ([`mesh_edges`]). For each picture those that the style selects are projected
-//! ([`edge_selection`]) and sorted into cells ([`screen_grid`]). Samples are tested against the lines near them
-//! ([`line_tests`]). Those that a line covers trace a ray to the point of the edge that is nearest in the picture: the edge
-//! is visible if nothing lies in front of that point. The two triangles beside an edge never hide it.
+//! ([`edge_selection`]) and sorted into cells ([`screen_grid`]). Samples, in groups that lie close together
+//! ([`sample_order`]), are tested against the lines near them ([`line_tests`]). Those that a line covers trace a ray to the
+//! point of the edge that is nearest in the picture: the edge is visible if nothing lies in front of that point. The two
+//! triangles beside an edge never hide it.
 
 mod batch_lines;
 mod dashes;
@@ -12,6 +13,7 @@ mod edge_selection;
 mod line_tests;
 mod mesh_edges;
 mod projection;
+mod sample_order;
 mod screen_grid;
 
 use std::collections::HashMap;

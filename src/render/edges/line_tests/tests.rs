@@ -74,10 +74,11 @@ fn all_over(grid: &ScreenGrid, position: DVec2) -> Vec<(f64, u32)> {
 fn found_over(grid: &ScreenGrid, simd: SimdLevel, pixel: UVec2, positions: &[DVec2]) -> Vec<Vec<(f64, u32)>> {
     let mut lines = BatchLines::default();
     let (mut near, mut groups) = (Vec::new(), Vec::new());
-    let cell = lines.add_cell_of(grid, pixel);
+    let cell = lines.add_cell(grid, grid.cell(pixel));
     let (first, boxes) = lines.boxes(cell);
-    for (i, positions) in positions.chunks(LANES).enumerate() {
-        let mut group = SampleGroup::new(i * LANES, positions.iter().copied());
+    let samples: Vec<(u32, DVec2)> = (0..).zip(positions.iter().copied()).collect();
+    for samples in samples.chunks(LANES) {
+        let mut group = SampleGroup::new(samples.iter().copied());
         simd.run(FindNearLines { first, boxes, group: &mut group, near: &mut near });
         groups.push(group);
     }
@@ -93,7 +94,7 @@ fn found_over(grid: &ScreenGrid, simd: SimdLevel, pixel: UVec2, positions: &[DVe
         groups.iter_mut().for_each(SampleGroup::close);
         for covering in &found {
             let group = &mut groups[covering.group];
-            over[group.first + covering.lane].push((covering.depth(), lines[covering.line].edge));
+            over[group.samples[covering.lane] as usize].push((covering.depth(), lines[covering.line].edge));
             group.continue_behind(covering.lane, covering.key);
         }
     }
