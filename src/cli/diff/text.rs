@@ -6,7 +6,7 @@ use super::comparison::{Comparison, Heading};
 use super::length::{LengthUnit, bounds_text, length_text};
 use crate::info::inline;
 use crate::plural::plural;
-use blinn_output::compare::{DifferenceSummary, JsonDifference, ObjectChange, ObjectDifference};
+use blinn_output::compare::{DifferenceSummary, ElementKind, JsonDifference, ObjectChange, ObjectDifference};
 use blinn_render::PixelRect;
 
 /// Longest value that a line of text shows in full, in characters.
@@ -101,7 +101,7 @@ fn place_text(object: &ObjectDifference, unit: LengthUnit) -> String {
         ObjectChange::Added { .. } | ObjectChange::Removed { .. } => false,
         ObjectChange::Rebuilt { surface_distance, .. } => surface_distance > 0.0,
         ObjectChange::Reversed { .. } => true,
-        ObjectChange::Changed { moved_triangles, .. } => moved_triangles > 0,
+        ObjectChange::Changed { moved, .. } => moved > 0,
     };
     if !has_place || object.bounds.is_empty() {
         return String::new();
@@ -112,45 +112,44 @@ fn place_text(object: &ObjectDifference, unit: LengthUnit) -> String {
 /// Everything that changed of an object, as a part of a sentence.
 pub fn object_text(object: &ObjectDifference, unit: LengthUnit) -> String {
     let renamed = object.renamed.as_ref().map(|name| format!("renamed to '{name}'"));
-    let change = Some(change_text(&object.change, unit)).filter(|change| !change.is_empty());
+    let change = Some(change_text(&object.change, object.elements, unit)).filter(|change| !change.is_empty());
     joined([renamed, change])
 }
 
 /// A change of an object as a part of a sentence; empty if it has only another name.
-fn change_text(change: &ObjectChange, unit: LengthUnit) -> String {
-    let triangles = |count: u64| plural(count, "triangle");
+fn change_text(change: &ObjectChange, elements: ElementKind, unit: LengthUnit) -> String {
+    let counted = |count: u64| plural(count, elements.noun());
     match change {
-        ObjectChange::Added { triangles: count } => format!("added, {}", triangles(*count)),
-        ObjectChange::Removed { triangles: count } => format!("removed, {}", triangles(*count)),
-        ObjectChange::Rebuilt {
-            triangles: [old, new],
-            differing,
-            surface_distance,
-            attributes,
-            material,
-        } => {
+        ObjectChange::Added { count } => format!("added, {}", counted(*count)),
+        ObjectChange::Removed { count } => format!("removed, {}", counted(*count)),
+        ObjectChange::Rebuilt { counts: [old, new], differing, surface_distance, attributes, material } => {
             let count = if old == new {
                 let count = differing[0].max(differing[1]);
-                format!("{count} of {} {}", triangles(*new), if count == 1 { "differs" } else { "differ" })
+                format!("{count} of {} {}", counted(*new), if count == 1 { "differs" } else { "differ" })
             } else {
-                format!("{old} → {}", triangles(*new))
+                format!("{old} → {}", counted(*new))
+            };
+            let (parts, place) = match elements {
+                ElementKind::Triangles => ("surfaces", "on the same surface"),
+                ElementKind::Points => ("points", "at the same places"),
+                ElementKind::Lines => ("lines", "on the same lines"),
+                ElementKind::Mixed => ("elements", "at the same places"),
             };
             let distance = if *surface_distance == 0.0 {
-                "on the same surface".to_string()
+                place.to_string()
             } else {
-                format!("surfaces up to {} apart", length_text(*surface_distance, unit))
+                format!("{parts} up to {} apart", length_text(*surface_distance, unit))
             };
             joined([Some(count), Some(distance), attributes_text(*attributes), material_text(*material)])
         }
         ObjectChange::Reversed { triangles: count, attributes, material } => {
             let wind = if *count == 1 { "winds" } else { "wind" };
-            let reversed = format!("{} {wind} the other way (front and back are swapped)", triangles(*count));
+            let reversed = format!("{} {wind} the other way (front and back are swapped)", counted(*count));
             joined([Some(reversed), attributes_text(*attributes), material_text(*material)])
         }
-        ObjectChange::Changed { moved_triangles, max_distance, attributes, material } => {
-            let moved = (*moved_triangles > 0).then(|| {
-                format!("{} moved by up to {}", triangles(*moved_triangles), length_text(*max_distance, unit))
-            });
+        ObjectChange::Changed { moved, max_distance, attributes, material } => {
+            let moved = (*moved > 0)
+                .then(|| format!("{} moved by up to {}", counted(*moved), length_text(*max_distance, unit)));
             joined([moved, attributes_text(*attributes), material_text(*material)])
         }
     }
@@ -245,13 +244,15 @@ fn object_json(object: &ObjectDifference) -> Value {
         "renamed": object.renamed,
         "bounds": {"min": corner(object.bounds.min), "max": corner(object.bounds.max)},
     });
+    // The names of counts say what is counted: `triangles`, `differing_points`, `moved_lines`.
+    let elements = format!("{}s", object.elements.noun());
     let more = match &object.change {
-        ObjectChange::Added { triangles } => json!({"change": "added", "triangles": triangles}),
-        ObjectChange::Removed { triangles } => json!({"change": "removed", "triangles": triangles}),
-        ObjectChange::Rebuilt { triangles, differing, surface_distance, attributes, material } => json!({
+        ObjectChange::Added { count } => json!({"change": "added", elements: count}),
+        ObjectChange::Removed { count } => json!({"change": "removed", elements: count}),
+        ObjectChange::Rebuilt { counts, differing, surface_distance, attributes, material } => json!({
             "change": "rebuilt",
-            "triangles": triangles,
-            "differing_triangles": differing,
+            elements.clone(): counts,
+            format!("differing_{elements}"): differing,
             "surface_distance": finite(*surface_distance),
             "attributes": attributes,
             "material": material,
@@ -262,9 +263,9 @@ fn object_json(object: &ObjectDifference) -> Value {
             "attributes": attributes,
             "material": material,
         }),
-        ObjectChange::Changed { moved_triangles, max_distance, attributes, material } => json!({
+        ObjectChange::Changed { moved, max_distance, attributes, material } => json!({
             "change": "changed",
-            "moved_triangles": moved_triangles,
+            format!("moved_{elements}"): moved,
             "max_distance": finite(*max_distance),
             "attributes": attributes,
             "material": material,
@@ -282,19 +283,20 @@ mod tests {
 
     #[test]
     fn changes_are_described_in_words() {
-        let changed = |moved_triangles, attributes, material| {
-            let change = ObjectChange::Changed { moved_triangles, max_distance: 0.001, attributes, material };
-            change_text(&change, LengthUnit::Metre)
+        let change_text = |change: &ObjectChange, elements| change_text(change, elements, LengthUnit::Metre);
+        let changed = |moved, attributes, material| {
+            let change = ObjectChange::Changed { moved, max_distance: 0.001, attributes, material };
+            change_text(&change, ElementKind::Triangles)
         };
         assert_eq!(changed(1, false, false), "1 triangle moved by up to 1.0 mm");
         assert_eq!(
             changed(0, true, true),
             "normals, texture coordinates or colours changed, material changed"
         );
-        let rebuilt = |triangles, differing, surface_distance, material| {
+        let rebuilt = |counts, differing, surface_distance, material| {
             let change =
-                ObjectChange::Rebuilt { triangles, differing, surface_distance, attributes: false, material };
-            change_text(&change, LengthUnit::Metre)
+                ObjectChange::Rebuilt { counts, differing, surface_distance, attributes: false, material };
+            change_text(&change, ElementKind::Triangles)
         };
         assert_eq!(rebuilt([3, 2], [2, 1], 0.0, false), "3 → 2 triangles, on the same surface");
         assert_eq!(
@@ -303,13 +305,24 @@ mod tests {
         );
         let reversed = ObjectChange::Reversed { triangles: 2, attributes: false, material: true };
         assert_eq!(
-            change_text(&reversed, LengthUnit::Metre),
+            change_text(&reversed, ElementKind::Triangles),
             "2 triangles wind the other way (front and back are swapped), material changed"
         );
-        assert_eq!(
-            change_text(&ObjectChange::Added { triangles: 1 }, LengthUnit::Metre),
-            "added, 1 triangle"
-        );
+        let added = |elements| change_text(&ObjectChange::Added { count: 1 }, elements);
+        assert_eq!(added(ElementKind::Triangles), "added, 1 triangle");
+        assert_eq!(added(ElementKind::Points), "added, 1 point");
+        let moved =
+            ObjectChange::Changed { moved: 2, max_distance: 0.001, attributes: false, material: false };
+        assert_eq!(change_text(&moved, ElementKind::Lines), "2 lines moved by up to 1.0 mm");
+        let rebuilt = ObjectChange::Rebuilt {
+            counts: [3, 2],
+            differing: [2, 1],
+            surface_distance: 0.001,
+            attributes: false,
+            material: false,
+        };
+        assert_eq!(change_text(&rebuilt, ElementKind::Points), "3 → 2 points, points up to 1.0 mm apart");
+        assert_eq!(change_text(&rebuilt, ElementKind::Mixed), "3 → 2 elements, elements up to 1.0 mm apart");
     }
 
     #[test]
@@ -318,8 +331,9 @@ mod tests {
         let object = ObjectDifference {
             name: "sheet".into(),
             renamed: None,
+            elements: ElementKind::Points,
             bounds: Default::default(),
-            change: ObjectChange::Added { triangles: 1 },
+            change: ObjectChange::Added { count: 1 },
         };
         let mut comparison = Comparison { objects: vec![object], ..Comparison::default() };
         assert_eq!(summary(&comparison), "1 object");

@@ -5,6 +5,7 @@ mod tests;
 
 use std::collections::HashMap;
 
+use super::element_kind::ElementKind;
 use super::faces::{are_reversed, match_faces};
 use super::in_order::{InOrder, compare_in_order};
 use super::object_matching::match_objects;
@@ -20,6 +21,8 @@ pub struct ObjectDifference {
     pub name: String,
     /// Its name in the new scene, if that is another one.
     pub renamed: Option<String>,
+    /// What the object consists of, in both scenes.
+    pub elements: ElementKind,
     /// The kind of difference.
     pub change: ObjectChange,
     /// Bounds of the places where the surfaces are apart, in world coordinates (y up). Where they are not, or where triangles
@@ -27,30 +30,30 @@ pub struct ObjectDifference {
     pub bounds: Aabb,
 }
 
-/// Kinds of differences of an object.
+/// Kinds of differences of an object. Elements are triangles, points or lines ([`ElementKind`]).
 #[derive(Clone, Debug, PartialEq)]
 pub enum ObjectChange {
     /// Only the new scene has the object.
     Added {
-        /// Number of its triangles.
-        triangles: u64,
+        /// Number of its elements.
+        count: u64,
     },
     /// Only the old scene has the object.
     Removed {
-        /// Number of its triangles.
-        triangles: u64,
+        /// Number of its elements.
+        count: u64,
     },
-    /// Other triangles, in whichever order.
+    /// Other elements, in whichever order.
     Rebuilt {
-        /// Number of triangles in the old and in the new scene.
-        triangles: [u64; 2],
-        /// Triangles of each scene that the other one lacks.
+        /// Number of elements in the old and in the new scene.
+        counts: [u64; 2],
+        /// Elements of each scene that the other one lacks.
         differing: [u64; 2],
         /// Distance of the surfaces in scene units: the largest distance of a corner, middle of an edge or centre of a
-        /// differing triangle from the other surface. 0 up to the precision of the coordinates, infinite if there is
+        /// differing element from the other surface. 0 up to the precision of the coordinates, infinite if there is
         /// no other surface.
         surface_distance: f64,
-        /// True if normals, tangents, texture coordinates or colours of triangles that both have differ.
+        /// True if normals, tangents, texture coordinates or colours of elements that both have differ.
         attributes: bool,
         /// True if a material differs.
         material: bool,
@@ -64,10 +67,10 @@ pub enum ObjectChange {
         /// True if a material differs.
         material: bool,
     },
-    /// The same triangles with other properties.
+    /// The same elements with other properties.
     Changed {
-        /// Number of triangles with a corner elsewhere.
-        moved_triangles: u64,
+        /// Number of elements with a corner elsewhere.
+        moved: u64,
         /// Largest distance of a corner, in scene units.
         max_distance: f64,
         /// True if normals, tangents, texture coordinates or colours differ.
@@ -97,10 +100,10 @@ pub fn compare_objects(old: &PosedScene, new: &PosedScene, tolerance: Option<f64
     let mut comparison = ObjectComparison::default();
     for (object, other) in matches.old {
         let Some(other) = other else {
-            let (triangles, bounds) = old.extent(object);
-            let change = ObjectChange::Removed { triangles };
-            let name = old.name(object).into();
-            comparison.differences.push(ObjectDifference { name, renamed: None, change, bounds });
+            let (count, bounds) = old.extent(object);
+            let change = ObjectChange::Removed { count };
+            let (name, elements) = (old.name(object).into(), old.element_kind(object));
+            comparison.differences.push(ObjectDifference { name, renamed: None, elements, change, bounds });
             continue;
         };
         let pair = ObjectPair { old: &old, old_object: object, new: &new, new_object: other };
@@ -112,14 +115,16 @@ pub fn compare_objects(old: &PosedScene, new: &PosedScene, tolerance: Option<f64
         comparison.differences.extend(change.map(|(change, bounds)| ObjectDifference {
             name: old.name(object).into(),
             renamed,
+            elements: old.element_kind(object).join(new.element_kind(other)),
             change,
             bounds,
         }));
     }
     comparison.differences.extend(matches.added.into_iter().map(|object| {
-        let (triangles, bounds) = new.extent(object);
+        let (count, bounds) = new.extent(object);
         let name = new.name(object).to_string();
-        ObjectDifference { name, renamed: None, change: ObjectChange::Added { triangles }, bounds }
+        let (elements, change) = (new.element_kind(object), ObjectChange::Added { count });
+        ObjectDifference { name, renamed: None, elements, change, bounds }
     }));
     comparison
 }
@@ -164,7 +169,7 @@ impl ObjectPair<'_> {
         let mut numbers = HashMap::new();
         let old_faces = old.faces(old_object, &mut numbers);
         let new_faces = new.faces(new_object, &mut numbers);
-        let triangles = [&old_faces, &new_faces].map(|faces| faces.len() as u64);
+        let counts = [&old_faces, &new_faces].map(|faces| faces.len() as u64);
         let difference = match_faces(old_faces, new_faces);
         let material = difference.material || old.material_set(old_object) != new.material_set(new_object);
         let attributes = difference.attributes;
@@ -189,8 +194,9 @@ impl ObjectPair<'_> {
         match in_order {
             // As many moved as have no equal, and with their neighbours: the order is the same.
             Some(in_order) if in_order.is_same_order && differing == [in_order.moved_triangles; 2] => {
-                let InOrder { moved_triangles, max_distance, attributes, material, bounds, .. } = in_order;
-                let change = ObjectChange::Changed { moved_triangles, max_distance, attributes, material };
+                let InOrder { moved_triangles: moved, max_distance, attributes, material, bounds, .. } =
+                    in_order;
+                let change = ObjectChange::Changed { moved, max_distance, attributes, material };
                 Outcome { change: Some((change, bounds)), accepted_distance: None }
             }
             _ if differing == [0, 0] => {
@@ -205,7 +211,7 @@ impl ObjectPair<'_> {
                 }
                 let surface_distance = if apart.distance <= accepted { 0.0 } else { apart.distance };
                 let change =
-                    ObjectChange::Rebuilt { triangles, differing, surface_distance, attributes, material };
+                    ObjectChange::Rebuilt { counts, differing, surface_distance, attributes, material };
                 Outcome { change: Some((change, old.to_world(bounds))), accepted_distance: None }
             }
         }
@@ -223,7 +229,7 @@ impl ObjectPair<'_> {
     }
 
     fn changed_in_place(&self, attributes: bool, material: bool) -> (ObjectChange, Aabb) {
-        let change = ObjectChange::Changed { moved_triangles: 0, max_distance: 0.0, attributes, material };
+        let change = ObjectChange::Changed { moved: 0, max_distance: 0.0, attributes, material };
         (change, self.old.extent(self.old_object).1)
     }
 }

@@ -5,10 +5,11 @@ use std::collections::{BTreeSet, HashMap};
 use glam::{DVec3, Vec2, Vec3, Vec4};
 
 use super::canonical_material::MaterialDescriber;
+use super::element_kind::ElementKind;
 use super::faces::{Face, FaceParts};
 use super::surface_distance::Surface;
 use blinn_core::geometry::{Aabb, HitId};
-use blinn_scene::{Mesh, PosedScene};
+use blinn_scene::{Mesh, PosedScene, Rounds};
 
 /// Rounding errors of coordinates, as a multiple of the distance of neighbouring numbers at the largest one.
 const ROUNDING_ERRORS: f64 = 4.0;
@@ -58,7 +59,18 @@ impl<'a> Objects<'a> {
         self.posed.world_triangle(HitId { instance, triangle: triangle as u32 })
     }
 
-    /// Number of triangles of an object, and their bounds.
+    /// The kind of an object's triangles, points and lines.
+    pub fn element_kind(&self, object: usize) -> ElementKind {
+        let of_instance = |&instance: &u32| match self.posed.mesh(instance).rounds {
+            Rounds::None => ElementKind::Triangles,
+            Rounds::Points => ElementKind::Points,
+            Rounds::Lines(_) => ElementKind::Lines,
+        };
+        let kinds = self.instances[object].iter().map(of_instance);
+        kinds.reduce(ElementKind::join).unwrap_or(ElementKind::Triangles)
+    }
+
+    /// Number of triangles, points and lines of an object, and their bounds.
     pub fn extent(&self, object: usize) -> (u64, Aabb) {
         let mut bounds = Aabb::EMPTY;
         let mut count = 0;

@@ -52,9 +52,7 @@ fn one_moved_corner_is_found_with_its_distance_and_bounds() {
     new.meshes[1].positions[2].z = 0.001;
     let found = compare(&old, &new);
     let [ObjectDifference { name, change, bounds, .. }] = &found[..] else { panic!("{found:?}") };
-    let ObjectChange::Changed { moved_triangles: 1, max_distance, attributes: false, material: false } =
-        change
-    else {
+    let ObjectChange::Changed { moved: 1, max_distance, attributes: false, material: false } = change else {
         panic!("{change:?}")
     };
     assert_eq!(name, "b");
@@ -71,21 +69,20 @@ fn added_removed_rebuilt_and_repainted_objects_are_told_apart() {
     let found = compare(&old, &new);
     let changes: Vec<_> = found.iter().map(|d| (d.name.as_str(), &d.change)).collect();
     let rebuilt = ObjectChange::Rebuilt {
-        triangles: [1, 2],
+        counts: [1, 2],
         differing: [0, 1],
         surface_distance: 0.0,
         attributes: false,
         material: true,
     };
-    let material =
-        ObjectChange::Changed { moved_triangles: 0, max_distance: 0.0, attributes: false, material: true };
+    let material = ObjectChange::Changed { moved: 0, max_distance: 0.0, attributes: false, material: true };
     assert_eq!(
         changes,
         [
             ("a", &material),
-            ("b", &ObjectChange::Removed { triangles: 1 }),
+            ("b", &ObjectChange::Removed { count: 1 }),
             ("c", &rebuilt),
-            ("d", &ObjectChange::Added { triangles: 1 }),
+            ("d", &ObjectChange::Added { count: 1 }),
         ]
     );
 }
@@ -114,8 +111,7 @@ fn the_order_of_triangles_and_of_their_corners_does_not_count() {
     // Differences besides the order are still found.
     new.meshes[0].colors[4] = Vec4::ONE;
     let found = compare(&old, &new);
-    let expected =
-        ObjectChange::Changed { moved_triangles: 0, max_distance: 0.0, attributes: true, material: false };
+    let expected = ObjectChange::Changed { moved: 0, max_distance: 0.0, attributes: true, material: false };
     assert_eq!(found.iter().map(|d| &d.change).collect::<Vec<_>>(), [&expected]);
 }
 
@@ -135,7 +131,7 @@ fn in_another_order_the_distance_is_that_of_the_surfaces() {
     let found = compare(&grid([0.0; 9], ORDER), &grid(heights, SHUFFLED));
     let [ObjectDifference { change, bounds, .. }] = &found[..] else { panic!("{found:?}") };
     let expected = ObjectChange::Rebuilt {
-        triangles: [8, 8],
+        counts: [8, 8],
         differing: [2, 2],
         surface_distance: 0.25,
         attributes: false,
@@ -167,9 +163,7 @@ fn triangles_that_moved_and_are_in_another_order_are_not_matched_by_their_place(
     assert!(surface_distance > 0.0 && surface_distance < 1.2 * f64::from(by), "{surface_distance}");
     // In the same order, corners are matched.
     let found = compare(&old, &rounded(grid(heights, ORDER), by));
-    let ObjectChange::Changed { moved_triangles: 8, max_distance, .. } = found[0].change else {
-        panic!("{found:?}")
-    };
+    let ObjectChange::Changed { moved: 8, max_distance, .. } = found[0].change else { panic!("{found:?}") };
     assert!((max_distance / f64::from(by) - 1.3125f64.sqrt()).abs() < 1e-3, "{max_distance}");
 }
 
@@ -257,8 +251,8 @@ fn renamed_objects_are_matched_by_their_triangles() {
     let old = scene(&[("a", 0.0), ("b", 5.0), ("c", 10.0)]);
     let found = compare(&old, &scene(&[("c", 10.0), ("b2", 5.0), ("d", 0.125)]));
     let renamed: Vec<_> = found.iter().map(|d| (d.name.as_str(), d.renamed.as_deref(), &d.change)).collect();
-    let changed = |moved_triangles, max_distance| ObjectChange::Changed {
-        moved_triangles,
+    let changed = |moved, max_distance| ObjectChange::Changed {
+        moved,
         max_distance,
         attributes: false,
         material: false,
