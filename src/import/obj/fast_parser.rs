@@ -243,8 +243,7 @@ impl<'t> ChunkParser<'t> {
     /// The vertices of `p` or `l`. Texture coordinates of lines are not used.
     fn parse_round(&mut self, rest: &str, is_points: bool) -> Option<()> {
         let first = self.chunk.round_vertices.len();
-        for word in rest.split_ascii_whitespace() {
-            let index = word.split('/').next()?;
+        for index in text::round_vertices(rest) {
             let (vertex, end) = parse_index(&mut self.chunk, index.as_bytes(), 0, 0)?;
             if end != index.len() {
                 return None;

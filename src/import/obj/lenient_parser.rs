@@ -181,14 +181,13 @@ impl LenientParser<'_> {
     /// The vertices of `p` or `l`. Texture coordinates of lines are not used.
     fn parse_round(&mut self, line: &Line, rest: &str, is_points: bool) -> Result<(), LoadError> {
         let first = self.chunk.round_vertices.len();
-        for word in rest.split_whitespace() {
-            let text = word.split('/').next().unwrap_or("");
-            match parse_index(line, word, 0, text, self.chunk.positions.len())? {
+        for text in text::round_vertices(rest) {
+            match parse_index(line, text, 0, text, self.chunk.positions.len())? {
                 Some(vertex) if (vertex as usize) < self.totals[0] => self.chunk.round_vertices.push(vertex),
                 _ => {
                     let rule =
                         format!("vertex {text} does not exist: the file has {} vertices", self.totals[0]);
-                    return Err(LoadError::invalid(line.location(word), rule));
+                    return Err(LoadError::invalid(line.location(text), rule));
                 }
             }
         }

@@ -214,6 +214,18 @@ fn points_and_lines_are_read_without_faces() {
     }
 }
 
+/// VTK's exporter writes no blanks between the vertices of lines with texture coordinates.
+#[test]
+fn lines_of_vtk_are_read() {
+    let text = "v 0 0 0\nv 1 0 0\nv 0 1 0\nvt 0 0\nvt 1 0\nvt 0 1\nl 1/12/23/3\n";
+    for text in [text.to_string(), text.replace("l 1", "l \\\n1")] {
+        let (scene, warnings) = read(text, &[]).unwrap();
+        assert_eq!((scene.meshes[0].lines(), warnings.len()), (&[[0, 1], [1, 2]][..], 0));
+    }
+    let error = error("v 0 0 0\nv 1 0 0\nl 2/23/3\n");
+    assert!(error.contains("vertex 3 does not exist"), "{error}");
+}
+
 /// trimesh, MeshLab and scanners write clouds as vertices alone, with colours or normals.
 #[test]
 fn vertices_alone_are_points() {

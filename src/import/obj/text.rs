@@ -229,6 +229,28 @@ pub(super) fn smoothing_group(rest: &str) -> u32 {
     }
 }
 
+/// Returns the texts of the vertices of a `p` or `l`, without texture coordinates, which points and lines do not use.
+pub(super) fn round_vertices(rest: &str) -> impl Iterator<Item = &str> {
+    let joined = joined_vertices(rest).unwrap_or_default();
+    let words = if joined.is_empty() { rest } else { "" };
+    joined.into_iter().chain(words.split_whitespace().map(|word| word.split('/').next().unwrap_or("")))
+}
+
+/// Returns the vertices of a line in the form that VTK's exporter writes if there are texture coordinates, whose indices are
+/// those of the vertices: `21/2122/22` for `21/21 22/22`.
+fn joined_vertices(rest: &str) -> Option<Vec<&str>> {
+    let rest = rest.trim();
+    if rest.contains(char::is_whitespace) || !rest.contains('/') {
+        return None;
+    }
+    let mut vertices: Vec<&str> = Vec::new();
+    for part in rest.split('/') {
+        vertices.push(part.strip_prefix(*vertices.last().unwrap_or(&""))?);
+    }
+    let is_complete = vertices.pop()?.is_empty() && !vertices.contains(&"");
+    (is_complete && vertices.len() > 1).then_some(vertices)
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -263,6 +285,26 @@ mod tests {
         assert_eq!(location("2"), "line 2, column 7, at '2'");
         assert_eq!(location("3"), "line 3, column 3, at '3'");
         assert_eq!(location("x"), "line 3, column 7, at 'x'");
+    }
+
+    #[test]
+    fn lines_without_blanks_between_vertices_are_those_of_vtk() {
+        for (rest, expected) in [
+            ("21/2122/22", &["21", "22"][..]),
+            (" 9/910/1011/11 ", &["9", "10", "11"]),
+            ("1/12/2", &["1", "2"]),
+            ("1/1", &["1"]),
+            ("7", &["7"]),
+            ("1/1 2/2", &["1", "2"]),
+            ("1/12/2 3/3", &["1", "3"]),
+            ("1/1/1", &["1"]),
+            ("1/2/3", &["1"]),
+            ("1//3", &["1"]),
+            ("/", &[""]),
+            ("", &[]),
+        ] {
+            assert_eq!(round_vertices(rest).collect::<Vec<_>>(), expected, "{rest}");
+        }
     }
 
     #[test]
