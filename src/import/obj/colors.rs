@@ -13,6 +13,9 @@ const MAX_SRGB: f32 = 10.0;
 /// Converts colours from sRGB to linear and uses white for vertices without one. Blender, MeshLab and scanners
 /// write sRGB; Blender and three.js read it. Alpha is linear.
 pub(crate) fn to_linear(colors: &mut [Vec4], warnings: &mut Warnings) {
+    if colors.is_empty() {
+        return;
+    }
     let valid = || colors.iter().filter(|c| c.is_finite());
     let max = valid().map(|c| c.max_element()).fold(0.0, f32::max);
     let are_integers = || valid().all(|c| c.fract() == Vec4::ZERO && c.min_element() >= 0.0);
@@ -23,10 +26,11 @@ pub(crate) fn to_linear(colors: &mut [Vec4], warnings: &mut Warnings) {
     } else if max > MAX_SRGB {
         warnings.add("", format!("vertex colours have the value {max}, expected 0 to 1 or 0 to 255"));
     }
+    let scale = if bytes { 1.0 / 255.0 } else { 1.0 };
+    let decoder = ByteDecoder::new(|byte| if bytes { byte * scale } else { byte / 255.0 });
     let invalid = colors.par_iter_mut().with_min_len(1 << 12).filter_map(|c| {
         let written = std::mem::replace(c, Vec4::ONE);
-        let scale = if bytes { 1.0 / 255.0 } else { 1.0 };
-        let channel = |v: f32| srgb_to_linear(v * scale);
+        let channel = |v: f32| decoder.decode(v * scale);
         // A missing alpha is 1 in byte colours too.
         let alpha = if written.w > 1.0 { written.w * scale } else { written.w };
         let linear = Vec4::new(channel(written.x), channel(written.y), channel(written.z), alpha);
@@ -38,6 +42,29 @@ pub(crate) fn to_linear(colors: &mut [Vec4], warnings: &mut Warnings) {
     let invalid = invalid.count();
     if invalid > 0 {
         warnings.add("", format!("used white instead of {invalid} invalid vertex colours"));
+    }
+}
+
+/// Decodes sRGB values, most of which were bytes, with a table of those.
+struct ByteDecoder {
+    /// The sRGB value of each byte.
+    values: [f32; 256],
+    linear: [f32; 256],
+}
+
+impl ByteDecoder {
+    /// `value` returns a byte as an sRGB value from 0 to 1, with the rounding of the values that are decoded.
+    fn new(value: impl Fn(f32) -> f32) -> ByteDecoder {
+        let values = std::array::from_fn(|byte| value(byte as f32));
+        ByteDecoder { values, linear: values.map(srgb_to_linear) }
+    }
+
+    /// Returns the same bits as [`srgb_to_linear`].
+    #[inline]
+    fn decode(&self, v: f32) -> f32 {
+        // NaN becomes 0.
+        let byte = ((v * 255.0 + 0.5) as usize).min(255);
+        if self.values[byte].to_bits() == v.to_bits() { self.linear[byte] } else { srgb_to_linear(v) }
     }
 }
 
@@ -100,5 +127,20 @@ mod tests {
         assert_eq!(warnings, ["vertex colours exceed 1: read as bytes from 0 to 255", invalid]);
         let (colors, warnings) = linear(&[Vec4::new(1e38, 0.0, 0.0, 1.0)]);
         assert!(colors == [Vec4::ONE] && warnings.len() == 2, "{colors:?} {warnings:?}");
+    }
+
+    #[test]
+    fn decoders_of_bytes_have_the_bits_of_the_function() {
+        for value in [|byte: f32| byte / 255.0, |byte: f32| byte * (1.0 / 255.0)] {
+            let decoder = ByteDecoder::new(value);
+            let bytes = (0..=255u8).map(|byte| value(f32::from(byte)));
+            assert!(bytes.clone().all(|v| decoder.values.contains(&v)));
+            let near = bytes.flat_map(|v| [v, v.next_up(), v.next_down(), -v]);
+            let others = [0.0, -0.0, 0.3, 1.5, -2.0, 1e30, f32::INFINITY, f32::NEG_INFINITY];
+            for v in near.chain(others) {
+                assert_eq!(decoder.decode(v).to_bits(), srgb_to_linear(v).to_bits(), "{v}");
+            }
+            assert!(decoder.decode(f32::NAN).is_nan());
+        }
     }
 }

@@ -76,23 +76,28 @@ impl<'b> Values<'b> {
 
     #[inline]
     fn read_binary(&mut self, kind: Type, swap: bool) -> Result<f64, Stop> {
-        let (value, rest) = self.bytes.split_at_checked(kind.size()).ok_or(Stop::End)?;
-        self.bytes = rest;
-        let mut bytes = [0; 8];
-        for (i, byte) in value.iter().enumerate() {
-            bytes[if swap { value.len() - 1 - i } else { i }] = *byte;
-        }
-        let word = u64::from_le_bytes(bytes);
         Ok(match kind {
-            Type::I8 => f64::from(word as u8 as i8),
-            Type::U8 => f64::from(word as u8),
-            Type::I16 => f64::from(word as u16 as i16),
-            Type::U16 => f64::from(word as u16),
-            Type::I32 => f64::from(word as u32 as i32),
-            Type::U32 => f64::from(word as u32),
-            Type::F32 => f64::from(f32::from_bits(word as u32)),
-            Type::F64 => f64::from_bits(word),
+            Type::I8 => f64::from(i8::from_le_bytes(self.take(swap)?)),
+            Type::U8 => f64::from(u8::from_le_bytes(self.take(swap)?)),
+            Type::I16 => f64::from(i16::from_le_bytes(self.take(swap)?)),
+            Type::U16 => f64::from(u16::from_le_bytes(self.take(swap)?)),
+            Type::I32 => f64::from(i32::from_le_bytes(self.take(swap)?)),
+            Type::U32 => f64::from(u32::from_le_bytes(self.take(swap)?)),
+            Type::F32 => f64::from(f32::from_le_bytes(self.take(swap)?)),
+            Type::F64 => f64::from_le_bytes(self.take(swap)?),
         })
+    }
+
+    /// Takes the bytes of a value, in little-endian order.
+    #[inline]
+    fn take<const N: usize>(&mut self, swap: bool) -> Result<[u8; N], Stop> {
+        let (value, rest) = self.bytes.split_first_chunk::<N>().ok_or(Stop::End)?;
+        self.bytes = rest;
+        let mut value = *value;
+        if swap {
+            value.reverse();
+        }
+        Ok(value)
     }
 }
 
