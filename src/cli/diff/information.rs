@@ -7,11 +7,13 @@ use serde_json::Value;
 const ROUNDING_ERROR: f64 = 4.0 * f32::EPSILON as f64;
 
 /// Returns true for the name of the generator, and for bounds that are apart by no more than their precision. With a
-/// tolerance of distances, also for numbers of triangles, and for bounds within the tolerance.
+/// tolerance of distances, also for numbers of triangles, points and lines, and for bounds within the tolerance.
 pub fn is_information(difference: &JsonDifference, tolerance: Option<f64>) -> bool {
     match difference.path.as_str() {
         "generator" => true,
-        "triangles" | "triangles_stored" | "triangles_without_area" => tolerance.is_some(),
+        "triangles" | "triangles_stored" | "triangles_without_area" | "points" | "lines" => {
+            tolerance.is_some()
+        }
         "bounds.min" | "bounds.max" => {
             let (old, new) = (coordinates(&difference.old), coordinates(&difference.new));
             let is_near = |(a, b): (&f64, &f64)| {
@@ -43,6 +45,7 @@ mod tests {
         assert!(!is_information("format", json!("STL"), json!("glTF"), Some(1.0)));
         assert!(!is_information("triangles", json!(1), json!(2), None));
         assert!(is_information("triangles", json!(1), json!(2), Some(0.0)));
+        assert!(is_information("points", json!(1), json!(2), Some(0.0)));
         let bounds = |x: f64| json!([x, -5.0, 25.0]);
         assert!(is_information("bounds.min", bounds(-40.0), bounds(-39.999_999), None));
         assert!(!is_information("bounds.min", bounds(-40.0), bounds(-40.0006), None));
