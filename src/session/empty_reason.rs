@@ -15,6 +15,8 @@ pub enum EmptyReason {
     HiddenNow,
     /// Alpha hides everything in view.
     Transparent,
+    /// Nothing in view has edges of the kinds that are drawn.
+    NoEdges,
     /// The rendered region shows only background.
     Crop,
     /// The near plane cuts off everything in view.
@@ -39,6 +41,10 @@ pub enum EmptyReason {
     NothingInView,
 }
 
+/// Words for edges that are not there. Points and lines have none.
+pub(crate) const NO_EDGES: &str =
+    "no surface in view has such edges; use `edges feature,silhouette` or a smaller `edge-angle`";
+
 impl EmptyReason {
     /// The reason and the option that helps, as a part of a sentence.
     fn text(self) -> &'static str {
@@ -59,6 +65,7 @@ impl EmptyReason {
             EmptyReason::Transparent => {
                 "alpha hides everything in view; use another `time` or `frame`, or check the file with blinn info"
             }
+            EmptyReason::NoEdges => NO_EDGES,
             EmptyReason::Crop => "the region of `crop` shows only background; move it",
             EmptyReason::NearPlane => "the near plane cuts off everything in view; use `clip off`",
             EmptyReason::FarPlane => "the far plane cuts off everything in view; use `clip off`",

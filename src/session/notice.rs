@@ -3,7 +3,7 @@
 use std::fmt;
 use std::path::PathBuf;
 
-use crate::empty_reason::EmptyReason;
+use crate::empty_reason::{EmptyReason, NO_EDGES};
 use crate::frames::Chunk;
 use crate::light_advice::LightAdvice;
 
@@ -32,6 +32,8 @@ pub enum Notice {
     CausticsAlone,
     /// A look with another view transform than AgX.
     LookWithoutAgx,
+    /// An image has no edges of the kinds that are drawn.
+    NoEdges,
     /// Points or lines are as large as the scene.
     LargeRounds {
         /// The option that sets their size, in metres.
@@ -195,6 +197,7 @@ impl fmt::Display for Notice {
             }
             Notice::LookWithoutAgx => f.write_str("`look` has no effect: the view transform is not agx; add `view agx`"),
             Notice::CausticsAlone => f.write_str("`caustics` has no effect without `indirect`"),
+            Notice::NoEdges => f.write_str(NO_EDGES),
             Notice::LargeRounds { option, radius } => write!(
                 f,
                 "`{option}` is in metres and large for a scene with a radius of {radius:.3} m; for pixels, write px after \

@@ -33,10 +33,23 @@ pub(crate) fn empty_drawing(
     edges: Option<&Pixels>,
     cancel: &CancelToken,
 ) -> Result<Option<EmptyReason>, Cancelled> {
-    match edges {
-        Some(edges) if edges.colors.iter().any(|color| color.w > 0.0) => Ok(None),
-        _ => empty_reason(frame, settings, &blank(settings), cancel),
+    if edges.is_some_and(|edges| !is_blank(edges)) {
+        return Ok(None);
     }
+    let reason = empty_reason(frame, settings, &blank(settings), cancel)?;
+    Ok(reason.map(|reason| match reason {
+        // There is something in view, and its alpha and its size decide nothing.
+        EmptyReason::Transparent
+        | EmptyReason::PointsOff
+        | EmptyReason::LinesOff
+        | EmptyReason::ThinRounds => EmptyReason::NoEdges,
+        reason => reason,
+    }))
+}
+
+/// Returns true if a picture shows nothing.
+pub(crate) fn is_blank(picture: &Pixels) -> bool {
+    picture.colors.iter().all(|color| color.w <= 0.0)
 }
 
 /// Returns a picture of nothing.

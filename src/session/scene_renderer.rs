@@ -24,7 +24,7 @@ use crate::memory_estimate::bvh_triangles;
 use crate::near_plane::cuts_picture;
 use crate::notice::Notice;
 use crate::option_remarks::{asks_for_file_lights, remark_on_options};
-use crate::picture_edges::{blank, empty_drawing, picture_edges};
+use crate::picture_edges::{blank, empty_drawing, is_blank, picture_edges};
 use crate::picture_layers::{light_layers, normalize_layers};
 use crate::plan::SessionPlan;
 use crate::planned_frame::PlannedFrame;
@@ -67,6 +67,8 @@ pub struct SceneRenderer<'a> {
     advice: LightAdvice,
     /// True after the light of an image has been remarked on.
     has_light_remarks: AtomicBool,
+    /// True after an image without edges has been remarked on.
+    has_edge_remark: AtomicBool,
 }
 
 impl<'a> SceneRenderer<'a> {
@@ -213,6 +215,7 @@ impl<'a> SceneRenderer<'a> {
             sources: lit.description,
             // Without any light, a request for those of the file has had its warning.
             has_light_remarks: AtomicBool::new(lit.rig.is_dark() && asks_for_file_lights(options)),
+            has_edge_remark: AtomicBool::new(options.edges.alone),
         })
     }
 
@@ -371,6 +374,12 @@ impl<'a> SceneRenderer<'a> {
             true => empty_drawing(&frame, settings, edges.as_ref(), cancel)?,
             false => empty_reason(&frame, settings, &pixels, cancel)?,
         };
+        if empty.is_none()
+            && edges.as_ref().is_some_and(is_blank)
+            && !self.has_edge_remark.swap(true, Ordering::Relaxed)
+        {
+            log.hint(Notice::NoEdges);
+        }
         if empty.is_none()
             && !options.edges.alone
             && options.stage == Stage::Phong

@@ -122,6 +122,32 @@ fn the_reason_and_the_flag_that_helps_are_named() {
     }
 }
 
+/// Edges where there are none, in drawings and over surfaces.
+#[test]
+fn edges_that_are_not_there_are_explained() {
+    let (_dir, at) = folder();
+    let line = "v -1 0 0\nv 1 0.3 0\nl 1 2\n";
+    let square = "v -1 -1 0\nv 1 -1 0\nv 1 1 0\nv -1 1 0\nf 1 2 3\nf 1 3 4\n";
+    let messages = |content: &str, flags: &str| {
+        fs::write(at.join("a.obj"), content).unwrap();
+        runs(&at, &format!("render a.obj -o a.png --orbit 0,0 {SMALL} {flags}"))
+    };
+    for (content, flags, reason, remedy) in [
+        (line, "--line-width off --edges-only --edges feature", "no surface in view", "--edges feature"),
+        (line, "--edges feature", "no surface in view has such edges", "--edges feature,silhouette"),
+    ] {
+        let messages = messages(content, flags);
+        assert!(messages.contains(reason) && messages.contains(remedy), "{flags}: {messages}");
+        assert_eq!(messages.matches(reason).count(), 1, "{flags}: {messages}");
+    }
+    for (content, flags) in
+        [(line, ""), (square, "--edges feature"), (square, "--edges-only --edges feature")]
+    {
+        let messages = messages(content, flags);
+        assert!(!messages.contains("such edges"), "{flags}: {messages}");
+    }
+}
+
 /// The cube's alpha is 0 from 1 s on, but not at the start, so that the camera sees it in bounds of the clip.
 #[test]
 fn animated_alpha_is_named_as_the_reason() {
