@@ -27,6 +27,8 @@ class glTF2ExportUserExtension:
         self.colors: dict[str, tuple[float, ...]] = {}
         # Materials and lights whose losses are named. The exporter gathers some more than once.
         self.reported: set[str] = set()
+        # Names of materials without a surface.
+        self.volumes: set[str] = set()
         # The exporter goes to frame 0, or to each frame of an animation in turn.
         self.current_frames = {scene.name: scene.frame_current for scene in bpy.data.scenes}
 
@@ -64,10 +66,15 @@ class glTF2ExportUserExtension:
 
     def gather_node_hook(self, node: Any, blender_object: bpy.types.Object | None, settings: dict[str, Any]) -> None:
         """Adds what a light, a camera or a mesh lacks. Objects that the exporter leaves out never come here."""
-        if not self.is_enabled or blender_object is None:
+        if not self.is_enabled:
             return
-        if self.replacements is not None:
+        if blender_object is not None and self.replacements is not None:
             self.replacements.write(node, blender_object, settings)
+        if node.mesh is not None and not node.mesh.primitives:
+            # All its faces are borders of volumes.
+            node.mesh = node.skin = None
+        if blender_object is None:
+            return
         if blender_object.type == "LIGHT" and settings["gltf_lights"]:
             self.warn_of_lost_keys(blender_object, settings)
             color = self.colors.get(blender_object.data.name_full, tuple(blender_object.data.color))
@@ -92,6 +99,9 @@ class glTF2ExportUserExtension:
         """Marks thin walls, and warns once of what a material loses."""
         if not self.is_enabled or not isinstance(material, bpy.types.Material):
             return
+        if material_loss.is_volume(material):
+            self.volumes.add(gltf_material.name)
+            return
         shader = material_loss.surface_of(material)
         is_unlit = "KHR_materials_unlit" in (gltf_material.extensions or {})
         if shader is not None and shader.bl_idname == material_loss.PRINCIPLED and not is_unlit:
@@ -106,8 +116,17 @@ class glTF2ExportUserExtension:
             self.reported.add(name)
             settings["log"].warning(material_loss.message(name, losses, self.baker is None))
 
+    def warn_of_volumes(self, settings: dict[str, Any]) -> None:
+        """Warns once of all materials without a surface."""
+        if self.volumes:
+            names = material_loss.listed([f"'{name}'" for name in sorted(self.volumes)])
+            text = f"blinn: volumes are not written, nor the faces around them: {names}"
+            settings["log"].warning(text)
+
     def gather_mesh_hook(self, gltf_mesh: Any, mesh: bpy.types.Mesh, *_: Any) -> None:
-        """Gives a mesh that replaces another one its name."""
+        """Gives a mesh that replaces another one its name, and takes the faces away that are borders of volumes."""
+        is_kept = lambda part: part.material is None or part.material.name not in self.volumes  # noqa: E731
+        gltf_mesh.primitives = [part for part in gltf_mesh.primitives if is_kept(part)]
         if self.replacements is not None:
             gltf_mesh.name = self.replacements.names.get(mesh.name, gltf_mesh.name)
 
@@ -138,3 +157,4 @@ def glTF2_post_export_callback(settings: dict[str, Any]) -> None:
     """Called by the exporter before it writes the file."""
     for extension in own_extensions(settings):
         extension.restore()
+        extension.warn_of_volumes(settings)

@@ -55,14 +55,26 @@ STRETCH = {"Anisotropic", "Anisotropic Rotation"}
 MAX_LOSSES = 5
 
 
-def surface_of(material: bpy.types.Material | None) -> bpy.types.Node | None:
-    """Returns the shader of a material's surface."""
+def output_of(material: bpy.types.Material | None) -> bpy.types.Node | None:
+    """Returns the output of a material's nodes."""
     # Materials have nodes from Blender 5.0 on.
     has_nodes = material is not None and (bpy.app.version >= (5, 0, 0) or material.use_nodes)
     if not has_nodes or material.node_tree is None:
         return None
-    output = material.node_tree.get_output_node("CYCLES") or material.node_tree.get_output_node("ALL")
+    return material.node_tree.get_output_node("CYCLES") or material.node_tree.get_output_node("ALL")
+
+
+def surface_of(material: bpy.types.Material | None) -> bpy.types.Node | None:
+    """Returns the shader of a material's surface."""
+    output = output_of(material)
     return output and linked_node(output.inputs["Surface"])
+
+
+def is_volume(material: bpy.types.Material | None) -> bool:
+    """Returns True for a material that is a volume without a surface."""
+    output = output_of(material)
+    has_volume = output is not None and linked_node(output.inputs["Volume"]) is not None
+    return has_volume and linked_node(output.inputs["Surface"]) is None
 
 
 def losses(material: bpy.types.Material | None) -> list[str]:
@@ -87,11 +99,14 @@ def losses(material: bpy.types.Material | None) -> list[str]:
 
 def message(name: str, found: list[str], can_bake: bool) -> str:
     """Returns the warning that names what a material loses."""
-    named = found[:MAX_LOSSES]
-    if len(found) > MAX_LOSSES:
-        named.append(f"{len(found) - MAX_LOSSES} more")
     advice = "; `bake` makes images of it" if can_bake and any(" in " in loss for loss in found) else ""
-    return f"blinn: material '{name}' loses what glTF cannot hold: {', '.join(named)}{advice}"
+    return f"blinn: material '{name}' loses what glTF cannot hold: {listed(found)}{advice}"
+
+
+def listed(names: list[str]) -> str:
+    """Returns the first names of a list, and the number of the others."""
+    more = [f"{len(names) - MAX_LOSSES} more"] if len(names) > MAX_LOSSES else []
+    return ", ".join(names[:MAX_LOSSES] + more)
 
 
 def is_thin_wall(material: bpy.types.Material | None) -> bool:
