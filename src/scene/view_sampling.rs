@@ -210,6 +210,25 @@ impl Orbit {
 }
 
 impl ViewSampling {
+    /// Returns true if views depend on the seed.
+    pub fn is_random(&self) -> bool {
+        let is_range = |range: Option<(f64, f64)>| range.is_some_and(|(low, high)| low != high);
+        let distance = self.distance.map(|range| match range {
+            DistanceRange::Metres(low, high) | DistanceRange::Framed(low, high) => (low, high),
+        });
+        let has_random_positions = match self.layout {
+            ViewLayout::Random => true,
+            ViewLayout::Ring => is_range(self.elevation),
+            _ => false,
+        };
+        has_random_positions
+            || is_range(distance)
+            || self.roll > 0.0
+            || self.look_at_jitter > 0.0
+            || self.random_lights
+            || self.random_environment
+    }
+
     /// View `i` of `n`, from 0. `icosphere` are the positions of that layout.
     pub fn view(&self, i: u32, n: u32, icosphere: &[DVec3]) -> SampledView {
         let distance = self.distance.map(|range| {

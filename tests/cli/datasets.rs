@@ -409,3 +409,61 @@ fn sampled_views_do_not_depend_on_shares() {
         refused(&at, &format!("turntable box.obj {flags}"), message);
     }
 }
+
+/// Each scene of a batch has random views of its own, which do not depend on the other scenes.
+#[test]
+fn scenes_have_random_views_of_their_own() {
+    let (_dir, at) = folder();
+    write_box(&at);
+    for name in ["a/one", "a/two", "b/one"] {
+        fs::create_dir_all(at.join("in").join(name).parent().unwrap()).unwrap();
+        fs::copy(at.join("box.obj"), at.join(format!("in/{name}.obj"))).unwrap();
+    }
+    let flags = "--views 3 --on random --distance-range 1x,2x --random-lights --seed 5 --dataset nerf,coco";
+    let line = format!("turntable in {SMALL} {flags} --random-per-scene -q");
+    runs(&at, &format!("{line} -o whole/{{parent}}-{{stem}}/#.png"));
+    let whole = files(&at.join("whole"));
+    let scenes = ["a-one", "a-two", "b-one"];
+    let all = scenes.map(|scene| transforms(&at.join("whole").join(scene)));
+    for (i, scene) in all.iter().enumerate() {
+        for other in &all[..i] {
+            assert_ne!(scene["view_sampling"]["seed"], other["view_sampling"]["seed"]);
+            for k in 0..3 {
+                for key in ["transform_matrix", "light_rotation"] {
+                    assert_ne!(scene["frames"][k][key], other["frames"][k][key], "{key}");
+                }
+            }
+        }
+    }
+    // Shares, another order and place, interruptions.
+    for share in 1..=3 {
+        runs(&at, &format!("{line} -o parts/{{parent}}-{{stem}}/#.png --chunk {share}/3"));
+    }
+    assert!(files(&at.join("parts")) == whole);
+    fs::remove_file(at.join("parts/a-two/2.png")).unwrap();
+    runs(&at, &format!("{line} -o parts/{{parent}}-{{stem}}/#.png --resume"));
+    assert!(files(&at.join("parts")) == whole);
+    let listed = ["b/one", "a/two", "a/one"]
+        .map(|name| format!("{}\n", at.join("in").join(name).with_extension("obj").display()));
+    fs::write(at.join("list"), listed.concat()).unwrap();
+    let line_of_list = line.replacen("turntable in", "turntable @list", 1);
+    runs(&at, &format!("{line_of_list} -o list-out/{{parent}}-{{stem}}/#.png"));
+    assert!(files(&at.join("list-out")) == whole);
+    // The seed in the file has the same cameras for the scene alone.
+    let seed = &all[1]["view_sampling"]["seed"];
+    let alone = format!("turntable in/a/two.obj {SMALL} {flags} -q -o alone/#.png")
+        .replace("--seed 5", &format!("--seed {seed}"));
+    runs(&at, &alone);
+    assert_eq!(transforms(&at.join("alone"))["frames"], all[1]["frames"]);
+    // Without the option, all have the same views.
+    runs(&at, &format!("{} -o same/{{parent}}-{{stem}}/#.png", line.replace("--random-per-scene ", "")));
+    let same = scenes.map(|scene| transforms(&at.join("same").join(scene))["frames"].clone());
+    assert!(same[0] == same[1] && same[1] == same[2] && same[0] != all[0]["frames"]);
+    for (flags, message) in [
+        ("--views 3 --random-per-scene", "--random-per-scene: nothing is random"),
+        ("--views 3 --random-per-scene --distance-range 2", "--random-per-scene: nothing is random"),
+        ("--random-per-scene", "--random-per-scene applies only to datasets"),
+    ] {
+        refused(&at, &format!("turntable box.obj {flags}"), message);
+    }
+}

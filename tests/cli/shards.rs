@@ -495,3 +495,31 @@ fn samples_have_annotations() {
     assert!(resumed("nerf").contains("wrote s/0.tar"));
     refused(&at, &format!("{line},colmap -o s/{{shard}}.tar"), "use --dataset nerf,coco,bop");
 }
+
+/// Archives of scenes with random views of their own are recognised by --resume and by the ledger.
+#[test]
+fn archives_of_scenes_with_views_of_their_own_are_resumed() {
+    let (_dir, at) = folder();
+    write_objects(&at);
+    fs::remove_file(at.join("objects/o3.x.obj")).unwrap();
+    let line = format!(
+        "turntable objects {SMALL} --views 2 --on random --shard-size 4 -o s/{{shard}}.tar --random-per-scene"
+    );
+    runs(&at, &format!("{line} --ledger l"));
+    let first = files(&at.join("s"));
+    let cameras: Vec<Value> = members(&at.join("s/0.tar"))
+        .into_iter()
+        .filter(|(name, _)| name.ends_with("-0001.json"))
+        .map(|(_, bytes)| serde_json::from_slice::<Value>(&bytes).unwrap()["transform_matrix"].clone())
+        .collect();
+    assert!(cameras.len() == 2 && cameras[0] != cameras[1]);
+    for flags in ["", "--ledger l"] {
+        let output = blinn(&at, &format!("{line} --resume {flags}").replace(" -q", ""));
+        let text = String::from_utf8(output.stderr).unwrap();
+        assert!(output.status.success() && !text.contains("wrote"), "{flags}: {text}");
+    }
+    runs(&at, &format!("{line} --resume --seed 1"));
+    assert!(files(&at.join("s")) != first);
+    runs(&at, &format!("{line} --resume --seed 0"));
+    assert!(files(&at.join("s")) == first);
+}

@@ -47,6 +47,20 @@ def test_scenes_are_merged(quad: blinn.Scene, tmp_path: Path) -> None:
     }
 
 
+def test_scenes_in_memory_have_the_same_random_views_again(quad: blinn.Scene, models: Path, tmp_path: Path) -> None:
+    def matrices(folder: str, name: str) -> list[object]:
+        frames = json.loads((tmp_path / folder / name / "transforms.json").read_text())["frames"]
+        return [frame["transform_matrix"] for frame in frames]
+
+    random = {"views": 2, "on": "random", "random_per_scene": True, **SMALL}
+    for folder in ("a", "b"):
+        blinn.write_dataset([quad, quad], tmp_path / folder, **random)
+    first, second = (matrices("a", f"arrays-0000{number}") for number in (1, 2))
+    assert first == matrices("b", "arrays-00001") and first != second
+    with pytest.raises(ValueError, match="all files or all in memory"):
+        blinn.write_dataset([quad, models / "tests/cube.obj"], tmp_path / "c", **random)
+
+
 def test_resumed_datasets_write_only_what_is_missing(models: Path, tmp_path: Path) -> None:
     def write() -> list[Path]:
         return blinn.write_dataset([models / "tests/cube.obj"], tmp_path, views=2, resume=True, **SMALL)

@@ -6,7 +6,8 @@ use super::choices::UnitShapeArg;
 use super::values;
 use blinn_scene::{DistanceRange, ViewLayout};
 
-/// The views of a dataset. All random choices follow from `--seed` and the number of the view.
+/// The views of a dataset. All random choices follow from `--seed`, the number of the view and, with `--random-per-scene`, the name
+/// of the scene.
 #[derive(Debug, Args)]
 #[command(next_help_heading = "Turntable")]
 pub struct ViewSamplingArgs {
@@ -35,6 +36,12 @@ pub struct ViewSamplingArgs {
     /// Turn the environment about the vertical, in each view by another random angle
     #[arg(long)]
     pub random_hdri: bool,
+    /// Choose other random cameras and lights for each scene, from --seed and the name of the scene
+    ///
+    /// The name is the path below the folder that is given, or below the innermost one of all scenes. --chunk, --resume and the
+    /// order of the scenes change nothing.
+    #[arg(long)]
+    pub random_per_scene: bool,
     /// Scale and move the scene into a cube with sides of 1, or a sphere of radius 1, in all that is written
     ///
     /// Positions, depths and transforms.json are in these units, and so are --distance-range and BASELINE. The pictures

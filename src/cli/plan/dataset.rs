@@ -8,7 +8,7 @@ use crate::args::{TurntableArgs, UnitShapeArg, UpArg, ViewSamplingArgs};
 use crate::usage::UsageError;
 use blinn_output::datasets::WorldUp;
 use blinn_render::integrator::Aov;
-use blinn_scene::{Projection, UnitShape, ViewSampling};
+use blinn_scene::{Orbit, Projection, UnitShape, ViewSampling};
 use blinn_session::{DatasetPlan, Options, PlannedFrame};
 
 /// AOVs that every dataset has.
@@ -33,6 +33,13 @@ pub fn dataset_plan(
     }
     options.view.projection = Some(Projection::Perspective);
     let sampling = sampling(&args.turn.sampling, options.seed);
+    if args.turn.sampling.random_per_scene && !sampling.is_random() {
+        return Err(UsageError(
+            "--random-per-scene: nothing is random; add --on random, --distance-range, --roll, --look-at-jitter, \
+             --random-lights, or --random-hdri"
+                .into(),
+        ));
+    }
     let has_elevation = sampling.elevation.is_some();
     sampling.layout.check(count, has_elevation).map_err(|text| UsageError(format!("--on: {text}")))?;
     options.normalize = args.turn.sampling.normalize.map(|shape| match shape {
@@ -49,8 +56,13 @@ pub fn dataset_plan(
         Some(UpArg::Z) | None => WorldUp::Z,
     };
     let dataset = DatasetPlan { count, time: args.time.time.unwrap_or(0.0), up, sampling };
-    options.view.orbit = dataset.views(1..=1).next().and_then(|frame| frame.view).map(|view| view.orbit);
+    options.view.orbit = first_orbit(&dataset);
     Ok(dataset)
+}
+
+/// The position of the first view, in which the scene is framed and metered.
+pub fn first_orbit(dataset: &DatasetPlan) -> Option<Orbit> {
+    dataset.views(1..=1).next().and_then(|frame| frame.view).map(|view| view.orbit)
 }
 
 impl Outputs {

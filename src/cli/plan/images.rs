@@ -55,6 +55,7 @@ impl RenderPlan {
             outputs,
             formats: FormatsPlan::default(),
             check: None,
+            random_per_scene: false,
             strict: policy.strict,
             dry_run: false,
         };

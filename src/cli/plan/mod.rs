@@ -16,6 +16,7 @@ mod output_names;
 mod outputs;
 mod path_conflicts;
 mod scene_list;
+mod scene_plan;
 mod sequence_info;
 mod shards;
 mod turntable;
@@ -68,6 +69,8 @@ pub struct RenderPlan {
     pub formats: FormatsPlan,
     /// Golden images to compare with.
     pub check: Option<CheckPlan>,
+    /// True for random cameras and lights of its own for each scene of a dataset.
+    pub random_per_scene: bool,
     pub strict: bool,
     /// True to print the names of output files only.
     pub dry_run: bool,
@@ -124,6 +127,7 @@ impl RenderPlan {
             outputs,
             formats: FormatsPlan::default(),
             check,
+            random_per_scene: false,
             strict: args.common.strict,
             dry_run: args.process.dry_run,
         }
@@ -171,6 +175,7 @@ impl RenderPlan {
             outputs,
             formats,
             check: None,
+            random_per_scene: args.turn.sampling.random_per_scene,
             strict: args.common.strict,
             dry_run: args.process.dry_run,
         }

@@ -4,6 +4,7 @@ use std::fs::File;
 use std::io::{self, BufRead, BufReader, Cursor, Read};
 use std::path::{Path, PathBuf};
 
+use crate::files::with_slashes;
 use crate::scene_file::{is_stdin, scene_path};
 use crate::usage::UsageError;
 use blinn_import::{has_tar_extension, scenes_in_tar};
@@ -18,6 +19,8 @@ const HEAD_BYTES: u64 = 1 << 16;
 #[derive(Debug)]
 pub struct SceneList {
     paths: PathList,
+    /// The folder that names of scenes are relative to.
+    root: PathBuf,
     /// True for several arguments, a list or a folder, however many scenes they hold.
     is_batch: bool,
     /// Models in folders of the command line whose formats are not read.
@@ -68,6 +71,13 @@ impl SceneList {
         self.iter().next().unwrap_or_else(|| Ok(PathBuf::new()))
     }
 
+    /// The name of a scene: its path below the folder of all scenes, with slashes. It depends neither on where that folder is, nor
+    /// on the order of the scenes.
+    pub fn name(&self, scene: &Path) -> String {
+        let scene = without_dot(scene);
+        with_slashes(scene.strip_prefix(&self.root).unwrap_or(scene))
+    }
+
     /// The only scene; `None` if there are several.
     pub fn single(&self) -> Option<PathBuf> {
         (self.len() == 1).then(|| self.iter().next())?.and_then(Result::ok)
@@ -103,13 +113,15 @@ pub fn scene_list(args: &[PathBuf]) -> Result<SceneList, UsageError> {
     let is_batch = args.len() > 1 || scenes.is_expanded;
     let paths = scenes.paths.finish();
     let paths = paths.map_err(|e| UsageError(format!("the list of scenes cannot be stored: {e}")))?;
-    Ok(SceneList { paths, is_batch, foreign: scenes.foreign })
+    Ok(SceneList { paths, root: scenes.root.unwrap_or_default(), is_batch, foreign: scenes.foreign })
 }
 
 /// The scenes that were found so far.
 #[derive(Debug, Default)]
 struct Expansion {
     paths: PathListBuilder,
+    /// The innermost folder that holds all files, folders and archives that were named.
+    root: Option<PathBuf>,
     /// How often standard input is a scene.
     stdin_count: usize,
     /// True after a list or a folder.
@@ -120,11 +132,21 @@ struct Expansion {
 impl Expansion {
     fn add(&mut self, scene: &Path) -> io::Result<()> {
         self.stdin_count += usize::from(is_stdin(scene));
+        self.widen_root(scene.parent().unwrap_or(Path::new("")));
         self.paths.push(scene)
+    }
+
+    /// Makes the root one that holds `folder`, too.
+    fn widen_root(&mut self, folder: &Path) {
+        let folder = without_dot(folder);
+        let root = self.root.take().unwrap_or_else(|| folder.to_path_buf());
+        let holding = root.ancestors().find(|above| folder.starts_with(above));
+        self.root = Some(holding.unwrap_or(Path::new("")).to_path_buf());
     }
 
     fn add_folder(&mut self, folder: &Path) -> io::Result<()> {
         self.is_expanded = true;
+        self.widen_root(folder);
         let before = self.paths.count();
         let foreign = visit_scenes(folder, &mut |scene| self.paths.push(scene))?;
         if self.paths.count() == before {
@@ -145,6 +167,7 @@ impl Expansion {
     /// Adds the scenes in a tar file.
     fn add_archive(&mut self, file: &Path) -> io::Result<()> {
         self.is_expanded = true;
+        self.widen_root(file);
         let with_path = |e: io::Error| io::Error::new(e.kind(), format!("{}: {e}", file.display()));
         let scenes = scenes_in_tar(file, has_scene_extension).map_err(with_path)?;
         if scenes.is_empty() {
@@ -195,6 +218,11 @@ impl Expansion {
         }
         Ok(())
     }
+}
+
+/// A path without `./` at its start.
+fn without_dot(path: &Path) -> &Path {
+    path.strip_prefix(".").unwrap_or(path)
 }
 
 /// Converts UTF-16 with a byte order mark to UTF-8.
@@ -305,6 +333,25 @@ mod tests {
         let file = dir.path().join("list");
         std::fs::write(&file, "a.glb\n").unwrap();
         assert!(is_batch(&[format!("@{}", file.display()).into()]));
+    }
+
+    /// The same scenes have the same names in another order, elsewhere, and however they are named.
+    #[test]
+    fn names_are_relative_to_the_folder_of_all_scenes() {
+        let names = |args: &[&str]| {
+            let list = scene_list(&args.iter().map(PathBuf::from).collect::<Vec<_>>()).unwrap();
+            list.iter().map(|path| list.name(&path.unwrap())).collect::<Vec<_>>()
+        };
+        assert_eq!(names(&["in/a/m.glb", "in/b/m.glb"]), ["a/m.glb", "b/m.glb"]);
+        assert_eq!(names(&["/data/in/b/m.glb", "/data/in/a/m.glb"]), ["b/m.glb", "a/m.glb"]);
+        assert_eq!(names(&["./in/a/m.glb", "in/ab/m.glb"]), ["a/m.glb", "ab/m.glb"]);
+        assert_eq!(names(&["a.glb", "in/b.glb"]), ["a.glb", "in/b.glb"]);
+        assert_eq!(names(&["in/a.glb"]), ["a.glb"]);
+        let dir = tempfile::tempdir().unwrap();
+        std::fs::create_dir_all(dir.path().join("models/only")).unwrap();
+        std::fs::write(dir.path().join("models/only/m.glb"), "").unwrap();
+        // A folder keeps the names of its scenes when others are added.
+        assert_eq!(names(&[dir.path().join("models").to_str().unwrap()]), ["only/m.glb"]);
     }
 
     /// A long list is split wherever the blocks that it is read in end.

@@ -47,6 +47,7 @@ pub fn check_dataset_options(args: &TurnArgs) -> Result<(), UsageError> {
         ("--look-at-jitter", sampling.look_at_jitter.is_some()),
         ("--random-lights", sampling.random_lights),
         ("--random-hdri", sampling.random_hdri),
+        ("--random-per-scene", sampling.random_per_scene),
         ("--normalize", sampling.normalize.is_some()),
     ];
     match options.iter().find(|(_, is_given)| *is_given && args.views.is_none()) {

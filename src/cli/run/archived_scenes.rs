@@ -125,6 +125,7 @@ impl ArchivedScene {
         mut accepts: impl FnMut(&str, SettingsHash) -> bool,
     ) -> bool {
         let Some(shards) = &plan.outputs.shards else { return false };
+        let plan = &*plan.of_scene(&scene.path);
         let frames = plan.frames.known().unwrap_or_default();
         let mut is_same = |(frame, (key, fingerprint)): (&PlannedFrame, &(String, String))| {
             *key == shards.sample_key(&scene.path, scene.number, frame.number)

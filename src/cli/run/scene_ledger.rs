@@ -76,7 +76,11 @@ impl<'a> SceneLedger<'a> {
 
     /// The key of the `index`-th scene, from 1.
     pub fn key(&self, path: &Path, index: usize) -> SceneKey {
-        SceneKey::new(self.plan, self.settings, path, index)
+        let settings = match self.plan.scene_seed(path) {
+            Some(seed) => SettingsHash::of(&(self.settings, seed)),
+            None => self.settings,
+        };
+        SceneKey::new(self.plan, settings, path, index)
     }
 
     /// The outcome for which a scene is skipped: done, if its files are there as they were written, or failed, with

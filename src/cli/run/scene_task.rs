@@ -86,14 +86,15 @@ impl SceneTask<'_> {
             }
         }
         let NumberedScene { number: index, ref path } = self.scene;
+        let plan = &*self.plan.of_scene(path);
         let mut job = SceneJob {
-            plan: self.plan,
+            plan,
             index,
             path,
             log: &self.log,
             report: rendered.section.as_mut(),
             part: rendered.part.as_mut(),
-            digests: FileDigests::with_limit(load_limits(self.plan.session.max_memory).file_bytes),
+            digests: FileDigests::with_limit(load_limits(plan.session.max_memory).file_bytes),
             frames: Vec::new(),
             images: ImageCounts::default(),
             cancel: self.cancel.clone(),
@@ -110,11 +111,10 @@ impl SceneTask<'_> {
             rendered.files_version = FilesVersion::of_scene(self.plan, path, index, images);
         }
         rendered.files = std::mem::take(&mut job.scene_files);
-        if self.plan.check.is_some() {
+        if plan.check.is_some() {
             let frames = std::mem::take(&mut job.frames);
-            let frames =
-                Some(frames).filter(|frames| !frames.is_empty()).or_else(|| self.plan.frames.known());
-            rendered.checked = frames.map(|frames| self.plan.output_files(path, index, &frames));
+            let frames = Some(frames).filter(|frames| !frames.is_empty()).or_else(|| plan.frames.known());
+            rendered.checked = frames.map(|frames| plan.output_files(path, index, &frames));
         }
         rendered.outcome = match self.timeout {
             Some(timeout) if !self.is_late() && outcome.as_ref().is_err_and(is_cancellation) => {

@@ -64,8 +64,12 @@ def write_dataset(
         flags.append("--resume")
     for key, value in options.items():
         flags += _flags(key, value)
+    sources = _several(scenes)
+    if options.get("random_per_scene") and len({_is_in_memory(scene) for scene in sources}) > 1:
+        # Names are relative to the folder of all scenes, and that of scenes in memory is temporary.
+        raise ValueError("random_per_scene: scenes are either all files or all in memory; write the others to files")
     with tempfile.TemporaryDirectory(prefix="blinn-") as written:
-        files = _files(_several(scenes), Path(written))
+        files = _files(sources, Path(written))
         if not files:
             raise ValueError("there are no scenes")
         out = os.path.join(folder, name or "")
@@ -79,6 +83,11 @@ def _several(scenes: Scenes) -> list[str | os.PathLike[str] | Scene]:
     if isinstance(scenes, (str, os.PathLike, Scene)):
         return [scenes]
     return list(scenes)
+
+
+def _is_in_memory(scene: str | os.PathLike[str] | Scene) -> bool:
+    """Return whether a scene has no file."""
+    return isinstance(scene, Scene) and (scene._source is None or not isinstance(scene._source.source, str))
 
 
 def _files(scenes: Sequence[str | os.PathLike[str] | Scene], folder: Path) -> list[str]:

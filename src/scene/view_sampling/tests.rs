@@ -104,6 +104,43 @@ fn ranges_hold_for_every_layout() {
     }
 }
 
+/// Exactly those settings are random whose views another seed changes.
+#[test]
+fn random_settings_depend_on_the_seed() {
+    let plain = ViewSampling::default();
+    let layouts = [
+        ViewLayout::Sphere,
+        ViewLayout::Hemisphere,
+        ViewLayout::Ring,
+        ViewLayout::Icosphere,
+        ViewLayout::Random,
+        ViewLayout::Stereo { baseline: None },
+    ];
+    let mut all: Vec<ViewSampling> = layouts.map(|layout| ViewSampling { layout, ..plain }).to_vec();
+    all.extend([
+        ViewSampling { layout: ViewLayout::Ring, elevation: Some((0.1, 0.1)), ..plain },
+        ViewSampling { layout: ViewLayout::Ring, elevation: Some((0.1, 0.5)), ..plain },
+        ViewSampling { elevation: Some((0.1, 0.5)), ..plain },
+        ViewSampling { distance: Some(DistanceRange::Metres(2.0, 2.0)), ..plain },
+        ViewSampling { distance: Some(DistanceRange::Metres(2.0, 3.0)), ..plain },
+        ViewSampling { distance: Some(DistanceRange::Framed(1.0, 2.0)), ..plain },
+        ViewSampling { roll: 0.1, ..plain },
+        ViewSampling { look_at_jitter: 0.1, ..plain },
+        ViewSampling { random_lights: true, ..plain },
+        ViewSampling { random_environment: true, ..plain },
+    ]);
+    let mut random = 0;
+    for sampling in all {
+        let views = |seed| {
+            let sampling = ViewSampling { seed, ..sampling };
+            (0..12).map(|i| sampling.view(i, 12, &icosphere(12))).collect::<Vec<_>>()
+        };
+        assert_eq!(sampling.is_random(), views(1) != views(2), "{sampling:?}");
+        random += usize::from(sampling.is_random());
+    }
+    assert_eq!(random, 8);
+}
+
 /// A random view does not depend on the number of views, and no view on another one.
 #[test]
 fn random_views_are_independent_of_their_number() {
