@@ -51,7 +51,8 @@ impl Glob {
         !self.0.as_str().contains(['*', '?', '['])
     }
 
-    fn matches_path(&self, path: &str) -> bool {
+    /// Returns true if the pattern has a slash and matches a path, whose parts are separated by slashes.
+    pub fn matches_path(&self, path: &str) -> bool {
         let options = MatchOptions { require_literal_separator: true, ..MatchOptions::new() };
         let pattern = self.0.as_str();
         pattern.contains('/')

@@ -98,7 +98,7 @@ pub use options::{
     ImageBackground, OcclusionSampling, Options, TurntableRotation,
 };
 pub use path_list::{PathList, PathListBuilder, decode as decode_path};
-pub use path_template::{PathTemplate, TemplateFields};
+pub use path_template::{PathTemplate, TemplateFields, folder_name};
 pub use picture::{ImageKind, Picture};
 pub use pipeline::run_pipeline;
 pub use plan::SessionPlan;

@@ -164,7 +164,7 @@ fn begins_part(path: &OsStr) -> bool {
 }
 
 /// The name of the folder of a scene. The path may not contain it, or may end in `..`.
-fn folder_name(scene: &Path) -> OsString {
+pub fn folder_name(scene: &Path) -> OsString {
     let folder = scene.parent().filter(|f| !f.as_os_str().is_empty()).unwrap_or(Path::new("."));
     let name = |folder: &Path| folder.file_name().map(OsStr::to_os_string);
     name(folder).or_else(|| name(&folder.canonicalize().ok()?)).unwrap_or_default()

@@ -255,6 +255,52 @@ fn scenes_are_merged_into_one_dataset() {
     assert_eq!(std::fs::read(at.join("foreign/annotations.json")).unwrap(), b"mine");
 }
 
+/// The folders of scenes are categories, as in collections with a folder for each.
+#[test]
+fn categories_follow_the_names_of_scenes() {
+    let (_dir, at) = folder();
+    for (file, from) in
+        [("chairs/a", "tests/cube.obj"), ("lamps/b", "tests/cube.obj"), ("chairs/c", "tests/cube.obj")]
+    {
+        let file = at.join("in").join(file).with_extension("obj");
+        std::fs::create_dir_all(file.parent().unwrap()).unwrap();
+        std::fs::copy(model(from), file).unwrap();
+    }
+    let line = format!("turntable in --views 1 {SMALL} --dataset coco");
+    let merged = |flags: &str| {
+        runs(&at, &format!("{line} {flags} --merge -o out/"));
+        let data = json(&at.join("out"), "annotations.json");
+        let names: Vec<String> = data["categories"]
+            .as_array()
+            .unwrap()
+            .iter()
+            .map(|row| row["name"].as_str().unwrap().into())
+            .collect();
+        // The category of each image; all its objects have the same.
+        let mut of_image = vec![None; 3];
+        for row in data["annotations"].as_array().unwrap() {
+            let image = row["image_id"].as_u64().unwrap() as usize - 1;
+            let category = row["category_id"].as_u64().unwrap() as usize - 1;
+            assert!(of_image[image].is_none_or(|known| known == category));
+            of_image[image] = Some(category);
+        }
+        of_image.into_iter().map(|category| category.map(|i: usize| names[i].clone())).collect::<Vec<_>>()
+    };
+    let some = |names: [&str; 3]| names.map(|name| (!name.is_empty()).then(|| name.to_string())).to_vec();
+    // In the order of files: chairs/a, chairs/c, lamps/b.
+    assert_eq!(merged("--category folder"), some(["chairs", "chairs", "lamps"]));
+    assert_eq!(
+        merged("--category seat=scene:chairs/* --category rest=scene:*"),
+        some(["seat", "seat", "rest"])
+    );
+    assert_eq!(merged("--category x=scene:[ab]"), some(["x", "", "x"]));
+    let one = format!("turntable in/lamps/b.obj --views 1 {SMALL} --dataset coco -o one/");
+    runs(&at, &format!("{one} --category x=scene:b"));
+    let output = blinn(&at, &format!("{one} --category x=scene:chairs/*"));
+    let text = String::from_utf8(output.stderr).unwrap();
+    assert!(output.status.code() == Some(1) && text.contains("name does not match 'chairs/*'"), "{text}");
+}
+
 /// BOP's scenes share a folder of models, whose numbers differ.
 #[test]
 fn merged_scenes_of_bop_have_objects_of_their_own() {

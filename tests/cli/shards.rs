@@ -523,3 +523,56 @@ fn archives_of_scenes_with_views_of_their_own_are_resumed() {
     runs(&at, &format!("{line} --resume --seed 0"));
     assert!(files(&at.join("s")) == first);
 }
+
+/// A category has one id in all archives, whichever share writes them; where it cannot, a warning says so once.
+#[test]
+fn categories_have_the_same_ids_in_all_archives() {
+    let (_dir, at) = folder();
+    for (i, file) in ["lamps/a", "chairs/b", "lamps/c", "chairs/d"].iter().enumerate() {
+        let file = at.join("in").join(file).with_extension("obj");
+        fs::create_dir_all(file.parent().unwrap()).unwrap();
+        fs::write(file, format!("v 0 0 0\nv {} 0 0\nv 0 1 0\nf 1 2 3\n", i + 1)).unwrap();
+    }
+    let small = SMALL.trim_end_matches(" -q");
+    let line = format!("turntable in {small} --progress none --views 1 --dataset coco --shard-size 2");
+    let categories = |folder: &str| -> BTreeMap<String, String> {
+        let archives = files(&at.join(folder)).into_keys().collect::<Vec<_>>();
+        let members = archives.iter().flat_map(|file| members(&at.join(folder).join(file)));
+        let samples = members.filter(|(name, _)| name.ends_with(".coco.json"));
+        samples
+            .map(|(name, bytes)| {
+                let data: Value = serde_json::from_slice(&bytes).unwrap();
+                for annotation in data["annotations"].as_array().unwrap() {
+                    assert_eq!(annotation["category_id"], data["categories"][0]["id"]);
+                }
+                (name, data["categories"].to_string().replace(",\"supercategory\":\"\"", ""))
+            })
+            .collect()
+    };
+    let output = blinn(&at, &format!("{line} --category folder -o whole/{{shard}}.tar"));
+    let text = String::from_utf8(output.stderr).unwrap();
+    assert!(output.status.success() && !text.contains("warning"), "{text}");
+    // In the order of files: chairs/b, chairs/d, lamps/a, lamps/c.
+    let found = categories("whole");
+    let ids: Vec<&String> = found.values().collect();
+    let (chairs, lamps) = (r#"[{"id":1,"name":"chairs"}]"#, r#"[{"id":2,"name":"lamps"}]"#);
+    assert_eq!(ids, [chairs, chairs, lamps, lamps]);
+    for share in [2, 1] {
+        runs(&at, &format!("{line} --category folder -o parts/{{shard}}.tar --chunk {share}/2"));
+    }
+    assert!(files(&at.join("parts")) == files(&at.join("whole")));
+    let resumed = runs(&at, &format!("{line} --category folder -o parts/{{shard}}.tar --resume"));
+    assert!(!resumed.contains("wrote"), "{resumed}");
+    runs(&at, &format!("{line} --category scene -o scenes/{{shard}}.tar"));
+    let found = categories("scenes");
+    assert!(
+        (1..).zip(found.values()).all(|(id, list)| list.starts_with(&format!("[{{\"id\":{id},"))),
+        "{found:?}"
+    );
+    for flags in ["", "--category x=scene:a --category material"] {
+        let output = blinn(&at, &format!("{line} {flags} -o differing/{{shard}}.tar"));
+        let text = String::from_utf8(output.stderr).unwrap();
+        assert_eq!(text.matches("ids of categories differ between scenes").count(), 1, "{text}");
+        assert!(output.status.success() && text.contains("--category NAME=GLOB"), "{text}");
+    }
+}

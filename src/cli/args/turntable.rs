@@ -79,11 +79,12 @@ pub struct TurnArgs {
     /// (object poses), coco or coco-polygons (annotations.json) [default: nerf]
     #[arg(long, value_name = "LIST", value_parser = values::dataset_formats)]
     pub dataset: Option<DatasetFormats>,
-    /// Categories of --dataset coco: object, material or scene (their names), NAME=GLOB or NAME=material:GLOB (repeatable)
-    /// [default: object]
+    /// Categories of --dataset coco: object, material, scene or folder (their names), NAME=GLOB, NAME=material:GLOB or
+    /// NAME=scene:GLOB (repeatable) [default: object]
     ///
-    /// GLOB matches object names and paths, as in --hide, or names of materials. The first rule that applies decides;
-    /// objects without category are not annotated.
+    /// folder is that of the scene's file. GLOB matches object names and paths, as in --hide, names of materials, or names of
+    /// scenes and with a slash their paths below the folder of all. The first rule that applies decides; objects without category
+    /// are not annotated.
     #[arg(long, value_name = "RULE", requires = "dataset", value_parser = values::category_rule)]
     pub category: Vec<CategoryRule>,
     /// Write one dataset of all scenes: one annotations.json, BOP's scenes with common models, COLMAP's models below one folder

@@ -1,9 +1,11 @@
 //! `--dataset`: the formats of a dataset.
 
 use std::path::Path;
+use std::sync::Arc;
 
 use super::outputs::{OutputKind, Outputs, Target};
 use super::shards::ShardPlan;
+use super::shared_categories::SharedCategories;
 use crate::args::TurnArgs;
 use crate::args::values::{CategoryRule, DatasetFormat, DatasetFormats};
 use crate::usage::UsageError;
@@ -18,6 +20,12 @@ pub struct FormatsPlan {
     pub categories: Vec<CategoryRule>,
     /// True for one dataset of all scenes.
     pub is_merged: bool,
+    /// The ids of categories in archives.
+    #[serde(skip)]
+    pub shared_categories: Arc<SharedCategories>,
+    /// The shared ids of the categories of a scene, in its own plan, if they depend on other scenes.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub scene_categories: Vec<usize>,
 }
 
 /// The folder of images in datasets of BOP.
@@ -28,7 +36,7 @@ impl FormatsPlan {
         let formats = args.dataset.clone().unwrap_or_default();
         let has_categories = !args.category.is_empty();
         let categories = if has_categories { args.category.clone() } else { vec![CategoryRule::Object] };
-        let plan = FormatsPlan { formats, categories, is_merged: args.merge };
+        let plan = FormatsPlan { formats, categories, is_merged: args.merge, ..FormatsPlan::default() };
         if has_categories && plan.coco_masks().is_none() {
             return Err(UsageError("--category applies only to --dataset coco; add it".into()));
         }
@@ -37,6 +45,19 @@ impl FormatsPlan {
             return Err(UsageError(text.into()));
         }
         Ok(plan)
+    }
+
+    /// True if ids of categories depend on the names of all scenes.
+    pub fn has_categories_of_scenes(&self) -> bool {
+        let is_of_scenes = |rule: &CategoryRule| matches!(rule, CategoryRule::Scene | CategoryRule::Folder);
+        self.shared_categories.count() > 0 && self.categories.iter().any(is_of_scenes)
+    }
+
+    /// True if categories follow from the content of scenes, which is not known before they are read.
+    pub fn has_categories_of_content(&self) -> bool {
+        let is_of_content =
+            |rule: &CategoryRule| matches!(rule, CategoryRule::Object | CategoryRule::Material);
+        self.categories.iter().any(is_of_content)
     }
 
     pub fn has(&self, format: DatasetFormat) -> bool {

@@ -19,6 +19,7 @@ mod scene_list;
 mod scene_plan;
 mod sequence_info;
 mod shards;
+mod shared_categories;
 mod turntable;
 
 use std::ops::Range;
@@ -48,6 +49,7 @@ pub use outputs::{OutputKind, Outputs, Target, split_existing_folder};
 pub use path_conflicts::{PathConflicts, Writer};
 pub use scene_list::{SceneList, scene_list};
 pub use shards::{ShardPlan, scene_of_key};
+pub use shared_categories::{SceneNames, SharedCategories};
 
 use camera_checks::check_cameras;
 use command_files::OptionFiles;
@@ -146,13 +148,16 @@ impl RenderPlan {
         let chunk = ScopedChunk::new(args.turn.chunk, &scenes, true)?;
         let time = args.time.time.unwrap_or(0.0);
         let frames = turntable::frames(&args.turn, time, dataset.as_ref(), chunk.frames)?;
-        let formats = FormatsPlan::from_args(&args.turn)?;
+        let mut formats = FormatsPlan::from_args(&args.turn)?;
         let sequence = SequenceInfo {
             is_batch: scenes.is_batch(),
             image_name: dataset.as_ref().and_then(|_| formats.image_name(scenes.is_batch())),
             ..turntable::sequence_info(&args.turn, chunk.frames)
         };
         let outputs = Outputs::new(&args.output, &sequence, &frames, &options)?;
+        if outputs.shards.is_some() && formats.coco_masks().is_some() {
+            formats.shared_categories = Arc::new(SharedCategories::new(&formats.categories, &scenes)?);
+        }
         let has_bop = formats.has(DatasetFormat::Bop);
         let outputs = if has_bop { outputs.with_bop_names() } else { outputs };
         chunk.check_shards(&outputs)?;

@@ -1,29 +1,58 @@
 //! The plan of one scene of a dataset, where it differs from that of all.
 
 use std::borrow::Cow;
-use std::path::Path;
+use std::path::{Path, PathBuf};
 
 use twox_hash::XxHash3_128;
 
-use super::RenderPlan;
 use super::dataset::first_orbit;
 use super::frames::FrameSet;
+use super::{FormatsPlan, RenderPlan, SceneNames};
 use blinn_scene::ViewSampling;
 use blinn_session::DatasetPlan;
 
+/// What a scene has of its own in the plan.
+#[derive(Clone, Debug, Default, PartialEq, Eq, serde::Serialize)]
+pub struct ScenePlan {
+    /// The seed of its random cameras and lights.
+    seed: Option<u32>,
+    /// The ids of its categories.
+    categories: Vec<usize>,
+}
+
 impl RenderPlan {
-    /// The plan with the random cameras and lights of a scene.
+    /// The plan with the random cameras and lights and the categories of a scene.
     pub fn of_scene(&self, scene: &Path) -> Cow<'_, RenderPlan> {
-        match (self.scene_seed(scene), self.session.dataset) {
-            (Some(seed), Some(dataset)) => Cow::Owned(self.with_seed(seed, dataset)),
-            _ => Cow::Borrowed(self),
-        }
+        let Some(ScenePlan { seed, categories }) = self.scene_plan(scene) else { return Cow::Borrowed(self) };
+        let mut plan = match (seed, self.session.dataset) {
+            (Some(seed), Some(dataset)) => self.with_seed(seed, dataset),
+            _ => self.clone(),
+        };
+        plan.formats.scene_categories = categories;
+        Cow::Owned(plan)
     }
 
-    /// The seed of the random cameras and lights of a scene, where each has its own. It follows from the name of the scene.
-    pub fn scene_seed(&self, scene: &Path) -> Option<u32> {
-        let dataset = self.session.dataset.filter(|_| self.random_per_scene)?;
-        Some(named_seed(dataset.sampling.seed, &self.scenes.name(scene)))
+    /// What a scene has of its own; `None` if it has the plan of all scenes. It follows from the names of scenes.
+    pub fn scene_plan(&self, scene: &Path) -> Option<ScenePlan> {
+        let dataset = self.session.dataset.filter(|_| self.random_per_scene);
+        let name = || self.scenes.name(scene);
+        let seed = dataset.map(|dataset| named_seed(dataset.sampling.seed, &name()));
+        let FormatsPlan { categories, shared_categories, .. } = &self.formats;
+        let has_categories = self.formats.has_categories_of_scenes();
+        let names = has_categories.then(|| SceneNames::new(&self.scenes, scene));
+        let categories =
+            names.map(|names| shared_categories.of_scene(categories, &names)).unwrap_or_default();
+        let plan = ScenePlan { seed, categories };
+        (plan != ScenePlan::default()).then_some(plan)
+    }
+
+    /// A warning about categories that have other ids in each scene of the archives.
+    pub fn category_warning(&self) -> Option<(PathBuf, &'static str)> {
+        let shards = self.outputs.shards.as_ref().filter(|_| self.formats.coco_masks().is_some())?;
+        let text = "ids of categories differ between scenes, whose objects or materials are not known before they are read: \
+                    go by the names of categories, or use `category` NAME=GLOB, scene, or folder";
+        (self.scenes.len() > 1 && self.formats.has_categories_of_content())
+            .then(|| (shards.numbered(0), text))
     }
 
     fn with_seed(&self, seed: u32, dataset: DatasetPlan) -> RenderPlan {

@@ -39,6 +39,9 @@ fn execute(
         Reporter::new(&process.log, plan.scene_range().len(), quiet).with_paths(process.print_paths);
     reporter.expect_files(plan.expected_files());
     plan.scenes.left_out().for_each(|(folder, text)| reporter.warn(folder, &text));
+    if let Some((archive, text)) = plan.category_warning() {
+        reporter.warn(&archive, text);
+    }
     reporter.trace = process.trace.as_deref().map(|file| Trace::new(file, plan.outputs.replace));
     let mut summary = Summary::default();
     // Only now: a restarted process would not know of a signal that arrived earlier.

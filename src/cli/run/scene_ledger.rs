@@ -76,8 +76,8 @@ impl<'a> SceneLedger<'a> {
 
     /// The key of the `index`-th scene, from 1.
     pub fn key(&self, path: &Path, index: usize) -> SceneKey {
-        let settings = match self.plan.scene_seed(path) {
-            Some(seed) => SettingsHash::of(&(self.settings, seed)),
+        let settings = match self.plan.scene_plan(path) {
+            Some(own) => SettingsHash::of(&(self.settings, own)),
             None => self.settings,
         };
         SceneKey::new(self.plan, settings, path, index)

@@ -19,8 +19,8 @@ pub enum CocoMasks {
 pub struct CocoDataset {
     /// Width and height of all images in pixels.
     pub size: (u32, u32),
-    /// Names of categories; ids count from 1.
-    pub categories: Vec<String>,
+    /// All categories.
+    pub categories: Vec<CocoCategory>,
     /// The form of masks.
     pub masks: CocoMasks,
     /// Metres per step of integer depth layers, if there are any. Images name it as `transforms.json` does.
@@ -28,6 +28,15 @@ pub struct CocoDataset {
     /// The lines of the file, which take less memory than values.
     images: Vec<String>,
     annotations: Vec<String>,
+}
+
+/// A category.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct CocoCategory {
+    /// Its id, from 1.
+    pub id: usize,
+    /// Its name.
+    pub name: String,
 }
 
 /// An object in an image.
@@ -47,7 +56,7 @@ pub struct CocoObject<'m> {
 
 impl CocoDataset {
     /// A dataset without images.
-    pub fn new(size: (u32, u32), categories: Vec<String>, masks: CocoMasks) -> CocoDataset {
+    pub fn new(size: (u32, u32), categories: Vec<CocoCategory>, masks: CocoMasks) -> CocoDataset {
         CocoDataset { size, categories, masks, ..CocoDataset::default() }
     }
 
@@ -65,7 +74,7 @@ impl CocoDataset {
             let annotation = json!({
                 "id": self.annotations.len() + 1,
                 "image_id": id,
-                "category_id": object.category + 1,
+                "category_id": self.categories[object.category].id,
                 "object_id": object.object,
                 "name": object.name,
                 "iscrowd": 0,
@@ -87,11 +96,12 @@ impl CocoDataset {
         format!("{{\n{head},\n\"annotations\": {}\n}}\n", json_lines(&self.annotations))
     }
 
-    /// The entries of a file before its annotations, from names of categories and lines of images.
-    pub(super) fn head(categories: &[String], images: &[String]) -> String {
-        let category =
-            |(i, name): (usize, &String)| json!({"id": i + 1, "name": name, "supercategory": ""}).to_string();
-        let categories: Vec<String> = categories.iter().enumerate().map(category).collect();
+    /// The entries of a file before its annotations, from categories and lines of images.
+    pub(super) fn head(categories: &[CocoCategory], images: &[String]) -> String {
+        let category = |CocoCategory { id, name }: &CocoCategory| {
+            json!({"id": id, "name": name, "supercategory": ""}).to_string()
+        };
+        let categories: Vec<String> = categories.iter().map(category).collect();
         let description = concat!("rendered by blinn ", env!("CARGO_PKG_VERSION"));
         format!(
             "\"info\": {},\n\"licenses\": [],\n\"categories\": {},\n\"images\": {}",
@@ -195,7 +205,8 @@ mod tests {
     fn hidden_objects_have_no_annotation() {
         let mut mask = PixelMask::default();
         [(1, 0), (2, 0), (1, 1)].into_iter().for_each(|(x, y)| mask.add(x, y));
-        let categories = vec!["a".into(), "b".into()];
+        let categories =
+            [(1, "a"), (5, "b")].map(|(id, name)| CocoCategory { id, name: name.into() }).to_vec();
         let mut data = CocoDataset::new((4, 3), categories, CocoMasks::Polygons);
         let object = |visible| CocoObject { object: 7, name: "n", category: 1, visible, amodal: &mask };
         data.depth_step = Some(0.002);
@@ -206,7 +217,7 @@ mod tests {
         assert_eq!(annotations[0]["bbox"], json!([1, 0, 2, 2]));
         assert_eq!(
             (annotations[0]["area"].clone(), annotations[0]["category_id"].clone()),
-            (json!(3), json!(2))
+            (json!(3), json!(5))
         );
         assert_eq!(value["images"][0]["id"], json!(3));
         assert_eq!(value["images"][0]["integer_depth_scale"], json!(0.002));

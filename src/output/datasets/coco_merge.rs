@@ -4,7 +4,7 @@ use std::io::{self, Write};
 
 use serde_json::{Map, Value, json};
 
-use super::coco::CocoDataset;
+use super::coco::{CocoCategory, CocoDataset};
 
 /// The annotations of several datasets of [`CocoDataset`], whose categories are united by their names. Categories and images are
 /// in memory, masks are not: the texts of all datasets are read twice.
@@ -41,9 +41,9 @@ impl CocoMerge {
     /// The text has another form.
     pub fn add_images(&mut self, part: CocoPart) -> Result<(), CocoPartError> {
         let data = parse(part.text)?;
-        for category in names(&data)? {
-            if !self.categories.contains(&category) {
-                self.categories.push(category);
+        for CocoCategory { name, .. } in categories(&data)? {
+            if !self.categories.contains(&name) {
+                self.categories.push(name);
             }
         }
         for mut image in objects(&data, "images")? {
@@ -63,7 +63,9 @@ impl CocoMerge {
     /// # Errors
     /// Those of the writer.
     pub fn begin(&self, out: &mut dyn Write) -> io::Result<()> {
-        write!(out, "{{\n{},\n\"annotations\": [", CocoDataset::head(&self.categories, &self.images))
+        let numbered = (1..).zip(&self.categories).map(|(id, name)| CocoCategory { id, name: name.clone() });
+        let head = CocoDataset::head(&numbered.collect::<Vec<_>>(), &self.images);
+        write!(out, "{{\n{head},\n\"annotations\": [")
     }
 
     /// Writes the annotations of a scene whose images were added.
@@ -97,12 +99,13 @@ impl CocoMerge {
 
     fn annotation_lines(&mut self, part: CocoPart) -> Result<Vec<String>, CocoPartError> {
         let data = parse(part.text)?;
-        let names = names(&data)?;
+        let own = categories(&data)?;
         let mut lines = Vec::new();
         for (number, mut annotation) in (self.annotations + 1..).zip(objects(&data, "annotations")?) {
-            let category = annotation.get("category_id").and_then(Value::as_u64);
-            let name = category.and_then(|id| names.get(usize::try_from(id).ok()?.checked_sub(1)?));
-            let merged = name.and_then(|name| self.categories.iter().position(|known| known == name));
+            let id = annotation.get("category_id").and_then(Value::as_u64);
+            let category = own.iter().find(|category| u64::try_from(category.id).ok() == id);
+            let position = |of: &CocoCategory| self.categories.iter().position(|name| *name == of.name);
+            let merged = category.and_then(position);
             let merged = merged.ok_or_else(|| lacks("category_id"))?;
             self.is_used[merged] = true;
             annotation.insert("category_id".into(), json!(merged + 1));
@@ -124,12 +127,14 @@ fn objects(data: &Value, key: &str) -> Result<Vec<Map<String, Value>>, CocoPartE
     list.iter().map(|value| value.as_object().cloned().ok_or_else(|| lacks(key))).collect()
 }
 
-/// The names of categories, in the order of their ids.
-fn names(data: &Value) -> Result<Vec<String>, CocoPartError> {
-    let name = |category: Map<String, Value>| {
-        category.get("name").and_then(Value::as_str).map(str::to_string).ok_or_else(|| lacks("name"))
+/// The categories of a dataset.
+fn categories(data: &Value) -> Result<Vec<CocoCategory>, CocoPartError> {
+    let category = |category: Map<String, Value>| {
+        let id = category.get("id").and_then(Value::as_u64).and_then(|id| usize::try_from(id).ok());
+        let name = category.get("name").and_then(Value::as_str).map(str::to_string);
+        Ok(CocoCategory { id: id.ok_or_else(|| lacks("id"))?, name: name.ok_or_else(|| lacks("name"))? })
     };
-    objects(data, "categories")?.into_iter().map(name).collect()
+    objects(data, "categories")?.into_iter().map(category).collect()
 }
 
 /// Adds to an id.
@@ -149,10 +154,12 @@ mod tests {
     use super::*;
     use blinn_render::PixelMask;
 
-    fn part(categories: &[&str], objects: &[usize]) -> String {
+    fn part(first_id: usize, categories: &[&str], objects: &[usize]) -> String {
         let mut mask = PixelMask::default();
         mask.add(1, 1);
-        let categories = categories.iter().map(|name| name.to_string()).collect();
+        // Ids need not count from 1.
+        let category = |(id, name): (usize, &&str)| CocoCategory { id, name: name.to_string() };
+        let categories = (first_id..).zip(categories).map(category).collect();
         let mut data = CocoDataset::new((4, 3), categories, CocoMasks::RunLengths);
         for id in 1..=2 {
             let object =
@@ -164,7 +171,7 @@ mod tests {
 
     #[test]
     fn ids_and_categories_are_united() {
-        let texts = [part(&["cup", "pot"], &[0, 1]), part(&[], &[]), part(&["lid", "cup"], &[1])];
+        let texts = [part(1, &["cup", "pot"], &[0, 1]), part(1, &[], &[]), part(7, &["lid", "cup"], &[1])];
         let parts = ["a", "", "b"].into_iter().zip(&texts).zip([0, 2, 4]);
         let parts = parts.map(|((folder, text), first_image)| CocoPart { text, folder, first_image });
         let mut merge = CocoMerge::default();
@@ -192,7 +199,7 @@ mod tests {
     /// One dataset, merged, is that dataset.
     #[test]
     fn a_merged_dataset_has_the_form_of_one() {
-        for text in [part(&["cup"], &[0]), part(&[], &[])] {
+        for text in [part(1, &["cup"], &[0]), part(1, &[], &[])] {
             let part = CocoPart { text: &text, folder: "", first_image: 0 };
             let mut merge = CocoMerge::default();
             merge.add_images(part).unwrap();
@@ -210,7 +217,7 @@ mod tests {
             let part = CocoPart { text, folder: "", first_image: 0 };
             assert!(CocoMerge::default().add_images(part).is_err(), "{text}");
         }
-        let text = part(&["cup"], &[0]).replace("\"id\":1,", "\"id\":9223372036854775807,");
+        let text = part(1, &["cup"], &[0]).replace("\"id\":1,", "\"id\":9223372036854775807,");
         let part = CocoPart { text: &text, folder: "", first_image: 1 };
         assert!(CocoMerge::default().add_images(part).is_err());
     }

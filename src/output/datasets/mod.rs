@@ -14,7 +14,7 @@ mod world_up;
 
 pub use bop::{BopImage, BopModel, BopObject, BopScene, MODELS_INFO, bop_sample_masks};
 pub use bop_models::{PosedObject, posed_objects};
-pub use coco::{CocoDataset, CocoMasks, CocoObject};
+pub use coco::{CocoCategory, CocoDataset, CocoMasks, CocoObject};
 pub use coco_merge::{CocoMerge, CocoPart, CocoPartError};
 pub use colmap::{ColmapForm, ColmapImage, ColmapModel, ColmapPoint};
 pub use pinhole::{Pinhole, RigidPose};

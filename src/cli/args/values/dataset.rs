@@ -79,26 +79,35 @@ pub enum CategoryRule {
     Material,
     /// The file name of the scene, without extension, is the category of all its objects.
     Scene,
+    /// The folder of the scene's file is the category of all its objects.
+    Folder,
     /// Objects whose name or path matches.
     Objects { category: String, glob: Glob },
     /// Objects with a material whose name matches.
     Materials { category: String, glob: Glob },
+    /// All objects of scenes whose name, without extension, matches, or the path below the folder of all scenes.
+    Scenes { category: String, glob: Glob },
 }
 
-/// `object`, `material`, `scene`, `NAME=GLOB` or `NAME=material:GLOB`.
+/// `object`, `material`, `scene`, `folder`, `NAME=GLOB`, `NAME=material:GLOB` or `NAME=scene:GLOB`.
 pub fn category_rule(text: &str) -> Result<CategoryRule, String> {
     match (text, text.split_once('=')) {
         ("object", _) => Ok(CategoryRule::Object),
         ("material", _) => Ok(CategoryRule::Material),
         ("scene", _) => Ok(CategoryRule::Scene),
+        ("folder", _) => Ok(CategoryRule::Folder),
         (_, Some((category, pattern))) if !category.is_empty() && !pattern.is_empty() => {
             let category = category.to_string();
-            Ok(match pattern.strip_prefix("material:") {
-                Some(pattern) => CategoryRule::Materials { category, glob: glob(pattern)? },
-                None => CategoryRule::Objects { category, glob: glob(pattern)? },
+            Ok(match pattern.split_once(':') {
+                Some(("material", pattern)) => CategoryRule::Materials { category, glob: glob(pattern)? },
+                Some(("scene", pattern)) => CategoryRule::Scenes { category, glob: glob(pattern)? },
+                _ => CategoryRule::Objects { category, glob: glob(pattern)? },
             })
         }
-        _ => Err("expected object, material, scene, NAME=GLOB or NAME=material:GLOB".into()),
+        _ => {
+            Err("expected object, material, scene, folder, NAME=GLOB, NAME=material:GLOB or NAME=scene:GLOB"
+                .into())
+        }
     }
 }
 
@@ -125,11 +134,15 @@ mod tests {
         assert_eq!(category_rule("object"), Ok(CategoryRule::Object));
         assert_eq!(category_rule("material"), Ok(CategoryRule::Material));
         assert_eq!(category_rule("scene"), Ok(CategoryRule::Scene));
+        assert_eq!(category_rule("folder"), Ok(CategoryRule::Folder));
+        assert!(matches!(category_rule("chair=scene:chairs/*"), Ok(CategoryRule::Scenes { .. })));
+        // Names of objects may have colons.
+        assert!(matches!(category_rule("bolt=M6:*"), Ok(CategoryRule::Objects { .. })));
         assert!(
             matches!(category_rule("wheel=car/wheel*"), Ok(CategoryRule::Objects { category, .. }) if category == "wheel")
         );
         assert!(matches!(category_rule("glass=material:*glass"), Ok(CategoryRule::Materials { .. })));
-        for wrong in ["", "objects", "=x", "x=", "x=[", "x=material:["] {
+        for wrong in ["", "objects", "=x", "x=", "x=[", "x=material:[", "x=scene:["] {
             assert!(category_rule(wrong).is_err(), "{wrong}");
         }
     }

@@ -1,34 +1,39 @@
 //! Categories of objects, from rules about their names and materials.
 
 use std::collections::BTreeMap;
+use std::sync::Arc;
 
 use anyhow::{Result, bail};
 
 use crate::args::values::CategoryRule;
+use crate::plan::{RenderPlan, SceneNames, SharedCategories};
+use blinn_output::datasets::CocoCategory;
 use blinn_scene::Scene;
 
 /// The categories of a scene's objects. They do not depend on what images show.
 pub struct ObjectCategories {
-    /// Names of categories: in the order of rules, then of objects.
-    pub names: Vec<String>,
+    /// All categories: in the order of rules, then of objects.
+    pub all: Vec<CocoCategory>,
     /// Index of the category of each object that has one.
     by_object: BTreeMap<u32, usize>,
+    /// Ids that scenes share.
+    shared: Arc<SharedCategories>,
 }
 
 impl ObjectCategories {
-    /// Applies `rules` to all objects that are drawn. The first rule that applies to an object decides. `stem` is the name of
-    /// the scene. A pattern need not match something in each of several scenes.
+    /// Applies the rules of a plan to all objects of a scene that are drawn. The first rule that applies to an object decides. A
+    /// pattern need not match something in each of several scenes.
     ///
     /// # Errors
     /// A pattern without a match in a single scene.
-    pub fn new(
-        scene: &Scene,
-        stem: &str,
-        rules: &[CategoryRule],
-        is_batch: bool,
-    ) -> Result<ObjectCategories> {
-        let mut categories = ObjectCategories { names: Vec::new(), by_object: BTreeMap::new() };
-        for rule in rules {
+    pub fn new(plan: &RenderPlan, scene: &Scene, names: &SceneNames) -> Result<ObjectCategories> {
+        let is_batch = plan.scenes.is_batch();
+        let shared = plan.formats.shared_categories.clone();
+        let mut categories = ObjectCategories { all: Vec::new(), by_object: BTreeMap::new(), shared };
+        let every_object = |categories: &mut ObjectCategories, name: &str| {
+            scene.instances.iter().for_each(|instance| categories.set(instance.object, name));
+        };
+        for rule in &plan.formats.categories {
             match rule {
                 CategoryRule::Object => {
                     for instance in &scene.instances {
@@ -45,9 +50,14 @@ impl ObjectCategories {
                         categories.set(instance.object, if name.is_empty() { &fallback } else { name });
                     }
                 }
-                CategoryRule::Scene => {
-                    for instance in &scene.instances {
-                        categories.set(instance.object, stem);
+                CategoryRule::Scene => every_object(&mut categories, &names.stem),
+                CategoryRule::Folder => every_object(&mut categories, &names.folder),
+                CategoryRule::Scenes { category, glob } => {
+                    categories.index(category);
+                    if glob.matches_name(&names.stem) || glob.matches_path(&names.path) {
+                        every_object(&mut categories, category);
+                    } else if !is_batch {
+                        bail!("--category {category}: the scene's name does not match '{}'", glob.as_str());
                     }
                 }
                 CategoryRule::Objects { category, glob } => {
@@ -92,9 +102,12 @@ impl ObjectCategories {
 
     /// The index of a category, which is added if it is new.
     fn index(&mut self, category: &str) -> usize {
-        self.names.iter().position(|name| name == category).unwrap_or_else(|| {
-            self.names.push(category.to_string());
-            self.names.len() - 1
+        self.all.iter().position(|known| known.name == category).unwrap_or_else(|| {
+            let is_own = |known: &&CocoCategory| known.id > self.shared.count();
+            let next = || self.shared.count() + self.all.iter().filter(is_own).count() + 1;
+            let id = self.shared.id(category).unwrap_or_else(next);
+            self.all.push(CocoCategory { id, name: category.to_string() });
+            self.all.len() - 1
         })
     }
 }

@@ -21,7 +21,7 @@ use self::bop_objects::BopObjects;
 use self::categories::ObjectCategories;
 use self::context::{DatasetContext, ImageMasks, NumberedView};
 use crate::args::values::DatasetFormat;
-use crate::plan::{DatasetFolders, RenderPlan};
+use crate::plan::{DatasetFolders, RenderPlan, SceneNames};
 use crate::run::dataset::TransformsFile;
 use blinn_accel::Accel;
 use blinn_core::cancellation::CancelToken;
@@ -42,8 +42,7 @@ pub type SampleFiles = Vec<(&'static str, String)>;
 /// # Errors
 /// A rule does not suit the scene.
 pub fn categories(plan: &RenderPlan, scene: &Scene, file: &Path) -> Result<ObjectCategories> {
-    let stem = file.file_stem().unwrap_or_default().to_string_lossy();
-    ObjectCategories::new(scene, &stem, &plan.formats.categories, plan.scenes.is_batch())
+    ObjectCategories::new(plan, scene, &SceneNames::new(&plan.scenes, file))
 }
 
 impl DatasetFiles<'_> {
@@ -97,7 +96,7 @@ impl DatasetFiles<'_> {
             let masks = context.masks(view, traced, window)?;
             let mut files = SampleFiles::new();
             if let Some(form) = plan.formats.coco_masks() {
-                let mut coco = CocoDataset::new(size, categories.names.clone(), form);
+                let mut coco = CocoDataset::new(size, categories.all.clone(), form);
                 coco.depth_step = context.dataset.depth_step;
                 coco.add_image(before + number, &view.file, objects(&masks, scene, &categories));
                 files.push(("coco.json", coco.to_json()));
@@ -164,7 +163,7 @@ impl DatasetFiles<'_> {
         let categories = categories(plan, scene, self.transforms.path)?;
         let form = plan.formats.coco_masks();
         let mut coco =
-            form.map(|form| CocoDataset::new((window.width, window.height), categories.names.clone(), form));
+            form.map(|form| CocoDataset::new((window.width, window.height), categories.all.clone(), form));
         if let Some(coco) = &mut coco {
             coco.depth_step = context.dataset.depth_step;
         }
