@@ -62,9 +62,11 @@ pub fn finish_stdout(written: io::Result<()>) -> Result<()> {
     }
 }
 
-/// Replaces line breaks and control characters by spaces.
+/// Replaces line breaks, control characters and overrides of the writing direction by spaces.
 pub fn single_line(text: &str) -> String {
-    text.chars().map(|c| if c.is_control() { ' ' } else { c }).collect()
+    let is_hidden =
+        |c: char| c.is_control() || matches!(c, '\u{202a}'..='\u{202e}' | '\u{2066}'..='\u{2069}');
+    text.chars().map(|c| if is_hidden(c) { ' ' } else { c }).collect()
 }
 
 /// An error with its causes, preceded by the scene's path unless it names that already. For a missing file, a similar one is

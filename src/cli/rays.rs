@@ -60,7 +60,7 @@ fn dump(args: &RaysArgs, settings: &DumpSettings) -> Result<()> {
     write_atomically(&args.dump, &bytes, Overwrite::Yes)
         .with_context(|| format!("{} cannot be written", args.dump.display()))?;
     if !args.common.quiet {
-        eprint_line(&format!("wrote {} rays to {}", dump.rays, args.dump.display()));
+        eprint_line(&single_line(&format!("wrote {} rays to {}", dump.rays, args.dump.display())));
     }
     Ok(())
 }

@@ -202,3 +202,24 @@ fn a_file_of_another_format_is_an_error() {
     }
     fails(dir.path(), &["render", "gone.glb", "--dry-run"], 1, "gone.glb: ");
 }
+
+/// Names with line breaks and terminal codes change neither lines nor colours; `--print-paths` has them as they are.
+#[cfg(unix)]
+#[test]
+fn names_of_files_stay_on_the_line_of_their_message() {
+    let (_dir, at) = folder();
+    let name = "a\nb\u{1b}[31m\u{202e}c";
+    fs::write(at.join(format!("{name}.obj")), "mtllib no.mtl\nv 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n").unwrap();
+    let scene = format!("{name}.obj");
+    let args = ["render", &scene, "--size", "8x8", "-s", "1", "--verbose", "--print-paths=null"];
+    let output = blinn_args(&at, &args);
+    assert_eq!(output.stdout, format!("{name}.png\0").as_bytes());
+    let messages = String::from_utf8(output.stderr).unwrap();
+    let is_hidden = |c: char| c != '\n' && c.is_control() || c == '\u{202e}';
+    assert!(!messages.contains(is_hidden), "{messages:?}");
+    assert!(messages.lines().any(|line| line == "wrote a b [31m c.png"), "{messages:?}");
+    assert!(
+        messages.lines().any(|line| line.starts_with("warning: a b [31m c.obj: MTL 'no.mtl'")),
+        "{messages:?}"
+    );
+}

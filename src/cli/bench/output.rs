@@ -59,7 +59,7 @@ pub fn write(summary: &mut Summary, args: &BenchArgs, file: Option<&Path>, text:
     });
     match written {
         Ok(()) if args.common.quiet => {}
-        Ok(()) => eprint_line(&format!("wrote {}", file.display())),
+        Ok(()) => eprint_line(&single_line(&format!("wrote {}", file.display()))),
         Err(error) => fail(summary, &format!("{error:#}")),
     }
 }

@@ -217,7 +217,7 @@ impl Reporter {
                 self.event(event);
             }
             _ if scene.is_some() && !self.files.add(file) && !self.verbose => {}
-            _ => self.line(&format!("wrote {}", file.display())),
+            _ => self.text_line(&format!("wrote {}", file.display())),
         }
     }
 
@@ -257,7 +257,7 @@ impl Reporter {
     /// Reports the files of a scene that have no lines of their own.
     pub(super) fn end_scene(&self) {
         if let Some(line) = self.files.end_scene().filter(|_| !self.quiet && !self.verbose) {
-            self.line(&line);
+            self.text_line(&line);
         }
     }
 
@@ -273,7 +273,7 @@ impl Reporter {
             Style::Json => {
                 self.event(json!({"event": "kept", "scene": null, "file": file.to_string_lossy()}))
             }
-            _ => self.line(&format!("kept {}", file.display())),
+            _ => self.text_line(&format!("kept {}", file.display())),
         }
     }
 
@@ -285,7 +285,7 @@ impl Reporter {
             Style::Json => {
                 self.event(json!({"event": "kept", "scene": scene.to_string_lossy(), "count": count}))
             }
-            _ => self.line(&format!("kept {count} of {}", scene.display())),
+            _ => self.text_line(&format!("kept {count} of {}", scene.display())),
         }
     }
 
@@ -401,7 +401,9 @@ impl Reporter {
                 "frames_per_second": progress.frames_per_second(),
                 "seconds_left": progress.time_left().map(|left| left.as_secs_f64()),
             })),
-            Style::Plain => self.line(&format!("{percent} %  {}", progress_line(&progress, number, scene))),
+            Style::Plain => {
+                self.text_line(&format!("{percent} %  {}", progress_line(&progress, number, scene)));
+            }
             Style::OpenJd => self.line(&format!("openjd_progress: {percent}")),
             Style::Bar | Style::None => {}
         }
@@ -421,7 +423,7 @@ impl Reporter {
             Style::Json | Style::OpenJd => MessageStyle::Plain,
             _ => MessageStyle::of_stderr(),
         };
-        style.label(level, text)
+        style.label(level, &single_line(text))
     }
 
     fn event(&self, event: Value) {
@@ -429,6 +431,11 @@ impl Reporter {
     }
 
     /// Writes a line to standard error, above the progress bar.
+    /// Prints a text with names of files, which may contain line breaks and control characters of terminals.
+    fn text_line(&self, text: &str) {
+        self.line(&single_line(text));
+    }
+
     fn line(&self, text: &str) {
         match &self.bar {
             Some(bar) if self.is_bar_drawn.load(Ordering::Relaxed) => bar.suspend(|| eprint_line(text)),
