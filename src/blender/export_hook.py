@@ -7,7 +7,7 @@ from typing import Any
 import bpy
 
 from . import area_light, bake, camera, engine_settings, journal, light_emission, material_extensions, material_loss
-from . import punctual_light, scene_settings, unused_alpha
+from . import punctual_light, scene_settings, texture_coordinates, unused_alpha
 from .gltf_types import add_extras
 from .mesh_replacement import Replacements
 
@@ -123,12 +123,21 @@ class glTF2ExportUserExtension:
             text = f"blinn: volumes are not written, nor the faces around them: {names}"
             settings["log"].warning(text)
 
-    def gather_mesh_hook(self, gltf_mesh: Any, mesh: bpy.types.Mesh, *_: Any) -> None:
-        """Gives a mesh that replaces another one its name, and takes the faces away that are borders of volumes."""
+    def gather_mesh_hook(self, gltf_mesh: Any, mesh: bpy.types.Mesh, *others: Any) -> None:
+        """Changes a mesh that the exporter has written.
+
+        One that replaces another gets its name. Faces that are borders of volumes are taken away, and any mesh gets the
+        maps that its materials need.
+        """
         is_kept = lambda part: part.material is None or part.material.name not in self.volumes  # noqa: E731
         gltf_mesh.primitives = [part for part in gltf_mesh.primitives if is_kept(part)]
         if self.replacements is not None:
             gltf_mesh.name = self.replacements.names.get(mesh.name, gltf_mesh.name)
+        if self.is_enabled:
+            settings = others[-1]
+            for material in texture_coordinates.write(gltf_mesh):
+                text = f"mesh '{gltf_mesh.name}' has no UV map for the normal map of '{material}', which bends nothing"
+                settings["log"].warning(f"blinn: {text}; unwrap the mesh")
 
     def gather_image_hook(self, gltf_image: Any, export_image: Any, sockets: tuple, settings: dict[str, Any]) -> None:
         """Gives an image the colours that Blender shows if nothing uses its alpha."""

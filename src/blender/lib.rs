@@ -53,6 +53,7 @@ pub const MODULES: &[(&str, &str)] = &modules![
     "punctual_light.py",
     "render_state.py",
     "scene_settings.py",
+    "texture_coordinates.py",
     "unused_alpha.py",
     "viewport_camera.py",
     "viewport_render.py",

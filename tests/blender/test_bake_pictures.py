@@ -199,3 +199,17 @@ def test_constant_sheens_and_tints_of_coats_need_no_baking(studio, cycles, expor
         item = ball(studio, new_material("Constant", **inputs)[0])
         assert np.abs(exported() - cycles()).mean() < CLOSE
         bpy.data.objects.remove(item)
+
+
+@pytest.mark.parametrize("beyond", ["REPEAT", "EXTEND"])
+def test_images_on_meshes_without_a_map_show_their_origin(studio, cycles, exported, beyond):
+    colors = [(1.0, 0.0, 0.0), (0.0, 1.0, 0.0), (0.0, 0.0, 1.0), (1.0, 1.0, 0.0)]
+    material, tree, shader = new_material("Corners")
+    texture = add_node(tree, "TexImage")
+    texture.extension, texture.image = beyond, bpy.data.images.new("Corners", 2, 2)
+    texture.image.pixels.foreach_set(np.array([(*color, 1.0) for color in colors], np.float32).ravel())
+    texture.image.pack()
+    tree.links.new(texture.outputs["Color"], shader.inputs["Base Color"])
+    maps = ball(studio, material).data.uv_layers
+    maps.remove(maps[0])
+    assert np.abs(exported() - cycles()).mean() < CLOSE
