@@ -10,6 +10,7 @@ from . import area_light, bake, camera, engine_settings, journal, light_emission
 from . import punctual_light, scene_settings, texture_coordinates, unused_alpha
 from .gltf_types import add_extras
 from .mesh_replacement import Replacements
+from .surface_substitutes import Substitutes
 
 ENABLED = "blinn_export"
 
@@ -20,6 +21,7 @@ class glTF2ExportUserExtension:
     is_critical = False
     baker: bake.Baker | None = None
     replacements: Replacements | None = None
+    substitutes: Substitutes | None = None
 
     def __init__(self) -> None:
         self.is_enabled = getattr(bpy.context.scene, ENABLED, True)
@@ -33,17 +35,20 @@ class glTF2ExportUserExtension:
         self.current_frames = {scene.name: scene.frame_current for scene in bpy.data.scenes}
 
     def replace(self, settings: dict[str, Any]) -> None:
-        """Converts metaballs and bakes materials for the time of the export, at the frame of static values."""
+        """Replaces metaballs and materials for the time of the export, at the frame of static values."""
         if not self.is_enabled:
             return
         self.replacements = Replacements(settings)
         if not bpy.app.background:
             bpy.app.timers.register(journal.restore_all, first_interval=0.0)
         try:
+            if settings["gltf_materials"] == "EXPORT":
+                self.substitutes = Substitutes(self.replacements.journal)
+                self.substitutes.substitute_all()
             self.bake(settings, self.replacements)
             self.replacements.convert_metaballs()
         except Exception as error:
-            settings["log"].error(f"blinn: materials are not baked: {type(error).__name__}: {error}")
+            settings["log"].error(f"blinn: materials are not replaced: {type(error).__name__}: {error}")
             self.replacements.restore()
 
     def bake(self, settings: dict[str, Any], replacements: Replacements) -> None:
@@ -106,13 +111,17 @@ class glTF2ExportUserExtension:
         is_unlit = "KHR_materials_unlit" in (gltf_material.extensions or {})
         if shader is not None and shader.bl_idname == material_loss.PRINCIPLED and not is_unlit:
             material_extensions.write(gltf_material, shader)
-        if material_loss.is_thin_wall(material):
-            add_extras(gltf_material, {"thinWall": True})
         name = material.name
         if self.baker is not None:
             name = gltf_material.name = self.baker.names.get(name, name)
-        losses = [] if name in self.reported else material_loss.losses(material)
-        if losses:
+        is_thin, losses = material_loss.is_thin_wall(material), material_loss.losses(material)
+        if self.substitutes is not None:
+            self.substitutes.write_extensions(gltf_material, name)
+            is_thin = is_thin or self.substitutes.is_thin(name)
+            losses = self.substitutes.losses(name) + losses
+        if is_thin:
+            add_extras(gltf_material, {"thinWall": True})
+        if losses and name not in self.reported:
             self.reported.add(name)
             settings["log"].warning(material_loss.message(name, losses, self.baker is None))
 
