@@ -43,7 +43,8 @@ class glTF2ExportUserExtension:
             bpy.app.timers.register(journal.restore_all, first_interval=0.0)
         try:
             if settings["gltf_materials"] == "EXPORT":
-                self.substitutes = Substitutes(self.replacements.journal)
+                options = getattr(bpy.context.scene, engine_settings.PROPERTY)
+                self.substitutes = Substitutes(self.replacements.journal, options.bake != "never")
                 self.substitutes.substitute_all()
             self.bake(settings, self.replacements)
             self.replacements.convert_metaballs()

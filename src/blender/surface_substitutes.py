@@ -22,8 +22,8 @@ MAX_TEXELS = 1 << 26
 class Substitutes:
     """Gives all users of a material another one, and the material back when the journal is undone."""
 
-    def __init__(self, journal: Journal) -> None:
-        self.journal = journal
+    def __init__(self, journal: Journal, can_bake: bool) -> None:
+        self.journal, self.can_bake = journal, can_bake
         # By the names of materials.
         self.surfaces: dict[str, Surface] = {}
 
@@ -47,6 +47,8 @@ class Substitutes:
             copy = journal.add(bpy.data.materials, material.copy())
             output = material_loss.output_of(copy)
             surface = Reader(copy.node_tree).surface(output.inputs["Surface"])
+            if surface.is_rough and self.can_bake:
+                raise CannotHold("a surface that is baked")
             write(copy.node_tree, output, surface, journal)
         except CannotHold:
             journal.restore()

@@ -76,6 +76,8 @@ class Surface:
     is_thin: bool = False
     # Parts of a sentence.
     losses: tuple[str, ...] = field(default=())
+    # An image holds it better.
+    is_rough: bool = False
 
     def with_values(self, **values: Value) -> Surface:
         """Returns the surface with other values, named with _ for blanks."""
@@ -153,13 +155,15 @@ def mix_of(first: Surface, second: Surface, share: float) -> Surface:
         found.update(sum_of_products(color, factor, first, second, 1.0 - share, share))
     heavier, lighter = (second, first) if share > 0.5 else (first, second)
     passing = (1.0 - share) * first.passing + share * second.passing
+    has_two_normals = first.values["Normal"] != second.values["Normal"] and 0.0 < by_color < 1.0
     return Surface(
         found,
         heavier.base or lighter.base,
         passing,
         second.passing_color if second.passing > first.passing else first.passing_color,
         heavier.is_thin,
-        first.losses + second.losses,
+        first.losses + second.losses + (("one of two normals",) if has_two_normals else ()),
+        has_two_normals or first.is_rough or second.is_rough,
     )
 
 

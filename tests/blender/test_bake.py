@@ -470,11 +470,11 @@ def test_exports_are_repeatable(baking, export):
 
 
 def test_what_cannot_be_baked_is_named(baking, export, capfd):
-    material, tree, shader = new_material("Tooned")
-    tree.links.new(add_node(tree, "BsdfToon").outputs[0], tree.nodes["Material Output"].inputs["Surface"])
+    material, tree, shader = new_material("Hairy")
+    tree.links.new(add_node(tree, "BsdfHair").outputs[0], tree.nodes["Material Output"].inputs["Surface"])
     add_cube(baking, material)
     assert "images" not in export().json
-    assert "material 'Tooned' is not baked: of its shader 'Toon BSDF'" in "".join(capfd.readouterr())
+    assert "material 'Hairy' is not baked: of its shader 'Hair BSDF'" in "".join(capfd.readouterr())
 
 
 def test_nothing_is_baked_unless_asked(scene, export):

@@ -290,6 +290,8 @@ def test_what_materials_lose_is_one_warning_each(scene, convert, add_material):
     texture.image.colorspace_settings.name = "Linear Rec.709"
     tree.links.new(texture.outputs[0], shader.inputs["Base Color"])
     tree, shader = add_material("Other")
+    tree.links.new(tree.nodes.new("ShaderNodeBsdfHair").outputs[0], tree.nodes["Material Output"].inputs["Surface"])
+    tree, shader = add_material("Pane")
     tree.links.new(tree.nodes.new("ShaderNodeBsdfGlass").outputs[0], tree.nodes["Material Output"].inputs["Surface"])
     tree, shader = add_material("Worn")
     mix = tree.nodes.new("ShaderNodeMixShader")
@@ -311,7 +313,7 @@ def test_what_materials_lose_is_one_warning_each(scene, convert, add_material):
         "`bake` makes images of it",
         f"material 'Lacquer' {start} Subsurface Weight, the colours in Coat Tint; `bake` makes images of it",
         f"material 'Linear' {start} the colour space 'Linear Rec.709' of image 'Values'",
-        f"material 'Other' {start} the shader 'Glass BSDF'",
+        f"material 'Other' {start} the shader 'Hair BSDF'",
         f"material 'Worn' {start} 'Noise Texture' in the factor of 'Mix Shader'; `bake` makes images of it",
     ]
 
