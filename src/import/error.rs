@@ -135,6 +135,11 @@ impl Warnings {
         self.list
     }
 
+    /// Returns the warnings for the end of an error that they explain: `; WARNING` for each.
+    pub fn into_ending(self) -> String {
+        self.list.iter().map(|warning| format!("; {warning}")).collect()
+    }
+
     /// The warnings as lines of text.
     #[cfg(test)]
     pub fn into_lines(self) -> Vec<String> {

@@ -189,8 +189,8 @@ fn no_faces_error(geometry: &ObjGeometry, warnings: Warnings) -> LoadError {
             "the file has no vertices and no faces; use a .gltf, .glb, .obj, .stl or .ply file",
         );
     }
-    let warnings: String = warnings.into_vec().iter().map(|warning| format!("; {warning}")).collect();
-    LoadError::invalid("OBJ", format!("the file has no faces, lines or points to render{warnings}"))
+    let message = format!("the file has no faces, lines or points to render{}", warnings.into_ending());
+    LoadError::invalid("OBJ", message)
 }
 
 /// Builds the scene from a parsed file and its materials.

@@ -66,7 +66,7 @@ pub(super) fn load(
         warnings.add("", format!("ignored {degenerate} faces with fewer than three vertices"));
     }
     if mesh.faces == 0 && mesh.edges.is_empty() && !is_cloud(&header, mesh.positions.len()) {
-        return Err(no_faces_error(&header, mesh.positions.is_empty()));
+        return Err(no_faces_error(&header, mesh.positions.is_empty(), warnings));
     }
     for list in [&mut face_colors, &mut edge_colors, &mut colors] {
         if is_of_blender(&header) {
@@ -224,8 +224,9 @@ fn has_splats(header: &Header) -> bool {
     header.element("vertex").is_some_and(|vertices| SPLATS.iter().all(|name| vertices.has(&[name])))
 }
 
-/// Returns the error for a file without faces, edges and points. `is_empty` is true for a file without vertices.
-fn no_faces_error(header: &Header, is_empty: bool) -> LoadError {
+/// Returns the error for a file without faces, edges and points. `is_empty` is true for a file without vertices. Warnings say
+/// what is missing, as of a file that was cut off.
+fn no_faces_error(header: &Header, is_empty: bool, warnings: Warnings) -> LoadError {
     let message = match has_splats(header) {
         true => {
             "the file has 3D Gaussian splats and no faces, and splats are not drawn; convert them to a mesh"
@@ -233,7 +234,7 @@ fn no_faces_error(header: &Header, is_empty: bool) -> LoadError {
         false if is_empty => "the file has no vertices",
         false => "the file has no faces to render",
     };
-    LoadError::invalid("PLY", message)
+    LoadError::invalid("PLY", format!("{message}{}", warnings.into_ending()))
 }
 
 /// Returns the images that comments of MeshLab name.

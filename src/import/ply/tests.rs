@@ -144,7 +144,8 @@ fn files_that_end_early_have_their_first_faces() {
     let (scene, warnings) = load(&file[..file.len() - 2]);
     assert_eq!(scene.meshes[0].triangles.len(), 1);
     assert_eq!(warnings[0].message, "the file ends after 0 of 1 rows of 'edge'");
-    error(&SQUARE[..SQUARE.len() - 14], "the file has no faces to render");
+    let cut = "the file has no faces to render; the file ends after 3 of 4 rows of 'vertex'";
+    error(&SQUARE[..SQUARE.len() - 14], cut);
     let empty = SQUARE
         .split_once("end_header\n")
         .unwrap()

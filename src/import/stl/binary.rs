@@ -51,7 +51,10 @@ pub(super) fn parse(
     warnings: &mut Warnings,
 ) -> Result<StlFile, LoadError> {
     let Some(stated) = stated_count(file) else {
-        return Err(LoadError::parse("STL", "neither text that begins with 'solid' nor a binary file"));
+        return Err(LoadError::parse(
+            "STL",
+            "neither text that begins with 'solid' and has facets, nor a binary file",
+        ));
     };
     let count = facet_count(file);
     if stated > count {

@@ -77,7 +77,8 @@ pub(super) fn load(
     }
     let StlFile { mesh, generator } = file;
     if mesh.faces == 0 {
-        return Err(LoadError::invalid("STL", "the file has no faces to render"));
+        let message = format!("the file has no faces to render{}", warnings.into_ending());
+        return Err(LoadError::invalid("STL", message));
     }
     let materials = obj::textured_materials(&[], folder, &options.limits, &budget, &mut warnings)?;
     let file = PolygonFile { mesh, origin, format: SourceFormat::Stl, generator, materials };

@@ -93,7 +93,7 @@ fn files_that_end_early_have_their_first_triangles() {
 fn defects_are_errors() {
     for (file, message) in [
         (&b"solid a\nendsolid a\n"[..], "the file has no faces to render"),
-        (b"hello", "neither text that begins with 'solid' nor a binary file"),
+        (b"hello", "neither text that begins with 'solid' and has facets, nor a binary file"),
         (
             b"solid\nfacet\nvertex 1 2\nendfacet",
             "STL, line 3: expected a vertex with three numbers, not 'vertex 1 2'",
