@@ -74,6 +74,11 @@ scene kind triangles file *flags:
 bench-peers *words:
     bash benches/peers/run {{words}}
 
+# Measure whole frames at each SIMD level of this processor, and print their ratios: `just simd-levels --suite 1.1m --threads 2`.
+simd-levels *words:
+    cargo build --release --locked
+    python3 benches/simd_levels.py target/release/blinn {{words}}
+
 # Import every mutant of every seed: nearly 800,000, in some 16 CPU minutes.
 fuzz-full:
     cargo test --locked --test allocation mutations:: -- --ignored --nocapture
