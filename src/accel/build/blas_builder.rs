@@ -2,7 +2,7 @@
 
 use crate::build::builder::{self, ClusterLeaves};
 use crate::build::cluster_triangles::{ClusterTriangles, LeafTriangles};
-use crate::build::input_triangles::{InputTriangle, filter_triangles};
+use crate::build::input_triangles::{BuildTriangles, InputTriangle};
 use crate::build::leaf_packing::LeafCapacity;
 use crate::build::morton_clusters::MortonKey;
 use crate::bvh::blas::Blas;
@@ -19,9 +19,10 @@ pub(crate) fn build_blas(
     cancel: &CancelToken,
 ) -> Result<Blas, Cancelled> {
     cancel.check()?;
-    let (triangles, mut report) = filter_triangles(count, input);
+    let (triangles, keys, mut report) = BuildTriangles::new(count, input);
+    let bounds = |i: usize| triangles.bounds(i as u32).into();
     let make_cluster = |keys: &[MortonKey]| ClusterTriangles::new(&triangles, keys);
-    let (bvh, leaves) = builder::build(&triangles, make_cluster, LeafCapacity::BLOCKS, preset, cancel)?;
+    let (bvh, leaves) = builder::build(keys, bounds, make_cluster, LeafCapacity::BLOCKS, preset, cancel)?;
     report.coincident = leaves.iter().map(|leaves| leaves.contents.coincident_count).sum();
     let triangle_count = leaves.iter().map(|leaves| leaves.contents.len()).sum();
     // The index of each cluster's first set of coincident triangles.

@@ -11,7 +11,7 @@
 use obvhs::aabb::Aabb as ObvhsAabb;
 use obvhs::bvh2::Bvh2;
 use obvhs::bvh2::builder::build_bvh2;
-use obvhs::{Boundable, BvhBuildParams, ploc::PlocSearchDistance};
+use obvhs::{BvhBuildParams, ploc::PlocSearchDistance};
 use rayon::prelude::*;
 
 use crate::build::bvh2_to_bvh8::WideConverter;
@@ -98,31 +98,35 @@ const fn full_search_params(
     }
 }
 
-/// Builds a BVH over `boxes` with leaves of at most `capacity`, or of one box that holds more. `make_cluster` makes the
-/// cluster of some boxes. Leaf numbers count through the clusters, whose leaves are returned in order.
+/// Builds a BVH over the boxes of `keys` with leaves of at most `capacity`, or of one box that holds more. `bounds` returns
+/// the box with an index, and `make_cluster` makes the cluster of some boxes. Leaf numbers count through the clusters,
+/// whose leaves are returned in order.
 ///
 /// The tree depends on the boxes only, not on the number of threads.
 ///
 /// # Errors
 /// The build was cancelled.
-pub(crate) fn build<T: Boundable + Sync, C: Cluster>(
-    boxes: &[T],
+pub(crate) fn build<C: Cluster>(
+    keys: Vec<MortonKey>,
+    bounds: impl Fn(usize) -> ObvhsAabb + Sync,
     make_cluster: impl Fn(&[MortonKey]) -> C + Sync,
     capacity: LeafCapacity,
     preset: Preset,
     cancel: &CancelToken,
 ) -> Result<(Bvh8, Vec<ClusterLeaves<C::Leaves>>), Cancelled> {
-    build_with(boxes, make_cluster, capacity, BuildParams::new(preset, capacity), cancel)
+    let params = BuildParams::new(preset, capacity);
+    let max_cluster_size = params.map_or(usize::MAX, |params| params.max_cluster_size);
+    let clusters = MortonClusters::new(keys, bounds, max_cluster_size);
+    build_clusters(clusters, make_cluster, capacity, params, cancel)
 }
 
-fn build_with<T: Boundable + Sync, C: Cluster>(
-    boxes: &[T],
+fn build_clusters<C: Cluster>(
+    clusters: MortonClusters,
     make_cluster: impl Fn(&[MortonKey]) -> C + Sync,
     capacity: LeafCapacity,
     params: Option<BuildParams>,
     cancel: &CancelToken,
 ) -> Result<(Bvh8, Vec<ClusterLeaves<C::Leaves>>), Cancelled> {
-    let clusters = MortonClusters::new(boxes, params.map_or(usize::MAX, |params| params.max_cluster_size));
     // The tree of a single cluster is the tree of all.
     let branches = |params: BuildParams| if clusters.len() > 1 { params.branches } else { 1 };
     let params = params.map(|params| BuildParams { branches: branches(params), ..params });
@@ -131,6 +135,7 @@ fn build_with<T: Boundable + Sync, C: Cluster>(
         Ok(ClusterTree::build(make_cluster(keys), capacity, params))
     };
     let built: Result<Vec<_>, Cancelled> = clusters.par_iter().with_max_len(1).map(build).collect();
+    drop(clusters);
     let (trees, leaves): (Vec<ClusterTree>, Vec<_>) = built?.into_iter().unzip();
     Ok((merge(&trees, &leaves), leaves))
 }

@@ -6,10 +6,10 @@
 //! - Neighbours along the curve whose boxes mostly overlap, such as the two halves of a rectangle, share one box: that
 //!   halves the builder's work, and it would put them into one leaf anyway.
 
-use obvhs::Boundable;
 use obvhs::aabb::Aabb as ObvhsAabb;
 
 use crate::build::builder::{Cluster, ClusterLeaves};
+use crate::build::input_triangles::{BuildTriangles, InputTriangle};
 use crate::build::morton_clusters::MortonKey;
 use crate::bvh::aabb::Aabb;
 use crate::bvh::build_triangle::BuildTriangle;
@@ -63,7 +63,10 @@ pub(crate) struct ClusterTriangles {
 
 impl ClusterTriangles {
     /// Makes the cluster of some triangles of `all`, by their keys sorted by cell.
-    pub fn new(all: &[BuildTriangle], keys: &[MortonKey]) -> ClusterTriangles {
+    pub fn new<I: Fn(usize) -> InputTriangle + Sync>(
+        all: &BuildTriangles<I>,
+        keys: &[MortonKey],
+    ) -> ClusterTriangles {
         let mut cluster = ClusterTriangles {
             boxes: Vec::with_capacity(keys.len()),
             box_contents: Vec::with_capacity(keys.len()),
@@ -87,15 +90,19 @@ impl ClusterTriangles {
     }
 
     /// Adds triangle `i` in a box of its own.
-    fn add_one(&mut self, all: &[BuildTriangle], i: u32) {
-        let triangle = &all[i as usize];
-        self.add(triangle.aabb(), BoxContents::One(i), occluding_area(triangle));
+    fn add_one<I: Fn(usize) -> InputTriangle + Sync>(&mut self, all: &BuildTriangles<I>, i: u32) {
+        let triangle = all.get(i);
+        self.add(triangle.triangle.bounds().into(), BoxContents::One(i), occluding_area(&triangle));
     }
 
     /// Adds the triangles of a cell, those with equal boxes together.
-    fn add_cell(&mut self, all: &[BuildTriangle], mut cell: Vec<u32>) {
-        let triangle = |&i: &u32| &all[i as usize].triangle;
-        let bounds = |i: &u32| triangle(i).bounds().to_bits();
+    fn add_cell<I: Fn(usize) -> InputTriangle + Sync>(
+        &mut self,
+        all: &BuildTriangles<I>,
+        mut cell: Vec<u32>,
+    ) {
+        let triangle = |&i: &u32| all.get(i).triangle;
+        let bounds = |&i: &u32| all.bounds(i).to_bits();
         if cell.len() <= SMALL_CELL && !has_equal_bounds(&cell, bounds) {
             cell.iter().for_each(|&i| self.add_one(all, i));
             return;
@@ -110,19 +117,27 @@ impl ClusterTriangles {
             let entries: Vec<BuildTriangle> =
                 coincident.map(|triangles| self.entry(all, triangles)).collect();
             let area = entries.iter().map(occluding_area).sum();
-            self.add(entries[0].aabb(), BoxContents::Many(self.equal_boxes.len() as u32), area);
+            self.add(
+                entries[0].triangle.bounds().into(),
+                BoxContents::Many(self.equal_boxes.len() as u32),
+                area,
+            );
             self.equal_boxes.push(entries);
         }
     }
 
     /// Makes one entry of coincident triangles.
-    fn entry(&mut self, all: &[BuildTriangle], coincident: &[u32]) -> BuildTriangle {
-        let first = all[coincident[0] as usize];
+    fn entry<I: Fn(usize) -> InputTriangle + Sync>(
+        &mut self,
+        all: &BuildTriangles<I>,
+        coincident: &[u32],
+    ) -> BuildTriangle {
+        let first = all.get(coincident[0]);
         if coincident.len() == 1 {
             return first;
         }
         self.coincident_count += coincident.len() as u64 - 1;
-        let triangles = coincident.iter().map(|&i| &all[i as usize]);
+        let triangles = coincident.iter().map(|&i| all.get(i));
         self.coincident.push(group_by_flags(triangles.map(|triangle| (triangle.index, triangle.flags))));
         BuildTriangle { index: COINCIDENT | (self.coincident.len() - 1) as u32, ..first }
     }
@@ -250,9 +265,14 @@ impl LeafTriangles {
 
     /// Packs the triangles of `all` into blocks. `first_coincident` is the number of sets of coincident triangles in
     /// earlier clusters.
-    pub fn pack(&self, all: &[BuildTriangle], first_coincident: u32, blocks: &mut [Triangle4]) {
+    pub fn pack<I: Fn(usize) -> InputTriangle + Sync>(
+        &self,
+        all: &BuildTriangles<I>,
+        first_coincident: u32,
+        blocks: &mut [Triangle4],
+    ) {
         let entry = |&entry: &u32| match entry & COINCIDENT {
-            0 => all[entry as usize],
+            0 => all.get(entry),
             _ => {
                 let other = self.others[(entry & !COINCIDENT) as usize];
                 let index =

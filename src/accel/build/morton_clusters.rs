@@ -7,22 +7,29 @@
 use std::ops::Range;
 
 use glam::{UVec3, Vec3};
-use obvhs::Boundable;
+use obvhs::aabb::Aabb as ObvhsAabb;
 use rayon::prelude::*;
 use rdst::RadixSort;
 
-use crate::build::input_triangles::INDEX_BITS;
 use crate::bvh::aabb::Aabb;
 use blinn_core::geometry::morton3;
+
+/// Bits of a box's index. That of a triangle shares 32 bits with the marks of leaf entries.
+pub(crate) const INDEX_BITS: u32 = 30;
 
 /// Bits of a cell's coordinate on each axis.
 const CELL_BITS: u32 = 11;
 
 /// A box: its Morton code in the high bits and its index in the low ones.
-#[derive(Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub(crate) struct MortonKey(u64);
 
 impl MortonKey {
+    /// A key of a box that is not in a cell yet.
+    pub fn new(index: usize) -> MortonKey {
+        MortonKey(index as u64)
+    }
+
     /// The index of the box.
     pub fn index(self) -> usize {
         (self.0 & ((1 << INDEX_BITS) - 1)) as usize
@@ -56,15 +63,19 @@ struct RangeToSplit {
 }
 
 impl MortonClusters {
-    /// Makes clusters of at most `max_size` boxes; of more where all have the same centre.
-    pub fn new<T: Boundable + Sync>(boxes: &[T], max_size: usize) -> MortonClusters {
-        let mut keys: Vec<MortonKey> = (0..boxes.len() as u64).into_par_iter().map(MortonKey).collect();
+    /// Makes clusters of at most `max_size` boxes of `keys`; of more where all have the same centre. `bounds` returns the
+    /// box with an index.
+    pub fn new(
+        mut keys: Vec<MortonKey>,
+        bounds: impl Fn(usize) -> ObvhsAabb + Sync,
+        max_size: usize,
+    ) -> MortonClusters {
         let mut clusters = Vec::new();
         let mut stack = vec![RangeToSplit { range: 0..keys.len(), sorted: false }];
         while let Some(RangeToSplit { range, sorted }) = stack.pop() {
             let keys = &mut keys[range.clone()];
             if !sorted {
-                sort_by_cell(boxes, keys);
+                sort_by_cell(&bounds, keys);
             }
             let (Some(first), Some(last)) = (keys.first(), keys.last()) else { break };
             let difference = first.cell() ^ last.cell();
@@ -96,9 +107,9 @@ impl MortonClusters {
 
 /// Sorts boxes by the Morton codes of their centres in a grid over all of them. All are in one cell only where they
 /// have the same centre.
-fn sort_by_cell<T: Boundable + Sync>(boxes: &[T], keys: &mut [MortonKey]) {
+fn sort_by_cell(bounds: &(impl Fn(usize) -> ObvhsAabb + Sync), keys: &mut [MortonKey]) {
     let centre = |key: &MortonKey| {
-        let aabb = boxes[key.index()].aabb();
+        let aabb = bounds(key.index());
         Vec3::from(0.5 * (aabb.min + aabb.max))
     };
     let centres = keys.par_iter().with_min_len(1 << 12).map(centre);
@@ -117,13 +128,16 @@ fn sort_by_cell<T: Boundable + Sync>(boxes: &[T], keys: &mut [MortonKey]) {
 #[cfg(test)]
 mod tests {
     use glam::Vec3A;
-    use obvhs::aabb::Aabb as ObvhsAabb;
 
     use super::*;
 
     fn cubes(centres: impl Iterator<Item = [f32; 3]>) -> Vec<ObvhsAabb> {
         let cube = |c: [f32; 3]| ObvhsAabb { min: Vec3A::from(c) - 0.5, max: Vec3A::from(c) + 0.5 };
         centres.map(cube).collect()
+    }
+
+    fn clusters(boxes: &[ObvhsAabb], max_size: usize) -> MortonClusters {
+        MortonClusters::new((0..boxes.len()).map(MortonKey::new).collect(), |i| boxes[i], max_size)
     }
 
     fn indices(clusters: &MortonClusters) -> Vec<Vec<usize>> {
@@ -137,23 +151,23 @@ mod tests {
         let far = (0..50u32).map(|i| [i as f32 * 2e6, 0.0, -1e8]);
         let boxes = cubes(near.chain(far));
         for max_size in [1, 7, 100, 5000] {
-            let clusters = indices(&MortonClusters::new(&boxes, max_size));
+            let clusters = indices(&self::clusters(&boxes, max_size));
             assert!(clusters.iter().all(|cluster| (1..=max_size).contains(&cluster.len())));
             let mut all = clusters.concat();
             all.sort_unstable();
             assert!(all.into_iter().eq(0..boxes.len()));
         }
-        assert!(indices(&MortonClusters::new(&boxes, 100)).len() < 150);
+        assert!(indices(&clusters(&boxes, 100)).len() < 150);
     }
 
     #[test]
     fn boxes_with_the_same_centre_stay_together() {
         let boxes = cubes((0..900u32).map(|i| [(i % 3) as f32, 0.0, 0.0]));
-        let clusters = indices(&MortonClusters::new(&boxes, 100));
+        let clusters = indices(&self::clusters(&boxes, 100));
         assert_eq!(clusters.len(), 3);
         assert!(clusters.iter().all(|cluster| cluster.iter().all(|i| i % 3 == cluster[0] % 3)));
-        assert_eq!(MortonClusters::new(&boxes[..1], 100).len(), 1);
-        assert_eq!(MortonClusters::new(&boxes[..0], 100).len(), 0);
+        assert_eq!(self::clusters(&boxes[..1], 100).len(), 1);
+        assert_eq!(self::clusters(&boxes[..0], 100).len(), 0);
     }
 
     #[test]
@@ -161,7 +175,7 @@ mod tests {
         for scale in [1e-44f32, 1e-30, 1e18] {
             let p = |i: u32| Vec3A::from([i as f32 * scale / 100.0, 0.0, 0.0]);
             let boxes: Vec<ObvhsAabb> = (0..100).map(|i| ObvhsAabb { min: p(i), max: p(i) }).collect();
-            let clusters = MortonClusters::new(&boxes, 10);
+            let clusters = self::clusters(&boxes, 10);
             assert!(clusters.par_iter().all(|keys| keys.len() <= 10 || scale < 1e-40), "{scale}");
         }
     }

@@ -113,7 +113,9 @@ pub(crate) fn build_tlas(
         let boxes = instances.iter().map(EqualBounds::aabb).collect();
         InstanceCluster { boxes, instances, blas_costs: &blas_costs }
     };
-    let (bvh, leaves) = builder::build(&equal_bounds, make_cluster, LeafCapacity::ONE, preset, cancel)?;
+    let keys = (0..equal_bounds.len()).map(MortonKey::new).collect();
+    let bounds_of = |i: usize| equal_bounds[i].aabb();
+    let (bvh, leaves) = builder::build(keys, bounds_of, make_cluster, LeafCapacity::ONE, preset, cancel)?;
     drop(equal_bounds);
     drop(bounds);
     let PaddingBounds { condition, largest_coordinate } = padding;

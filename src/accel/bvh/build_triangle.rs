@@ -1,8 +1,5 @@
 //! A triangle in a BVH build, before it is packed into a block.
 
-use obvhs::Boundable;
-use obvhs::aabb::Aabb as ObvhsAabb;
-
 use crate::bvh::canonical_triangle::CanonicalTriangle;
 use crate::bvh::surface_flags::SurfaceFlags;
 
@@ -21,11 +18,4 @@ impl BuildTriangle {
     /// A rejected triangle.
     pub const REJECTED: BuildTriangle =
         BuildTriangle { triangle: CanonicalTriangle::ZERO, flags: SurfaceFlags::OPAQUE, index: u32::MAX };
-}
-
-impl Boundable for BuildTriangle {
-    #[inline]
-    fn aabb(&self) -> ObvhsAabb {
-        self.triangle.bounds().into()
-    }
 }

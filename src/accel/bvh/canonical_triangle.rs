@@ -105,6 +105,12 @@ fn doubled_area_vector(vertices: &[Vec3; 3]) -> DVec3 {
     (vertices[1].as_dvec3() - v0).cross(vertices[2].as_dvec3() - v0)
 }
 
+/// Returns the bounds of the canonical triangle of these vertices, padded for BVHs, without making it.
+#[inline(always)]
+pub(crate) fn canonical_bounds([a, b, c]: [Vec3; 3]) -> Aabb {
+    padded_bounds(&[flush_subnormal(a), flush_subnormal(b), flush_subnormal(c)])
+}
+
 /// Returns a triangle's bounds for BVHs: padded by a few ulps of the largest coordinate, so that they are nowhere
 /// flat and rays along their faces hit them.
 pub(crate) fn padded_bounds(vertices: &[Vec3; 3]) -> Aabb {

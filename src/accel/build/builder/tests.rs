@@ -47,7 +47,11 @@ fn built(boxes: &[ObvhsAabb], params: Option<BuildParams>) -> (Bvh8, Vec<Vec<u32
         let indices: Vec<u32> = keys.iter().map(|key| key.index() as u32).collect();
         TestCluster { boxes: indices.iter().map(|&i| boxes[i as usize]).collect(), indices }
     };
-    let (bvh, leaves) = build_with(boxes, make_cluster, CAPACITY, params, &CancelToken::default()).unwrap();
+    let keys = (0..boxes.len()).map(MortonKey::new).collect();
+    let clusters =
+        MortonClusters::new(keys, |i| boxes[i], params.map_or(usize::MAX, |params| params.max_cluster_size));
+    let (bvh, leaves) =
+        build_clusters(clusters, make_cluster, CAPACITY, params, &CancelToken::default()).unwrap();
     (bvh, leaves.into_iter().flat_map(|leaves| leaves.contents).collect())
 }
 

@@ -2,18 +2,25 @@ use glam::Vec3;
 use rayon::iter::ParallelIterator;
 
 use super::*;
-use crate::build::input_triangles::{InputTriangle, filter_triangles};
 use crate::build::morton_clusters::MortonClusters;
 use crate::bvh::surface_flags::SurfaceFlags;
 
-fn triangle_refs(triangles: &[[Vec3; 3]]) -> Vec<BuildTriangle> {
+/// Returns triangles for a build and their keys.
+fn build_triangles(
+    triangles: &[[Vec3; 3]],
+) -> (BuildTriangles<impl Fn(usize) -> InputTriangle + Sync>, Vec<MortonKey>) {
     let flags = SurfaceFlags::default();
-    filter_triangles(triangles.len(), |i| InputTriangle { vertices: triangles[i], flags }).0
+    let (all, keys, _) =
+        BuildTriangles::new(triangles.len(), move |i| InputTriangle { vertices: triangles[i], flags });
+    (all, keys)
 }
 
 /// Makes one cluster of all triangles.
-fn single_cluster(all: &[BuildTriangle]) -> ClusterTriangles {
-    let clusters = MortonClusters::new(all, usize::MAX);
+fn single_cluster<I: Fn(usize) -> InputTriangle + Sync>(
+    all: &BuildTriangles<I>,
+    keys: Vec<MortonKey>,
+) -> ClusterTriangles {
+    let clusters = MortonClusters::new(keys, |i| all.bounds(i as u32).into(), usize::MAX);
     let mut made: Vec<ClusterTriangles> =
         clusters.par_iter().map(|keys| ClusterTriangles::new(all, keys)).collect();
     assert_eq!(made.len(), 1);
@@ -35,9 +42,11 @@ fn hills(quads: u32) -> Vec<[Vec3; 3]> {
 
 #[test]
 fn halves_of_quads_share_a_box_and_each_triangle_is_in_one_box() {
-    let all = triangle_refs(&hills(40));
-    let cluster = single_cluster(&all);
-    let own_box = |i: &u32| all[*i as usize].aabb();
+    let hills = hills(40);
+    let (all, keys) = build_triangles(&hills);
+    let count = keys.len();
+    let cluster = single_cluster(&all, keys);
+    let own_box = |&i: &u32| ObvhsAabb::from(all.bounds(i));
     let mut found = Vec::new();
     for (bounds, box_contents) in cluster.boxes.iter().zip(&cluster.box_contents) {
         match box_contents {
@@ -57,21 +66,23 @@ fn halves_of_quads_share_a_box_and_each_triangle_is_in_one_box() {
         }
     }
     found.sort_unstable();
-    assert!(found.into_iter().eq(0..all.len() as u32));
-    assert!(cluster.boxes.len() < all.len() * 6 / 10, "{} of {}", cluster.boxes.len(), all.len());
-    let total: f64 = all.iter().map(occluding_area).sum();
+    assert!(found.into_iter().eq(0..count as u32));
+    assert!(cluster.boxes.len() < count * 6 / 10, "{} of {}", cluster.boxes.len(), count);
+    let total: f64 = (0..count as u32).map(|i| occluding_area(&all.get(i))).sum();
     assert!((cluster.areas.iter().sum::<f64>() / total - 1.0).abs() < 1e-12);
 }
 
 #[test]
 fn distant_triangles_keep_their_own_boxes() {
     let apart = |i: u32| [Vec3::ZERO, Vec3::X, Vec3::Y].map(|p| p + 3.0 * i as f32 * Vec3::X);
-    let all = triangle_refs(&(0..50).map(apart).collect::<Vec<_>>());
-    assert_eq!(single_cluster(&all).boxes.len(), 50);
+    let triangles: Vec<_> = (0..50).map(apart).collect();
+    let (all, keys) = build_triangles(&triangles);
+    assert_eq!(single_cluster(&all, keys).boxes.len(), 50);
     // Areas that overflow promise no gain.
     let huge = |i: u32| [Vec3::ZERO, Vec3::X, Vec3::Y].map(|p| (p - 0.5) * 1e18 + i as f32 * 1e14);
-    let all = triangle_refs(&(0..50).map(huge).collect::<Vec<_>>());
-    let cluster = single_cluster(&all);
+    let triangles: Vec<_> = (0..50).map(huge).collect();
+    let (all, keys) = build_triangles(&triangles);
+    let cluster = single_cluster(&all, keys);
     let entries = (0..cluster.boxes.len() as u32).map(|i| cluster.entry_count(i));
     assert_eq!(entries.sum::<u32>(), 50);
 }
