@@ -7,7 +7,7 @@ from typing import Any
 import bpy
 
 from . import area_light, bake, camera, engine_settings, journal, light_emission, material_extensions, material_loss
-from . import punctual_light, scene_settings, texture_coordinates, unused_alpha
+from . import punctual_light, scene_settings, texture_coordinates, unused_alpha, world
 from .gltf_types import add_extras
 from .mesh_replacement import Replacements
 from .surface_substitutes import Substitutes
@@ -31,13 +31,16 @@ class glTF2ExportUserExtension:
         self.reported: set[str] = set()
         # Names of materials without a surface.
         self.volumes: set[str] = set()
+        # Of scenes by name.
+        self.worlds: dict[str, dict[str, Any] | None] = {}
         # The exporter goes to frame 0, or to each frame of an animation in turn.
         self.current_frames = {scene.name: scene.frame_current for scene in bpy.data.scenes}
 
     def replace(self, settings: dict[str, Any]) -> None:
-        """Replaces metaballs and materials for the time of the export, at the frame of static values."""
+        """Takes worlds, and replaces metaballs and materials for the time of the export, at the frame of static values."""
         if not self.is_enabled:
             return
+        self.take_worlds(settings)
         self.replacements = Replacements(settings)
         if not bpy.app.background:
             bpy.app.timers.register(journal.restore_all, first_interval=0.0)
@@ -51,6 +54,15 @@ class glTF2ExportUserExtension:
         except Exception as error:
             settings["log"].error(f"blinn: materials are not replaced: {type(error).__name__}: {error}")
             self.replacements.restore()
+
+    def take_worlds(self, settings: dict[str, Any]) -> None:
+        """Takes the worlds of the scenes that are exported. Some are rendered, for which no other time is right."""
+        scenes = [bpy.context.scene] if settings["gltf_active_scene"] else list(bpy.data.scenes)
+        for scene in scenes:
+            try:
+                self.worlds[scene.name] = world.extras(scene.world, settings)
+            except Exception as error:
+                settings["log"].error(f"blinn: the world is not written: {type(error).__name__}: {error}")
 
     def bake(self, settings: dict[str, Any], replacements: Replacements) -> None:
         """Bakes materials if the scene asks for it."""
@@ -155,10 +167,12 @@ class glTF2ExportUserExtension:
             unused_alpha.write(gltf_image, sockets)
 
     def gather_scene_hook(self, gltf_scene: Any, scene: bpy.types.Scene, settings: dict[str, Any]) -> None:
-        """Adds world and render settings. Animations, which change the frame, are gathered later."""
+        """Adds render settings and the world. Animations, which change the frame, are gathered later."""
         if self.is_enabled:
             current = self.current_frames.get(scene.name, scene.frame_current)
             add_extras(gltf_scene, scene_settings.extras(scene, current, settings))
+            if self.worlds.get(scene.name):
+                add_extras(gltf_scene, {"world": self.worlds[scene.name]})
 
 
 def own_extensions(settings: dict[str, Any]) -> list[glTF2ExportUserExtension]:

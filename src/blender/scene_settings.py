@@ -6,15 +6,15 @@ from typing import Any
 
 import bpy
 
-from . import engine_settings, world
+from . import engine_settings
 
 VERSION = 1
 LIGHT_UNITS = {"SPEC": "standard", "COMPAT": "unitless", "RAW": "raw"}
 
 
 def extras(scene: bpy.types.Scene, current_frame: int, settings: dict[str, Any]) -> dict[str, Any]:
-    """Returns picture size, region, frames, view transform, light paths, film and world."""
-    values = {
+    """Returns picture size, region, frames, view transform, light paths and film."""
+    return {
         "version": VERSION,
         **picture(scene.render),
         "frames": frames(scene, current_frame),
@@ -23,9 +23,6 @@ def extras(scene: bpy.types.Scene, current_frame: int, settings: dict[str, Any])
         **light_paths(scene),
         "lightUnits": LIGHT_UNITS.get(settings["gltf_lighting_mode"], "standard"),
     }
-    environment = world.extras(scene.world, settings)
-    return {**values, "world": environment} if environment else values
-
 
 def picture(render: bpy.types.RenderSettings) -> dict[str, Any]:
     """Returns size in pixels, the percentage of it that is rendered, width / height of a pixel, and region.

@@ -1,4 +1,7 @@
-"""The world: a constant colour, or an equirectangular picture with its rotation and strength."""
+"""The world: a constant colour, or an equirectangular picture with its rotation and strength.
+
+Worlds of other nodes become such a picture.
+"""
 
 from __future__ import annotations
 
@@ -6,9 +9,10 @@ import math
 from typing import Any
 
 import bpy
+import numpy
 from mathutils import Quaternion
 
-from . import panorama
+from . import panorama, world_picture
 from .gltf_types import BinaryData
 from .node_links import linked_node
 
@@ -17,18 +21,42 @@ TO_GLTF = Quaternion((1.0, 0.0, 0.0), -math.pi / 2.0)
 
 
 class UnsupportedWorld(Exception):
-    """A world that is neither a colour nor a picture."""
+    """A world that is neither a colour nor a picture that is only turned."""
 
 
 def extras(world: bpy.types.World | None, settings: dict[str, Any]) -> dict[str, Any] | None:
-    """Returns the world's linear radiance as ``color``, or a picture; None, with a message, for any other world."""
+    """Returns the world's linear radiance as ``color``, or a picture; None, with a message, if there is no way to it."""
     if world is None:
         return {"color": [0.0, 0.0, 0.0]}
     try:
         return background(world, settings)
-    except UnsupportedWorld as reason:
-        settings["log"].warning(f"blinn: world '{world.name}' is not written: {reason}")
+    except UnsupportedWorld as found:
+        reason = str(found)
+    try:
+        return rendered(world, settings)
+    except (world_picture.CannotRender, RuntimeError) as error:
+        settings["log"].warning(f"blinn: world '{world.name}' is not written: {reason}, and {error}")
         return None
+
+
+def rendered(world: bpy.types.World, settings: dict[str, Any]) -> dict[str, Any]:
+    """Returns the light of a world of any nodes."""
+    texels = world_picture.render(world, is_seen=False)
+    if world_picture.has_light_path(world.node_tree):
+        seen = world_picture.render(world, is_seen=True)
+        if not numpy.allclose(texels, seen, rtol=0.05, atol=1e-3):
+            text = f"blinn: the camera sees another world than the one that lights the scene: '{world.name}' is that of light"
+            settings["log"].warning(text)
+    color = world_picture.color_of(texels)
+    if color is not None:
+        return {"color": color}
+    encoded = world_picture.encode(texels)
+    return {
+        "bufferView": BinaryData(encoded.data),
+        "mimeType": encoded.mime_type,
+        "strength": 1.0,
+        "rotation": turned(Quaternion(), settings["gltf_yup"]),
+    }
 
 
 def background(world: bpy.types.World, settings: dict[str, Any]) -> dict[str, Any]:
@@ -77,7 +105,11 @@ def rotation(texture: bpy.types.ShaderNodeTexEnvironment, is_y_up: bool) -> list
 
     Without rotation, the middle of the picture is towards Blender's +X: glTF's +X.
     """
-    from_picture = picture_rotation(texture)
+    return turned(picture_rotation(texture), is_y_up)
+
+
+def turned(from_picture: Quaternion, is_y_up: bool) -> list[float]:
+    """Returns a rotation in Blender's axes as one of the file."""
     to_file = TO_GLTF if is_y_up else Quaternion()
     w, x, y, z = to_file @ from_picture @ TO_GLTF.inverted()
     return [x, y, z, w]

@@ -185,14 +185,15 @@ def test_scripts_of_the_file_do_not_run(scene, convert, tmp_path):
     assert any(key == "warning" and "scripts were not run" in text for key, text in result.report)
 
 
-def test_worlds_that_are_lost_are_warnings(scene, convert):
+def test_worlds_of_other_nodes_are_converted(scene, convert):
     scene.world = bpy.data.worlds.new("World")
     if bpy.app.version < (5, 0, 0):
         scene.world.use_nodes = True
     nodes, links = scene.world.node_tree.nodes, scene.world.node_tree.links
     background = next(n for n in nodes if n.bl_idname == "ShaderNodeBackground")
     links.new(nodes.new("ShaderNodeTexNoise").outputs[0], background.inputs["Color"])
-    assert [key for key, text in convert().report if "world 'World' is not written" in text] == ["warning"]
+    result = convert()
+    assert result.report == [] and "bufferView" in result.json["scenes"][0]["extras"]["blinn"]["world"]
 
 
 def test_files_of_newer_versions_are_warnings(scene, convert, tmp_path):

@@ -11,7 +11,7 @@ import pytest
 bpy = pytest.importorskip("bpy")
 np = pytest.importorskip("numpy")
 
-from mathutils import Euler, Vector  # noqa: E402
+from mathutils import Euler, Quaternion, Vector  # noqa: E402
 
 LUMENS_PER_WATT = 683.0
 
@@ -299,8 +299,6 @@ def test_rotations_of_the_world(scene, export, panorama, kind):
     turn = Euler((0.3, -0.4, 1.1))
     mapping.inputs["Rotation"].default_value = turn
     x, y, z, w = export().settings["world"]["rotation"]
-    from mathutils import Quaternion
-
     to_world = Quaternion((w, x, y, z))
     # The mapping takes a direction of Blender's world to one of the picture.
     matrix = turn.to_matrix() if kind == "POINT" else turn.to_matrix().inverted()
@@ -310,14 +308,70 @@ def test_rotations_of_the_world(scene, export, panorama, kind):
         assert (to_world @ gltf(in_picture) - gltf(direction)).length < 1e-5
 
 
-def test_other_worlds_are_left_out(scene, export, panorama):
+def radiance_of(result):
+    """The pixels of the world's picture, the uppermost row first."""
+    header, data = result.view(result.settings["world"]["bufferView"]).split(b"\n\n")
+    size, texels = data.split(b"\n", 1)
+    height, width = (int(number) for number in size.split()[1::2])
+    rgbe = np.frombuffer(texels, np.uint8).reshape(height, width, 4).astype(float)
+    return rgbe[..., :3] * 2.0 ** (rgbe[..., 3:] - 136)
+
+
+def test_worlds_of_other_nodes_become_a_picture(scene, export):
     world, background = world_of(scene)
-    sky = world.node_tree.nodes.new("ShaderNodeTexNoise")
-    world.node_tree.links.new(sky.outputs[0], background.inputs["Color"])
+    nodes, links = world.node_tree.nodes, world.node_tree.links
+    # Each direction has a colour of its own.
+    half = nodes.new("ShaderNodeVectorMath")
+    half.operation = "MULTIPLY_ADD"
+    half.inputs[1].default_value = half.inputs[2].default_value = (0.5, 0.5, 0.5)
+    links.new(nodes.new("ShaderNodeTexCoord").outputs["Generated"], half.inputs[0])
+    links.new(half.outputs[0], background.inputs["Color"])
+    background.inputs["Strength"].default_value = 2.0
+    result = export()
+    found = result.settings["world"]
+    assert found["mimeType"] == "image/vnd.radiance" and found["strength"] == 1
+    pixels = radiance_of(result)
+    height, width, _ = pixels.shape
+    turn = Quaternion((found["rotation"][3], *found["rotation"][:3]))
+    for row, column in [(height // 2, width // 2), (height // 2, width // 4), (height // 4, 5), (height - 3, width // 3)]:
+        azimuth, elevation = (column + 0.5) / width - 0.5, 0.5 - (row + 0.5) / height
+        azimuth, elevation = 2.0 * math.pi * azimuth, math.pi * elevation
+        # In the axes of the file, the middle is towards +X and the right side towards +Z.
+        flat = math.cos(elevation)
+        seen = turn @ Vector((flat * math.cos(azimuth), math.sin(elevation), flat * math.sin(azimuth)))
+        blender = Vector((seen.x, -seen.z, seen.y))
+        assert np.allclose(pixels[row, column], [1.0 + v for v in blender], atol=0.02), (row, column)
+    names = [collection for collection in ("scenes", "worlds", "cameras") if len(getattr(bpy.data, collection)) != 1]
+    assert names == []
+
+
+def test_worlds_by_the_kind_of_a_ray_light_as_matte_surfaces_see_them(scene, export, capfd):
+    world, background = world_of(scene)
+    nodes, links = world.node_tree.nodes, world.node_tree.links
+    seen, mix = nodes.new("ShaderNodeBackground"), nodes.new("ShaderNodeMixShader")
+    background.inputs["Color"].default_value = (0.5, 0.25, 0.125, 1.0)
+    background.inputs["Strength"].default_value = seen.inputs["Strength"].default_value = 1.0
+    links.new(nodes.new("ShaderNodeLightPath").outputs["Is Camera Ray"], mix.inputs[0])
+    links.new(background.outputs[0], mix.inputs[1])
+    links.new(seen.outputs[0], mix.inputs[2])
+    links.new(mix.outputs[0], nodes["World Output"].inputs["Surface"])
+    color = export().settings["world"]["color"]
+    assert np.allclose(color, [0.5, 0.25, 0.125], rtol=0.01)
+    assert "the camera sees another world than the one that lights the scene: 'World'" in capfd.readouterr().out
+
+
+def test_worlds_are_named_if_cycles_is_missing(scene, export, capfd, monkeypatch):
+    import blinn_extension.world_picture as world_picture
+
+    def fail(*_):
+        raise world_picture.CannotRender("Cycles is disabled")
+
+    monkeypatch.setattr(world_picture, "render_scene", fail)
+    world, background = world_of(scene)
+    noise = world.node_tree.nodes.new("ShaderNodeTexNoise")
+    world.node_tree.links.new(noise.outputs[0], background.inputs["Color"])
     assert "world" not in export().settings
-    _, mapping = picture_world(scene, panorama)
-    mapping.inputs["Scale"].default_value = (1.0, 1.0, 2.0)
-    assert "world" not in export().settings
+    assert "world 'World' is not written: its colour comes from 'Noise Texture'" in capfd.readouterr().out
 
 
 @pytest.fixture()
