@@ -6,8 +6,8 @@ from typing import Any
 
 import bpy
 
-from . import area_light, bake, camera, engine_settings, journal, light_emission, material_extensions, material_loss
-from . import punctual_light, scene_settings, texture_coordinates, unused_alpha, world
+from . import area_light, bake, camera, engine_settings, journal, light_emission, lost_objects, material_extensions
+from . import material_loss, punctual_light, scene_settings, texture_coordinates, unused_alpha, world
 from .gltf_types import add_extras
 from .mesh_replacement import Replacements
 from .surface_substitutes import Substitutes
@@ -41,6 +41,8 @@ class glTF2ExportUserExtension:
         if not self.is_enabled:
             return
         self.take_worlds(settings)
+        for text in lost_objects.losses(bpy.context.scene, bpy.context.view_layer):
+            settings["log"].warning(f"blinn: {text}")
         self.replacements = Replacements(settings)
         if not bpy.app.background:
             bpy.app.timers.register(journal.restore_all, first_interval=0.0)
@@ -95,11 +97,12 @@ class glTF2ExportUserExtension:
             return
         if blender_object.type == "LIGHT" and settings["gltf_lights"]:
             self.warn_of_lost_keys(blender_object, settings)
+            self.warn_of_lost_nodes(blender_object.data, settings)
             color = self.colors.get(blender_object.data.name_full, tuple(blender_object.data.color))
             if blender_object.data.type == "AREA":
                 area_light.write(node, blender_object, color, settings)
             else:
-                punctual_light.write(node, blender_object, color)
+                punctual_light.write(node, blender_object, color, settings)
         elif blender_object.type == "CAMERA" and node.camera is not None:
             add_extras(node.camera, camera.extras(blender_object))
             if any(scene.camera == blender_object for scene in bpy.data.scenes):
@@ -113,6 +116,15 @@ class glTF2ExportUserExtension:
             text = f"blinn: the keys of light '{light.name}' are not written: it is the same in all frames"
             settings["log"].warning(text)
 
+    def warn_of_lost_nodes(self, light: bpy.types.Light, settings: dict[str, Any]) -> None:
+        """Warns once of each light with nodes that are not written."""
+        lost = light_emission.lost_nodes(light)
+        key = f"nodes of {light.name_full}"
+        if lost and key not in self.reported:
+            self.reported.add(key)
+            text = f"blinn: light '{light.name}' loses {material_loss.listed(lost)} of its nodes"
+            settings["log"].warning(text)
+
     def gather_material_hook(self, gltf_material: Any, material: bpy.types.Material | None, settings: dict) -> None:
         """Marks thin walls, and warns once of what a material loses."""
         if not self.is_enabled or not isinstance(material, bpy.types.Material):
@@ -124,6 +136,8 @@ class glTF2ExportUserExtension:
         is_unlit = "KHR_materials_unlit" in (gltf_material.extensions or {})
         if shader is not None and shader.bl_idname == material_loss.PRINCIPLED and not is_unlit:
             material_extensions.write(gltf_material, shader)
+        if shader is not None and shader.bl_idname == "ShaderNodeEmission" and not is_unlit:
+            material_extensions.write_glow(gltf_material)
         name = material.name
         if self.baker is not None:
             name = gltf_material.name = self.baker.names.get(name, name)

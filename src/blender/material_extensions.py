@@ -46,6 +46,12 @@ def write(gltf_material: Any, shader: bpy.types.Node) -> None:
         gltf_material.extensions = {**present, **values}
 
 
+def write_glow(gltf_material: Any) -> None:
+    """Takes the gloss away that the exporter leaves to a surface which only emits light."""
+    present = gltf_material.extensions or {}
+    gltf_material.extensions = {**present, SPECULAR: Extension(SPECULAR, {"specularFactor": 0.0}, False)}
+
+
 def weigh_sheen(gltf_material: Any, shader: bpy.types.Node) -> None:
     """Multiplies the colour of a sheen, which has the tint alone, by its weight."""
     weight = constant(shader, "Sheen Weight")
