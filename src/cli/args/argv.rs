@@ -53,7 +53,7 @@ pub fn color(argv: &[OsString]) -> ColorArg {
             None if flag == "--color" => flags.next().map(|value| value.into_owned()),
             None => continue,
         };
-        color = value.and_then(|value| ColorArg::from_str(&value, false).ok()).unwrap_or(color);
+        color = value.and_then(|value| ColorArg::from_str(&value, true).ok()).unwrap_or(color);
     }
     color
 }
@@ -113,7 +113,7 @@ mod tests {
     fn the_color_is_known_before_errors() {
         let of = |line: &str| color(&line.split(' ').map(OsString::from).collect::<Vec<OsString>>());
         assert_eq!(of("blinn render a.glb --color never --nonsense"), ColorArg::Never);
-        assert_eq!(of("blinn info --color=always a.glb"), ColorArg::Always);
+        assert_eq!(of("blinn info --color=ALWAYS a.glb"), ColorArg::Always);
         for line in ["blinn render a.glb", "blinn render a.glb --color", "blinn info -- --color=always"] {
             assert_eq!(of(line), ColorArg::Auto, "{line}");
         }

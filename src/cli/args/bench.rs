@@ -108,6 +108,9 @@ fn aliases(stage: BenchStage) -> &'static [&'static str] {
 
 /// The stage of a name or an alias. The parser has checked it.
 fn stage(name: &str) -> BenchStage {
-    let is_named = |stage: &BenchStage| stage.name() == name || aliases(*stage).contains(&name);
+    let is_named = |stage: &BenchStage| {
+        let mut names = aliases(*stage).iter().copied().chain([stage.name()]);
+        names.any(|known| known.eq_ignore_ascii_case(name))
+    };
     BenchStage::ALL.into_iter().find(is_named).unwrap_or(BenchStage::Load)
 }

@@ -136,7 +136,7 @@ pub fn full() -> Command {
     let root = Cli::command().after_long_help(EXIT_CODES);
     let root = root.mut_subcommand("diff", |diff| diff.mut_arg("scenes", name_files));
     map_tree(root, "", &|command, path| {
-        let mut command = add_help_flags(command);
+        let mut command = add_help_flags(command).mut_args(ignore_case_of_choices);
         if path == "view" {
             // They are accepted for a message that says where they belong.
             command =
@@ -156,6 +156,12 @@ fn map_tree(command: Command, path: &str, function: &dyn Fn(Command, &str) -> Co
         let path = format!("{path} {}", below.get_name()).trim_start().to_string();
         map_tree(below, &path, function)
     })
+}
+
+/// Accepts the values of a fixed set in upper and lower case: Blender writes AgX, PNG and CYCLES.
+fn ignore_case_of_choices(arg: Arg) -> Arg {
+    let has_choices = arg.get_action().takes_values() && !arg.get_possible_values().is_empty();
+    arg.ignore_case(has_choices)
 }
 
 fn add_help_flags(command: Command) -> Command {

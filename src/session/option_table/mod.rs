@@ -156,9 +156,9 @@ const fn names<T, const N: usize>(choices: &Choices<T, N>) -> [&'static str; N] 
     names
 }
 
-/// Stores the value that a text names.
+/// Stores the value that a text names, in upper or lower case.
 fn choose<T: Copy, const N: usize>(field: &mut T, text: &str, choices: &Choices<T, N>) -> Result<(), String> {
-    match choices.iter().find(|(name, _)| *name == text) {
+    match choices.iter().find(|(name, _)| name.eq_ignore_ascii_case(text)) {
         Some((_, value)) => *field = *value,
         None => {
             let names = names(choices);

@@ -52,7 +52,12 @@ fn options_that_differ_have_hashes_that_differ() {
 fn choices_are_values() {
     for def in option_defs() {
         for choice in def.choices {
-            assert!(Options::default().set(def.name, choice).is_ok(), "{} {choice}", def.name);
+            let set = |text: &str| {
+                let mut options = Options::default();
+                options.set(def.name, text).unwrap();
+                format!("{options:?}")
+            };
+            assert_eq!(set(&choice.to_uppercase()), set(choice), "{} {choice}", def.name);
         }
         if !def.choices.is_empty() {
             assert!(Options::default().set(def.name, "other").is_err(), "{}", def.name);
