@@ -74,8 +74,13 @@ static FLAGS: &[(&[&str], Equivalent)] = &[
     (&["-e", "--frame-start", "--frame-end", "--frame-jump"], Use("--frames 1-48:2")),
     (&["--render-output", "--out", "--output-file"], Use("-o OUT")),
     (&["-F", "--render-format", "--file-format"], Use("-o with an extension: .png, .exr, .jpg, .webp")),
-    (&["-E", "--engine", "--renderer"], Use("--integrator phong")),
+    (&["-E", "--engine"], Unneeded("blinn is the engine, which has -s SAMPLES and --indirect N")),
+    (&["--renderer"], Use("--integrator phong")),
     (&["-b"], Unneeded("no window is ever opened")),
+    (&["-x", "--use-extension"], Unneeded("the extension of -o is the format")),
+    (&["-y", "-Y", "--enable-autoexec", "--disable-autoexec"], Unneeded("scripts of .blend files never run")),
+    (&["--factory-startup"], Unneeded("files are converted without preferences")),
+    (&["--cycles-device"], Unneeded("pictures are rendered on the processor; --threads N limits its use")),
     (&["-S"], Use("--scene NAME")),
     (&["-P", "--python", "--python-expr"], Unneeded("use the Rust library blinn")),
     (&["-t", "-j", "--jobs"], Use("--threads N")),
@@ -132,6 +137,17 @@ mod tests {
                 assert!(find_flag(command, flag).is_some(), "--{flag}");
             }
             assert!(words.iter().all(|word| root.find_subcommand(word).is_none()), "{words:?}");
+        }
+    }
+
+    #[test]
+    fn flags_of_blenders_command_line_are_known() {
+        // Of `blender -b scene.blend -E CYCLES -s 1 -e 48 -o //picture_#### -F PNG -x 1 -t 8 -a`.
+        let render = built().find_subcommand("render").unwrap().clone();
+        for name in ["-b", "-E", "-s", "-e", "-o", "-F", "-x", "-t", "-a", "-f", "-S", "-P", "-y"] {
+            let short = name.chars().nth(1);
+            let exists = render.get_arguments().any(|arg| arg.get_short() == short);
+            assert_ne!(exists, flag(name).is_some(), "{name}");
         }
     }
 
