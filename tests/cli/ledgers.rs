@@ -42,3 +42,30 @@ fn a_ledger_does_not_keep_images_that_another_run_replaced() {
         fs::remove_file(at.join("ours")).unwrap();
     }
 }
+
+/// The frames of a share of a clip are known once its scene is read: the ledger has their numbers, not those of another
+/// share.
+#[test]
+fn a_ledger_knows_the_frames_of_a_share_of_a_clip() {
+    let (_dir, at) = folder();
+    let figure = model("figure/figure.glb");
+    let share = |i: u32| {
+        let line =
+            format!("render {figure} {SMALL} --fps 8 --frames --chunk {i}/2 -o f/#.png --resume --ledger l");
+        runs(&at, &line)
+    };
+    share(1);
+    let first = files(&at.join("f")).len();
+    share(2);
+    let all = files(&at.join("f"));
+    let last = format!("{}.png", all.len());
+    assert!(first > 1 && all.contains_key(&last), "{:?}", all.keys());
+    for i in [1, 2] {
+        assert!(share(i).contains("1 done before; images: 0;"));
+    }
+    // What another share wrote does not stand for what is missing.
+    fs::remove_file(at.join("f").join(&last)).unwrap();
+    assert!(share(1).contains("1 done before; images: 0;"));
+    assert!(share(2).contains("images: 1, "));
+    assert!(files(&at.join("f")) == all);
+}

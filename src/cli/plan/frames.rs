@@ -81,18 +81,21 @@ impl FrameSet {
         !matches!(self, FrameSet::Single(_))
     }
 
-    /// The frames, if they do not depend on the length of a scene's clip.
-    pub fn known(&self) -> Option<Vec<PlannedFrame>> {
-        match self {
-            FrameSet::Clip { frames: None, .. } => None,
-            _ => self.resolve(0.0, None).ok(),
-        }
+    /// True if the length of a scene's clip, or its file, says which frames there are.
+    pub fn depend_on_scene(&self) -> bool {
+        matches!(self, FrameSet::Clip { frames: None, .. })
     }
 
-    /// The frames of a scene that has `count` of them.
-    pub fn with_count(&self, count: u64) -> Vec<PlannedFrame> {
+    /// The frames, if they do not depend on the length of a scene's clip.
+    pub fn known(&self) -> Option<Vec<PlannedFrame>> {
+        if self.depend_on_scene() { None } else { self.resolve(0.0, None).ok() }
+    }
+
+    /// The frames of a scene that has `count` of them, which are `clip` if they depend on the scene. Their times are not known.
+    pub fn with_count(&self, count: u64, clip: ClipFrames) -> Vec<PlannedFrame> {
         let count = i64::try_from(count).unwrap_or(i64::MAX).min(MAX_FRAMES as i64);
-        self.known().unwrap_or_else(|| (1..=count).map(|number| PlannedFrame::at(number, 0.0)).collect())
+        let number = |i: i64| clip.first.saturating_add(clip.step.saturating_mul(i));
+        self.known().unwrap_or_else(|| (0..count).map(|i| PlannedFrame::at(number(i), 0.0)).collect())
     }
 
     /// The frames of a scene whose clip takes `clip_duration` seconds. `file` has those of its file.
@@ -130,6 +133,29 @@ impl FrameSet {
                 }
             }
         })
+    }
+}
+
+/// The numbers of the frames of a clip, or of a share of them: in equal steps.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct ClipFrames {
+    pub first: i64,
+    pub step: i64,
+}
+
+impl ClipFrames {
+    /// Those of a clip without frames of its own.
+    pub const FROM_ONE: ClipFrames = ClipFrames { first: 1, step: 1 };
+
+    /// The numbers of these frames.
+    pub fn of(frames: &[PlannedFrame]) -> ClipFrames {
+        match frames {
+            [] => ClipFrames::FROM_ONE,
+            [only] => ClipFrames { first: only.number, step: 1 },
+            [first, second, ..] => {
+                ClipFrames { first: first.number, step: second.number.saturating_sub(first.number) }
+            }
+        }
     }
 }
 
@@ -176,6 +202,25 @@ mod tests {
             let error = clip_frames(end, fps).unwrap_err().to_string();
             assert!(error.contains("more than 1000000 frames"), "{error}");
         }
+    }
+
+    #[test]
+    fn the_numbers_of_a_clip_follow_from_its_first_frames() {
+        let clip = |chunk: Option<&str>| FrameSet::Clip {
+            frames: None,
+            fps: None,
+            chunk: chunk.map(|chunk| Chunk::parse(chunk).unwrap()),
+        };
+        let file = FileFrames { start: 10, end: 24, step: 2, rate: 24.0 };
+        for chunk in [None, Some("2/3"), Some("3/9"), Some("1/9")] {
+            let set = clip(chunk);
+            let frames = set.resolve(1.0, Some(&file)).unwrap();
+            let numbers =
+                |frames: &[PlannedFrame]| frames.iter().map(|frame| frame.number).collect::<Vec<_>>();
+            let again = set.with_count(frames.len() as u64, ClipFrames::of(&frames));
+            assert_eq!(numbers(&again), numbers(&frames), "{chunk:?}");
+        }
+        assert!(clip(None).with_count(u64::MAX, ClipFrames { first: i64::MAX, step: i64::MAX }).len() > 1);
     }
 
     #[test]

@@ -42,7 +42,7 @@ pub use check::CheckPlan;
 pub use command_files::NumberedScene;
 pub use dataset_folders::{ArchiveFolder, DatasetFolders, MergedFolder};
 pub use dataset_formats::FormatsPlan;
-pub use frames::{FrameSet, frames_of_file};
+pub use frames::{ClipFrames, FrameSet, frames_of_file};
 pub use images::ImagePolicy;
 pub use inputs::{PlanInputs, check_only, open_cameras};
 pub use outputs::{OutputKind, Outputs, Target, split_existing_folder};

@@ -15,7 +15,7 @@ use super::report::Report;
 use super::scene_ledger::SceneLedger;
 use super::scene_task::{RenderedScene, SceneTask};
 use crate::console::{print_stdout, scene_error, single_line};
-use crate::plan::{ArchiveFolder, NumberedScene, RenderPlan};
+use crate::plan::{ArchiveFolder, ClipFrames, NumberedScene, RenderPlan};
 use crate::summary::Summary;
 use blinn_core::cancellation::CancelToken;
 use blinn_output::ShardPart;
@@ -76,7 +76,7 @@ impl<'a> Batch<'a> {
     /// Reports a scene that was rendered or has failed. Returns its images if they go into an archive.
     pub fn finish_scene(&mut self, finished: Finished<SceneTask>) -> Result<Option<ShardPart>> {
         let Finished { job, output, time } = finished;
-        let RenderedScene { outcome, images, files_version, section, part, files, checked } = output;
+        let RenderedScene { outcome, images, files_version, clip, section, part, files, checked } = output;
         self.goldens.add(checked.as_deref());
         let SceneTask { scene: NumberedScene { number: index, path }, log, key, .. } = &*job;
         self.scene_files = files;
@@ -104,6 +104,7 @@ impl<'a> Batch<'a> {
                 warnings: &warnings,
                 time,
                 images,
+                clip,
                 files: files_version,
             };
             self.write_ledger(|ledger| ledger.add(&entry));
@@ -166,6 +167,7 @@ impl<'a> Batch<'a> {
                 warnings: &[],
                 time: Duration::ZERO,
                 images: ImageCounts { kept: images, ..ImageCounts::default() },
+                clip: None,
                 files: None,
             };
             match past {
@@ -176,7 +178,7 @@ impl<'a> Batch<'a> {
                 _ => ledger.add(&entry),
             }
         });
-        self.skip(scene, PastOutcome::Done { images, files: None });
+        self.skip(scene, PastOutcome::Done { images, clip: ClipFrames::FROM_ONE, files: None });
     }
 
     /// Writes the files that scenes of a dataset have in common, or prints their names in a dry run.

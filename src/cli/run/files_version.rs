@@ -6,23 +6,27 @@ use std::path::Path;
 use std::time::{Duration, SystemTime, UNIX_EPOCH};
 
 use crate::plan::{RenderPlan, Target};
-use blinn_session::SettingsHash;
+use blinn_session::{PlannedFrame, SettingsHash};
 
 /// A hash of the sizes and times of modification of files.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct FilesVersion(NonZeroU64);
 
 impl FilesVersion {
-    /// The version of the files for `images` images of the `index`-th scene, from 1. The files that describe all views
+    /// The version of the files for `frames` of the `index`-th scene, from 1. The files that describe all views
     /// of a dataset only have to exist: all tasks of a farm write them. `None` if a file is missing, or is standard
     /// output.
-    pub fn of_scene(plan: &RenderPlan, path: &Path, index: usize, images: u64) -> Option<FilesVersion> {
-        let frames = plan.frames.with_count(images);
+    pub fn of_scene(
+        plan: &RenderPlan,
+        path: &Path,
+        index: usize,
+        frames: &[PlannedFrame],
+    ) -> Option<FilesVersion> {
         if frames.iter().any(|frame| plan.outputs.target(path, index, frame) == Target::Stdout) {
             return None;
         }
         let shared = plan.dataset_files(path, index);
-        let files = plan.output_files(path, index, &frames);
+        let files = plan.output_files(path, index, frames);
         let mut versions = Vec::with_capacity(files.len());
         for file in &files {
             let version = version_of(file).ok()?;

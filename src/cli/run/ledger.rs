@@ -1,6 +1,7 @@
 //! `--ledger FILE`: a line of JSON about each scene, appended when the scene is finished. With `--resume`, scenes that
 //! a ledger names as done are skipped without reading them.
 
+use std::collections::HashMap;
 use std::fs::{File, OpenOptions};
 use std::io::{self, BufRead, BufReader, Read, Seek, SeekFrom, Write};
 use std::path::{Path, PathBuf};
@@ -14,7 +15,7 @@ use super::files_version::{FilesVersion, time_of_epoch};
 use super::image_sink::WrittenFiles;
 use crate::console::single_line;
 use crate::files::create_parent_folder;
-use crate::plan::{RenderPlan, Target};
+use crate::plan::{ClipFrames, RenderPlan, Target};
 use blinn_import::file_version;
 use blinn_output::{Overwrite, check_overwrite};
 use blinn_session::{PlannedFrame, SettingsHash};
@@ -41,6 +42,8 @@ pub enum PastOutcome {
     Done {
         /// Number of images.
         images: u64,
+        /// The frames, if they depend on the scene.
+        clip: ClipFrames,
         /// The version of their files, if the line has it.
         files: Option<FilesVersion>,
     },
@@ -59,6 +62,8 @@ pub struct LedgerEntry<'a> {
     pub warnings: &'a [String],
     pub time: Duration,
     pub images: ImageCounts,
+    /// The frames, if they depend on the scene.
+    pub clip: Option<ClipFrames>,
     /// The version of the files of a scene that is done, unless they are in an archive.
     pub files: Option<FilesVersion>,
 }
@@ -135,6 +140,8 @@ pub struct Ledger {
 struct PastScenes {
     /// In the order of keys.
     scenes: Vec<PastScene>,
+    /// Frames of scenes on which they depend, by the same halves of keys.
+    clips: HashMap<u64, ClipFrames>,
 }
 
 #[derive(Debug)]
@@ -159,6 +166,8 @@ struct Line {
     #[serde(default)]
     kept: u64,
     files_version: Option<String>,
+    first_frame: Option<i64>,
+    frame_step: Option<i64>,
 }
 
 impl Ledger {
@@ -244,6 +253,10 @@ impl LedgerEntry<'_> {
         {
             line[name] = json!(count);
         }
+        if let Some(ClipFrames { first, step }) = self.clip {
+            line["first_frame"] = json!(first);
+            line["frame_step"] = json!(step);
+        }
         line["warnings"] = json!(self.warnings.len());
         if !self.warnings.is_empty() {
             let texts = self.warnings.iter().take(LISTED_WARNINGS).map(|text| json!(shortened(text)));
@@ -287,16 +300,15 @@ impl PastScenes {
     /// Reads the lines of a ledger. Of several lines about a scene, the last counts. Lines that cannot be read, such as
     /// a torn one, are skipped.
     fn read(mut input: impl BufRead) -> io::Result<PastScenes> {
-        let mut scenes: Vec<PastScene> = Vec::new();
+        let (mut scenes, mut clips): (Vec<PastScene>, _) = (Vec::new(), HashMap::new());
         let mut line = Vec::new();
         loop {
             line.clear();
             if input.by_ref().take(MAX_LINE).read_until(b'\n', &mut line)? == 0 {
                 break;
             }
-            let Ok(Line { key, status, images, kept, files_version }) = serde_json::from_slice(&line) else {
-                continue;
-            };
+            let Ok(line) = serde_json::from_slice(&line) else { continue };
+            let Line { key, status, images, kept, files_version, first_frame, frame_step } = line;
             let Ok(key) = u128::from_str_radix(&key, 16) else { continue };
             let images = match status.as_str() {
                 DONE => images.saturating_add(kept).min(FAILED - 1),
@@ -304,6 +316,9 @@ impl PastScenes {
                 _ => continue,
             };
             let files = files_version.as_deref().and_then(FilesVersion::from_digits);
+            if let (Some(first), Some(step)) = (first_frame, frame_step) {
+                clips.insert(key as u64, ClipFrames { first, step });
+            }
             scenes.push(PastScene { key: key as u64, images, files });
         }
         // A stable sort keeps the order of lines with the same key.
@@ -316,14 +331,17 @@ impl PastScenes {
             is_same
         });
         scenes.shrink_to_fit();
-        Ok(PastScenes { scenes })
+        Ok(PastScenes { scenes, clips })
     }
 
     fn get(&self, key: SceneKey) -> Option<PastOutcome> {
         let found = self.scenes.binary_search_by_key(&(key.0 as u64), |scene| scene.key).ok()?;
         Some(match self.scenes[found] {
             PastScene { images: FAILED, .. } => PastOutcome::Failed,
-            PastScene { images, files, .. } => PastOutcome::Done { images, files },
+            PastScene { key, images, files } => {
+                let clip = self.clips.get(&key).copied().unwrap_or(ClipFrames::FROM_ONE);
+                PastOutcome::Done { images, clip, files }
+            }
         })
     }
 }
@@ -343,6 +361,7 @@ mod tests {
             warnings: &[],
             time: Duration::ZERO,
             images,
+            clip: Some(ClipFrames { first: 5, step: 2 }),
             files: FilesVersion::from_digits("1f"),
         }
     }
@@ -357,16 +376,19 @@ mod tests {
         }
         let past = Ledger::open(&path, true, Overwrite::Yes).unwrap();
         let outcomes = [1, 2, 3, 4].map(|key| past.past(SceneKey(key)));
-        let (failed, done) = (
-            Some(PastOutcome::Failed),
-            Some(PastOutcome::Done { images: 4, files: FilesVersion::from_digits("1f") }),
-        );
+        let clip = ClipFrames { first: 5, step: 2 };
+        let files = FilesVersion::from_digits("1f");
+        let (failed, done) = (Some(PastOutcome::Failed), Some(PastOutcome::Done { images: 4, clip, files }));
         assert_eq!(outcomes, [failed, done, failed, None]);
-        // Lines of earlier versions of the program do not have the version of the files.
-        let text = std::fs::read_to_string(&path).unwrap().replace("files_version", "other");
+        // Lines of earlier versions of the program have neither the version of the files nor the frames.
+        let text = std::fs::read_to_string(&path).unwrap();
+        let text = text.replace("files_version", "other").replace("first_frame", "another");
         std::fs::write(&path, text).unwrap();
         let past = Ledger::open(&path, true, Overwrite::Yes).unwrap();
-        assert_eq!(past.past(SceneKey(2)), Some(PastOutcome::Done { images: 4, files: None }));
+        assert_eq!(
+            past.past(SceneKey(2)),
+            Some(PastOutcome::Done { images: 4, clip: ClipFrames::FROM_ONE, files: None })
+        );
         let new = Ledger::open(&path, false, Overwrite::Yes).unwrap();
         assert_eq!(new.past(SceneKey(2)), None);
         assert_eq!(std::fs::read(&path).unwrap(), b"", "without --resume, a ledger begins anew");

@@ -19,7 +19,9 @@ use super::report_section::ReportSection;
 use crate::args::values::DatasetFormat;
 use crate::console::print_stdout;
 use crate::files::create_parent_folder;
-use crate::plan::{FrameSet, OutputKind, PathConflicts, RenderPlan, Target, Writer, frames_of_file};
+use crate::plan::{
+    ClipFrames, FrameSet, OutputKind, PathConflicts, RenderPlan, Target, Writer, frames_of_file,
+};
 use crate::scene_file::is_stdin;
 use crate::watched_files::scene_files;
 use blinn_core::cancellation::CancelToken;
@@ -60,6 +62,8 @@ pub struct SceneJob<'a> {
     pub clip_bounds: ClipBoundsCache,
     /// The files that the scene was made from, once it is read.
     pub scene_files: Vec<PathBuf>,
+    /// The frames, if they depend on the scene, once they are known.
+    pub clip: Option<ClipFrames>,
 }
 
 impl<'a> SceneJob<'a> {
@@ -304,6 +308,7 @@ impl<'a> SceneJob<'a> {
         if plan.check.is_some() {
             self.frames.clone_from(&frames);
         }
+        self.clip = plan.frames.depend_on_scene().then(|| ClipFrames::of(&frames));
         // Scenes whose images in an archive are up to date are not started.
         if plan.outputs.resume && self.part.is_none() {
             let kept = self.filter().remove_kept(&mut frames, views, &mut self.digests);

@@ -13,7 +13,7 @@ use crate::args::values::DatasetFormat;
 use crate::plan::RenderPlan;
 use crate::scene_file::is_stdin;
 use crate::summary::Summary;
-use blinn_session::{SettingsHash, format_bytes};
+use blinn_session::{PlannedFrame, SettingsHash, format_bytes};
 
 /// The ledger of a plan.
 pub struct SceneLedger<'a> {
@@ -90,19 +90,27 @@ impl<'a> SceneLedger<'a> {
             return None;
         }
         self.ledger.past(key).filter(|outcome| match *outcome {
-            PastOutcome::Done { images, files } => self.has_files(path, index, images, files),
+            PastOutcome::Done { images, clip, files } => {
+                self.has_files(path, index, &self.plan.frames.with_count(images, clip), files)
+            }
             PastOutcome::Failed => self.skips_failed,
         })
     }
 
     /// Returns true if the files of a scene exist, in the version that a line names.
-    fn has_files(&self, path: &Path, index: usize, images: u64, files: Option<FilesVersion>) -> bool {
+    fn has_files(
+        &self,
+        path: &Path,
+        index: usize,
+        frames: &[PlannedFrame],
+        files: Option<FilesVersion>,
+    ) -> bool {
         let plan = self.plan;
-        let found = FilesVersion::of_scene(plan, path, index, images);
+        let found = FilesVersion::of_scene(plan, path, index, frames);
         found.is_some_and(|found| files.is_none_or(|files| files == found))
             && (plan.session.dataset.is_none()
                 || !plan.formats.has(DatasetFormat::Bop)
-                || has_bop_files(plan, path, index, &plan.frames.with_count(images)))
+                || has_bop_files(plan, path, index, frames))
     }
 
     /// Adds a line about a scene, and appends it unless the images go into an archive.
@@ -141,7 +149,7 @@ impl<'a> SceneLedger<'a> {
             }
             if has_version {
                 // All of them are in the same archive.
-                files = files.or_else(|| FilesVersion::of_scene(plan, &path, index, 0));
+                files = files.or_else(|| FilesVersion::of_scene(plan, &path, index, &[]));
                 files.into_iter().for_each(|files| line.set_files(files));
             }
             text += &line.to_text();

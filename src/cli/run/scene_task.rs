@@ -15,7 +15,7 @@ use super::panics;
 use super::progress::SceneLog;
 use super::report_section::ReportSection;
 use super::scene_job::SceneJob;
-use crate::plan::{NumberedScene, RenderPlan};
+use crate::plan::{ClipFrames, NumberedScene, RenderPlan};
 use blinn_core::cancellation::{CancelToken, Cancelled};
 use blinn_import::LoadError;
 use blinn_output::ShardPart;
@@ -46,6 +46,8 @@ pub struct RenderedScene {
     pub images: ImageCounts,
     /// The version of its files, for the ledger.
     pub files_version: Option<FilesVersion>,
+    /// Its frames, if they depend on it.
+    pub clip: Option<ClipFrames>,
     /// Its images on the page.
     pub section: Option<ReportSection>,
     /// Its part of the archive.
@@ -73,6 +75,7 @@ impl SceneTask<'_> {
             outcome: Ok(()),
             images: ImageCounts::default(),
             files_version: None,
+            clip: None,
             section: self.page.as_deref().map(ReportSection::new),
             part: None,
             files: Vec::new(),
@@ -102,13 +105,17 @@ impl SceneTask<'_> {
             views_shown: BTreeMap::new(),
             clip_bounds: ClipBoundsCache::cancelled_by(&self.cancel),
             scene_files: Vec::new(),
+            clip: None,
         };
         let outcome = panics::catch(|| job.run());
         rendered.images = job.images;
         // Taken at once: until the scene is reported, which waits for those before it, others may replace its files.
         if self.key.is_some() && self.archive.is_none() && outcome.is_ok() {
             let images = job.images.rendered + job.images.kept;
-            rendered.files_version = FilesVersion::of_scene(self.plan, path, index, images);
+            let clip = job.clip.unwrap_or(ClipFrames::FROM_ONE);
+            let frames = self.plan.frames.with_count(images, clip);
+            rendered.files_version = FilesVersion::of_scene(self.plan, path, index, &frames);
+            rendered.clip = job.clip;
         }
         rendered.files = std::mem::take(&mut job.scene_files);
         if plan.check.is_some() {
