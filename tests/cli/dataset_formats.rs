@@ -322,6 +322,107 @@ fn merged_scenes_of_bop_have_objects_of_their_own() {
     assert!(images.windows(28).any(|name| name == b"train/000002/rgb/000001.png\0"));
 }
 
+/// A glTF file of nodes with one mesh each: a translation, a rotation about y in degrees, a scale and the height of a triangle.
+fn write_nodes(file: &std::path::Path, nodes: &[([f32; 3], f32, f32, f32)]) {
+    let mut bytes = Vec::new();
+    let (mut meshes, mut accessors, mut views, mut list) = (vec![], vec![], vec![], vec![]);
+    for (i, (translation, degrees, scale, height)) in nodes.iter().enumerate() {
+        let positions = [0.0, 0.0, 0.0, 1.0, 0.0, 0.25, 0.0, *height, 0.0];
+        views.push(serde_json::json!({"buffer": 0, "byteOffset": bytes.len(), "byteLength": 36}));
+        bytes.extend(positions.iter().flat_map(|x: &f32| x.to_le_bytes()));
+        accessors.push(serde_json::json!({
+            "bufferView": i, "componentType": 5126, "count": 3, "type": "VEC3", "min": [0, 0, 0], "max": [1, height, 0.25]
+        }));
+        meshes.push(serde_json::json!({"primitives": [{"attributes": {"POSITION": i}}]}));
+        let half = degrees.to_radians() / 2.0;
+        list.push(serde_json::json!({
+            "mesh": i, "translation": translation, "rotation": [0.0, half.sin(), 0.0, half.cos()],
+            "scale": [scale, scale, scale]
+        }));
+    }
+    let bin = file.with_extension("bin");
+    std::fs::write(&bin, &bytes).unwrap();
+    let all: Vec<usize> = (0..nodes.len()).collect();
+    let gltf = serde_json::json!({
+        "asset": {"version": "2.0"}, "scene": 0, "scenes": [{"nodes": all}], "nodes": list, "meshes": meshes,
+        "accessors": accessors, "bufferViews": views,
+        "buffers": [{"byteLength": bytes.len(), "uri": bin.file_name().unwrap().to_str().unwrap()}],
+    });
+    std::fs::write(file, gltf.to_string()).unwrap();
+}
+
+/// Objects with the same mesh and size have one model, wherever they are.
+#[test]
+fn scenes_of_bop_share_models() {
+    let (_dir, at) = folder();
+    std::fs::create_dir(at.join("in")).unwrap();
+    let same = ([0.0, 0.0, 0.0], 0.0, 1.0, 1.0);
+    write_nodes(
+        &at.join("in/a.gltf"),
+        &[same, ([2.0, 0.3, 0.7], 33.0, 1.0, 1.0), ([-2.0, 0.0, 0.0], 0.0, 1.0, 1.5)],
+    );
+    write_nodes(
+        &at.join("in/b.gltf"),
+        &[([0.1, -5.3, 9.7], 101.0, 1.0, 1.0), ([3.0, 0.0, 0.0], 0.0, 0.5, 1.0)],
+    );
+    let line = format!("turntable in --views 2 {SMALL} --dataset bop --share-models");
+    runs(&at, &format!("{line} --merge -o whole/"));
+    let ids = |number: u32| -> Vec<u64> {
+        let scene = at.join(format!("whole/train/{number:06}"));
+        let models = json(&scene, "models_info.json");
+        let ids: Vec<u64> = models.as_object().unwrap().keys().map(|id| id.parse().unwrap()).collect();
+        let images = json(&scene, "scene_gt.json");
+        let shown: Vec<u64> = images
+            .as_object()
+            .unwrap()
+            .values()
+            .flat_map(|rows| rows.as_array().unwrap())
+            .map(|row| row["obj_id"].as_u64().unwrap())
+            .collect();
+        assert!(!shown.is_empty() && shown.iter().all(|id| ids.contains(id)), "{shown:?} {ids:?}");
+        ids
+    };
+    let (a, b) = (ids(1), ids(2));
+    assert_eq!((a.len(), b.len()), (2, 2), "the first has two objects of one model");
+    let common: Vec<&u64> = a.iter().filter(|id| b.contains(id)).collect();
+    assert_eq!(common.len(), 1, "{a:?} {b:?}");
+    let models = json(&at.join("whole"), "models/models_info.json");
+    assert_eq!(models.as_object().unwrap().len(), 3);
+    let plys = names(&at.join("whole")).into_iter().filter(|name| name.ends_with(".ply")).count();
+    assert_eq!(plys, 3);
+    // The numbers do not depend on shares, order or the form of the dataset.
+    for share in [2, 1] {
+        runs(&at, &format!("{line} --merge -o parts/ --chunk {share}/2"));
+    }
+    let whole = files(&at.join("whole"));
+    assert!(files(&at.join("parts")) == whole);
+    runs(&at, &format!("{line} --merge -o parts/ --resume"));
+    assert!(files(&at.join("parts")) == whole);
+    runs(&at, &format!("{line} -o web/train/{{shard}}.tar"));
+    let web = files(&at.join("web"));
+    let is_model = |name: &&String| name.starts_with("models/obj_") || *name == "models/models_info.json";
+    for name in whole.keys().filter(is_model) {
+        assert!(web[name] == whole[name], "{name}");
+    }
+    // Another model of the same number is not overwritten.
+    let ply = format!("models/obj_{:06}.ply", common[0]);
+    std::fs::write(at.join("parts").join(&ply), "ply").unwrap();
+    let output = blinn(&at, &format!("{line} --merge -o parts/"));
+    let text = String::from_utf8(output.stderr).unwrap();
+    assert!(
+        output.status.code() == Some(1) && text.contains("is another model with the same number"),
+        "{text}"
+    );
+    assert_eq!(std::fs::read(at.join("parts").join(&ply)).unwrap(), b"ply");
+    for (flags, message) in [
+        ("--dataset bop --share-models -o x/", "add --merge, or write archives"),
+        ("--dataset coco --merge --share-models -o x/", "applies only to --dataset bop"),
+        ("--share-models -o x/", "--dataset"),
+    ] {
+        refused(&at, &format!("turntable in --views 2 {flags}"), message);
+    }
+}
+
 #[test]
 fn invalid_merges_are_refused() {
     let (_dir, at) = folder();

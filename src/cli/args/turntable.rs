@@ -92,6 +92,11 @@ pub struct TurnArgs {
     /// -o names a folder. Scenes that failed are left out until --resume renders them.
     #[arg(long, requires = "dataset")]
     pub merge: bool,
+    /// Give objects that have the same mesh in several scenes one model of BOP, with --merge or in archives
+    ///
+    /// Numbers of objects follow from the content of models. Objects must be as large, but may be turned and moved.
+    #[arg(long, requires = "dataset")]
+    pub share_models: bool,
     #[command(flatten)]
     pub sampling: ViewSamplingArgs,
     /// Up axis of the world in transforms.json [default: z, as NeRF tools expect]

@@ -20,6 +20,9 @@ pub struct FormatsPlan {
     pub categories: Vec<CategoryRule>,
     /// True for one dataset of all scenes.
     pub is_merged: bool,
+    /// True for models of BOP that scenes share.
+    #[serde(skip_serializing_if = "std::ops::Not::not")]
+    pub shares_models: bool,
     /// The ids of categories in archives.
     #[serde(skip)]
     pub shared_categories: Arc<SharedCategories>,
@@ -36,9 +39,18 @@ impl FormatsPlan {
         let formats = args.dataset.clone().unwrap_or_default();
         let has_categories = !args.category.is_empty();
         let categories = if has_categories { args.category.clone() } else { vec![CategoryRule::Object] };
-        let plan = FormatsPlan { formats, categories, is_merged: args.merge, ..FormatsPlan::default() };
+        let plan = FormatsPlan {
+            formats,
+            categories,
+            is_merged: args.merge,
+            shares_models: args.share_models,
+            ..FormatsPlan::default()
+        };
         if has_categories && plan.coco_masks().is_none() {
             return Err(UsageError("--category applies only to --dataset coco; add it".into()));
+        }
+        if plan.shares_models && !plan.has(DatasetFormat::Bop) {
+            return Err(UsageError("--share-models applies only to --dataset bop; add it".into()));
         }
         if plan.is_merged && plan.formats.0 == [DatasetFormat::Nerf] {
             let text = "--merge: transforms.json describes one scene; add coco, bop or colmap to --dataset";
@@ -143,6 +155,10 @@ impl FormatsPlan {
             }
             () if outputs.shards.is_some() && self.is_merged => {
                 "an archive describes each image by itself; remove --merge"
+            }
+            () if self.shares_models && !self.is_merged && outputs.shards.is_none() => {
+                let text = "--share-models: each scene has a folder of models of its own; add --merge, or write archives";
+                return Err(UsageError(text.into()));
             }
             () if is_normalized && (self.has(DatasetFormat::Bop) || self.colmap_form().is_some()) => {
                 "bop and colmap have the scene's own coordinates; remove --normalize, or use nerf and coco"

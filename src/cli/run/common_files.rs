@@ -1,5 +1,6 @@
 //! The files that scenes of a dataset have in common, made of files of each scene.
 
+use std::collections::BTreeMap;
 use std::fs;
 use std::io::{self, BufWriter, Write};
 use std::path::{Path, PathBuf};
@@ -38,21 +39,26 @@ pub fn write_common_file(
     Ok(Some(file.to_path_buf()))
 }
 
-/// Returns the text of BOP's extents of models, from those of each scene.
+/// Returns the text of BOP's extents of models, from those of each scene. Scenes may share models.
 ///
 /// # Errors
-/// A file cannot be read, or blinn did not write it.
+/// A file cannot be read, or blinn did not write it, or two models have one number.
 pub fn merge_models_info<'p>(scenes: impl Iterator<Item = &'p Path>) -> Result<String> {
-    let mut models: Vec<(u64, Value)> = Vec::new();
+    let mut models: BTreeMap<u64, Value> = BTreeMap::new();
     for path in scenes {
         let info: Map<String, Value> = serde_json::from_str(&read_text(path)?)
             .with_context(|| format!("{} cannot be merged", path.display()))?;
         for (object, value) in info {
-            let number = object.parse();
-            models.push((number.with_context(|| format!("{}: \"{object}\"", path.display()))?, value));
+            let number = object.parse().with_context(|| format!("{}: \"{object}\"", path.display()))?;
+            if models.get(&number).is_some_and(|known| *known != value) {
+                bail!(
+                    "{}: model {number} has other extents in another scene; render all scenes again",
+                    path.display()
+                );
+            }
+            models.insert(number, value);
         }
     }
-    models.sort_by_key(|(number, _)| *number);
     let lines: Vec<String> = models.iter().map(|(number, info)| format!("  \"{number}\": {info}")).collect();
     Ok(format!("{{\n{}\n}}\n", lines.join(",\n")))
 }

@@ -1,26 +1,30 @@
 //! The objects of a scene in datasets of BOP: their numbers, their poses in images, and their models.
 
 use std::collections::BTreeMap;
+use std::fs;
 use std::path::PathBuf;
 
 use anyhow::{Context, Result, bail};
+use rayon::prelude::*;
 use serde_json::{Map, Value};
+use twox_hash::XxHash3_128;
 
 use super::context::{DatasetFiles, ImageMasks};
 use blinn_output::datasets::{
-    BopImage, BopObject, Dataset, DatasetView, Pinhole, PosedObject, RigidPose, WorldUp, posed_objects,
+    BopImage, BopModel, BopObject, Dataset, DatasetView, Pinhole, PosedObject, RigidPose, WorldUp,
+    posed_objects,
 };
 use blinn_scene::PosedScene;
 
-/// Numbers of objects that each scene has where scenes share their models: scene 2 has objects from 2001 on.
+/// Numbers of objects that each scene has where the models of scenes are in one folder: scene 2 has objects from 2001 on.
 const OBJECTS_PER_SCENE: u32 = 1000;
 
 /// The objects of a scene.
 pub struct BopObjects<'a> {
     files: &'a DatasetFiles<'a>,
     posed: &'a PosedScene<'a>,
-    /// Added to the numbers of objects: where scenes share their models, each has a thousand of its own.
-    first_object: u32,
+    /// Numbers in the dataset, by those in the scene.
+    numbers: BTreeMap<u32, u32>,
     objects: BTreeMap<u32, PosedObject>,
 }
 
@@ -31,23 +35,17 @@ impl<'a> BopObjects<'a> {
     /// The scene has too many objects, or too large a number, to share its models with others.
     pub fn new(files: &'a DatasetFiles<'a>, posed: &'a PosedScene<'a>) -> Result<BopObjects<'a>> {
         let objects = posed_objects(posed);
-        let plan = files.transforms.plan;
-        let shares_models = plan.formats.is_merged || plan.outputs.shards.is_some();
-        let last = objects.last_key_value().map_or(0, |(object, _)| *object);
-        if shares_models && last >= OBJECTS_PER_SCENE {
-            let (what, instead) = match plan.formats.is_merged {
-                true => ("--merge: the scene", "remove --merge"),
-                false => ("--dataset bop: the scene", "set -o to a folder"),
-            };
-            bail!(
-                "{what} has {last} objects, but scenes that share their models number only {} in each; {instead}",
-                OBJECTS_PER_SCENE - 1
-            );
-        }
-        let index = if shares_models { files.transforms.index } else { 0 };
-        let first_object = u32::try_from(index).ok().and_then(|index| index.checked_mul(OBJECTS_PER_SCENE));
-        let first_object = first_object.context("--dataset bop: there are too many scenes")?;
-        Ok(BopObjects { files, posed, first_object, objects })
+        let numbers: BTreeMap<u32, u32> = match files.transforms.plan.formats.shares_models {
+            true => objects
+                .par_iter()
+                .map(|(object, of)| (*object, content_number(&of.shared_model(posed))))
+                .collect(),
+            false => {
+                let first = first_object(files, objects.last_key_value().map_or(0, |(object, _)| *object))?;
+                objects.keys().map(|object| (*object, first.saturating_add(*object))).collect()
+            }
+        };
+        Ok(BopObjects { files, posed, numbers, objects })
     }
 
     /// Describes a view, in which objects have `masks`.
@@ -57,7 +55,7 @@ impl<'a> BopObjects<'a> {
         let object = |mask: &ImageMasks| {
             let pose = in_world(&self.objects.get(&mask.object)?.pose, dataset.up);
             Some(BopObject {
-                object: self.first_object.saturating_add(mask.object),
+                object: *self.numbers.get(&mask.object)?,
                 model_to_camera: world_to_camera.after(&pose),
                 all_pixels: mask.all_pixels,
                 valid_pixels: mask.amodal.area(),
@@ -71,23 +69,63 @@ impl<'a> BopObjects<'a> {
     }
 
     /// Writes the models and then the file with their extents. Returns those that were written.
+    ///
+    /// # Errors
+    /// A file cannot be written, or another model has the number of one.
     pub fn write_models(&self) -> Result<Vec<PathBuf>> {
         let folders = self.files.folders();
+        let shares_models = self.files.transforms.plan.formats.shares_models;
         let mut written = Vec::new();
         let mut info = Map::new();
         for (object, posed) in &self.objects {
-            let model = posed.model(self.posed);
+            let number = self.numbers[object];
+            let key = number.to_string();
+            if shares_models && info.contains_key(&key) {
+                continue;
+            }
+            let model = if shares_models { posed.shared_model(self.posed) } else { posed.model(self.posed) };
             if model.triangles.is_empty() {
                 continue;
             }
-            let object = self.first_object.saturating_add(*object);
-            info.insert(object.to_string(), model.info());
-            written.extend(self.files.update_file(&folders.model(object), &model.to_ply())?);
+            info.insert(key, model.info());
+            let (file, bytes) = (folders.model(number), model.to_ply());
+            if shares_models && fs::read(&file).is_ok_and(|known| known != bytes) {
+                bail!(
+                    "--share-models: {} is another model with the same number; remove it if it is not of this dataset, \
+                     else omit --share-models",
+                    file.display()
+                );
+            }
+            written.extend(self.files.update_file(&file, &bytes)?);
         }
         let info = format!("{:#}\n", Value::Object(info));
         written.extend(self.files.write_file(&folders.models_info, info.as_bytes())?);
         Ok(written)
     }
+}
+
+/// The number before those of a scene's objects, of which the last is `last`: where scenes have a folder of models in common, each
+/// has a thousand numbers of its own.
+fn first_object(files: &DatasetFiles, last: u32) -> Result<u32> {
+    let plan = files.transforms.plan;
+    let has_common_folder = plan.formats.is_merged || plan.outputs.shards.is_some();
+    if has_common_folder && last >= OBJECTS_PER_SCENE {
+        let what = if plan.formats.is_merged { "--merge" } else { "--dataset bop" };
+        bail!(
+            "{what}: the scene has {last} objects, but scenes whose models are in one folder number only {} in each; \
+             add --share-models, or write each scene to a folder of its own",
+            OBJECTS_PER_SCENE - 1
+        );
+    }
+    let index = if has_common_folder { files.transforms.index } else { 0 };
+    let first = u32::try_from(index).ok().and_then(|index| index.checked_mul(OBJECTS_PER_SCENE));
+    first.context("--dataset bop: there are too many scenes; add --share-models")
+}
+
+/// The number of a model that scenes share: 31 bits of a hash of its file, as tools keep numbers in signed integers.
+fn content_number(model: &BopModel) -> u32 {
+    let hash = XxHash3_128::oneshot(&model.to_ply()) as u32;
+    (hash >> 1).max(1)
 }
 
 /// The pose in the dataset's world of an object with a pose in blinn's.
