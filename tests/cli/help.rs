@@ -191,6 +191,13 @@ fn usage_errors_are_one_line_with_a_hint() {
         ("compare a.glb b.glb", "unknown command 'compare': use blinn diff OLD NEW"),
         ("render a.glb --dof", "unexpected argument '--dof': use --aperture-radius"),
         ("render a.glb --ortho", "unexpected argument '--ortho': use --projection orthographic"),
+        ("turntable a.glb --views 3 --num_views 3", "unexpected argument '--num_views': use --views N"),
+        ("render a.glb --output_dir=x", "unexpected argument '--output_dir': use -o FOLDER/"),
+        ("render a.glb --gpu", "unexpected argument '--gpu': not needed, blinn renders on the processor"),
+        (
+            "turntable a.glb --views 3 --elevation 3",
+            "; use --elevation-range LO,HI for the views of a dataset",
+        ),
         ("render a.glb --unlike", "unexpected argument '--unlike': see blinn render --help"),
         ("job slurm -o a.sh", "'blinn job slurm' requires a subcommand"),
         ("job slurm render a.glb --quux", "see blinn job slurm render --help"),

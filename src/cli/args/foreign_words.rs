@@ -25,8 +25,10 @@ static COMMANDS: [(&[&str], &str); 7] = [
 
 /// Looks up a flag of another program.
 pub fn flag(flag: &str) -> Option<&'static Equivalent> {
-    let name = flag.split('=').next().unwrap_or(flag);
-    FLAGS.iter().find(|(names, _)| names.contains(&name)).map(|(_, equivalent)| equivalent)
+    // Scripts in Python write underscores.
+    let name = flag.split('=').next().unwrap_or(flag).replace('_', "-");
+    let mut entries = FLAGS.iter().chain(DATASET_FLAGS);
+    entries.find(|(names, _)| names.contains(&name.as_str())).map(|(_, equivalent)| equivalent)
 }
 
 /// Looks up a flag that a command lacks, although other commands have it or it could be expected.
@@ -122,6 +124,106 @@ static FLAGS: &[(&[&str], Equivalent)] = &[
     (&["--json"], Use("blinn info --json, or --progress json")),
 ];
 
+/// Flags of BlenderProc, Kubric, pyrender and scripts that render datasets, with hyphens.
+static DATASET_FLAGS: &[(&[&str], Equivalent)] = &[
+    (
+        &["--num-views", "--n-views", "--num-images", "--num-renders", "--num-cameras", "--view-count"],
+        Use("--views N of blinn turntable"),
+    ),
+    (
+        &["--camera-distance", "--camera-dist", "--cam-dist", "--distance", "--radius", "--camera-radius"],
+        Use(
+            "--orbit AZIMUTH,ELEVATION,DISTANCE, or of blinn turntable --views N with --distance-range LO,HI",
+        ),
+    ),
+    (&["--azimuth", "--azim", "--elev"], Use("--orbit AZIMUTH,ELEVATION")),
+    (&["--elevation-min", "--elevation-max"], Use("--elevation-range LO,HI of blinn turntable --views N")),
+    (
+        &["--only-northern-hemisphere", "--upper-hemisphere", "--upper-views"],
+        Use("--on hemisphere of blinn turntable --views N"),
+    ),
+    (&["--random-cameras", "--random-views"], Use("--on random of blinn turntable --views N")),
+    (&["--random-lighting", "--random-light"], Use("--random-lights of blinn turntable --views N")),
+    (&["--random-seed", "--rng-seed"], Use("--seed N")),
+    (
+        &[
+            "--output-dir",
+            "--out-dir",
+            "--outdir",
+            "--output-folder",
+            "--output-path",
+            "--save-dir",
+            "--render-dir",
+            "--job-dir",
+        ],
+        Use("-o FOLDER/"),
+    ),
+    (
+        &[
+            "--object-path",
+            "--obj-path",
+            "--mesh",
+            "--mesh-path",
+            "--model-path",
+            "--scene-path",
+            "--models-dir",
+            "--input-dir",
+            "--data-dir",
+        ],
+        Use("the name of a scene's file or of a folder without a flag"),
+    ),
+    (
+        &[
+            "--camera-poses",
+            "--poses",
+            "--cam-poses",
+            "--camera-path",
+            "--camera-file",
+            "--trajectory",
+            "--extrinsics",
+        ],
+        Use("--cameras FILE of blinn render"),
+    ),
+    (&["--fov-x", "--fovx", "--xfov", "--camera-angle-x"], Use("--yfov DEGREES, the vertical angle")),
+    (
+        &["--resolution-x", "--resolution-y", "--img-size", "--img-res", "--render-size"],
+        Use("--size 1280x720"),
+    ),
+    (&["--hdri-dir", "--hdri-path", "--haven-path", "--hdr", "--hdr-path"], Use("--hdri FILE")),
+    (&["--num-samples", "--n-samples", "--max-samples", "--max-amount-of-samples"], Use("-s SAMPLES")),
+    (&["--light-energy", "--light-strength", "--energy"], Use("--light-scale F")),
+    (&["--near", "--far", "--znear", "--zfar", "--clip-start", "--clip-end"], Use("--clip NEAR,FAR")),
+    (&["--white-background", "--white-bg"], Use("--background white")),
+    (&["--save-depth", "--render-depth", "--normal-map", "--save-normals"], Use("--aov depth,normal")),
+    (
+        &["--mask", "--masks", "--segmentation", "--segmentation-map", "--segmap", "--instance-masks"],
+        Use("--aov object-id,mask, or --dataset coco of blinn turntable --views N"),
+    ),
+    (
+        &["--coco", "--bop", "--nerf", "--colmap", "--annotations", "--bbox"],
+        Use("--dataset nerf,colmap,bop,coco of blinn turntable --views N"),
+    ),
+    (
+        &["--label", "--labels", "--class", "--classes", "--category-id"],
+        Use("--category RULE of blinn turntable --dataset coco"),
+    ),
+    (
+        &["--normalize-scene", "--unit-cube", "--rescale"],
+        Use("--normalize unit-cube of blinn turntable --views N"),
+    ),
+    (
+        &["--start-index", "--end-index", "--start-idx", "--end-idx", "--num-shards", "--shard-id"],
+        Use("--chunk I/N"),
+    ),
+    (&["--skip-existing", "--skip-done"], Use("--resume")),
+    (&["--num-workers", "--workers", "--num-processes", "--processes"], Use("--threads N")),
+    (
+        &["--gpu", "--gpus", "--num-gpus", "--gpu-id", "--cuda", "--device"],
+        Unneeded("blinn renders on the processor, by default on all its cores; --threads N limits them"),
+    ),
+    (&["--headless", "--offscreen", "--egl", "--osmesa"], Unneeded("no window is ever opened")),
+];
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -178,7 +280,7 @@ mod tests {
             })
         };
         let render = root.find_subcommand("render").unwrap();
-        for (names, equivalent) in FLAGS {
+        for (names, equivalent) in FLAGS.iter().chain(DATASET_FLAGS) {
             if let Use(text) = equivalent {
                 for flag in text.split([' ', ',', ';']).filter(|word| word.starts_with('-')) {
                     assert!(exists(flag), "{flag}");
@@ -186,7 +288,30 @@ mod tests {
             }
             for long in names.iter().filter_map(|name| name.strip_prefix("--")) {
                 assert!(find_flag(render, long).is_none(), "--{long} exists");
+                assert!(!long.contains('_'), "--{long} is looked up with hyphens");
             }
         }
+    }
+
+    #[test]
+    fn underscores_are_hyphens() {
+        for (word, expected) in
+            [("--num_views", "--views N"), ("--output_dir=x", "-o FOLDER/"), ("--image_size", "--size")]
+        {
+            assert!(matches!(flag(word), Some(Use(text)) if text.starts_with(expected)), "{word}");
+        }
+        assert!(matches!(flag("--gpu"), Some(Unneeded(_))));
+        assert!(flag("--unknown_flag").is_none());
+    }
+
+    /// A word has one meaning.
+    #[test]
+    fn words_are_listed_once() {
+        let mut all: Vec<&str> =
+            FLAGS.iter().chain(DATASET_FLAGS).flat_map(|(names, _)| *names).copied().collect();
+        let count = all.len();
+        all.sort_unstable();
+        all.dedup();
+        assert_eq!(all.len(), count);
     }
 }

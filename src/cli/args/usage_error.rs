@@ -20,6 +20,9 @@ pub fn message(error: &Error, argv: &[OsString], command_line: &[OsString]) -> S
     let text = match (error.kind(), &flag) {
         (ErrorKind::UnknownArgument, Some(flag)) => unknown_argument(flag, argv),
         (ErrorKind::InvalidSubcommand, _) => unknown_command(error),
+        (ErrorKind::ArgumentConflict, _) => {
+            clap_message(error) + elevation_of_views(error).unwrap_or_default()
+        }
         _ => clap_message(error) + &named_direction(error).unwrap_or_default(),
     };
     let is_value_error = matches!(error.kind(), ErrorKind::InvalidValue | ErrorKind::ValueValidation);
@@ -38,6 +41,14 @@ fn named_direction(error: &Error) -> Option<String> {
     let value = flag.and_then(|_| context(error, ContextKind::InvalidValue))?;
     let is_direction = NAMED_DIRECTIONS.into_iter().any(|(name, ..)| name == value);
     is_direction.then(|| format!("; use --orbit {value} to choose the camera"))
+}
+
+/// The hint for --elevation, which is that of the camera of a turntable, beside --views.
+fn elevation_of_views(error: &Error) -> Option<&'static str> {
+    let flags = [ContextKind::InvalidArg, ContextKind::PriorArg].map(|kind| context(error, kind));
+    let has = |name: &str| flags.iter().flatten().any(|flag| flag_name(flag) == name);
+    (has("--elevation") && has("--views"))
+        .then_some("; use --elevation-range LO,HI for the views of a dataset")
 }
 
 /// clap's message without usage and help, joined to one line.
