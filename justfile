@@ -129,6 +129,12 @@ determinism:
 soak:
     cargo test --locked --release --test allocation soak:: -- --ignored --nocapture
 
+# Render 500 scenes, a fifth of them broken, slow or large, on 1, 2, 7 and 64 threads and with kills, and compare images,
+# ledgers and messages.
+stress scenes="500":
+    cargo build --release --locked
+    python3 benches/stress.py target/release/blinn {{scenes}}
+
 # Rewrite the expected results of bad files. Check what changed.
 bad-files:
     GOLDEN=update cargo test --locked --test robustness bad_files::
