@@ -28,6 +28,7 @@
 //! - `light_sources`: glowing surfaces as lights, and remarks on lights that cannot be seen
 //! - `lighting`: exposure, light radius, ambient occlusion, ground and environment maps from flags
 //! - `points`: points and lines: layers, animation, instances, sizes and bad input
+//! - `points_in_pictures`: points and lines with clipping planes, grounds, transparent backgrounds, Cryptomatte
 //! - `process_limits`: threads, file sizes and memory that the system does not grant
 //! - `render`: flags of `blinn render`, and the pictures that they change
 //! - `resume`: `--resume` after changes, crashes and kills
@@ -77,6 +78,7 @@ mod library;
 mod light_sources;
 mod lighting;
 mod points;
+mod points_in_pictures;
 mod polygon_files;
 mod process_limits;
 mod render;

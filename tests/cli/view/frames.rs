@@ -54,6 +54,37 @@ fn the_last_frame_has_the_bytes_of_its_command() {
     }
 }
 
+/// Sizes of points and lines, and edges, are those of the command; a click finds a point.
+#[test]
+fn points_lines_and_edges_are_shown() {
+    let (_dir, dir) = folder();
+    let corners = "v -1 -1 0\nv 1 -1 0\nv 1 1 0\n";
+    fs::write(
+        dir.join("a.obj"),
+        format!("{corners}v 0 0 2\no points\np 4\no line\nl 1 4\no face\nf 1 2 3\n"),
+    )
+    .unwrap();
+    let server = Server::start(
+        &dir,
+        "a.obj --orbit 0,0,10 --yfov 30 --point-size 9px --line-width .1 --edges feature",
+    );
+    let mut viewer = server.viewer();
+    let view = viewer.view();
+    let mut pictures = Vec::new();
+    for changes in [json!({}), json!({"ground": true}), json!({"background": "transparent"})] {
+        let last = viewer.show(&changed(&view, &changes), SIZE).pop().unwrap();
+        let command = viewer.command["render"].as_str().unwrap();
+        assert!(command.contains("--point-size=9px") && command.contains("--edges=feature"), "{command}");
+        assert!(run_command(&dir, command) == last.bytes, "{command}");
+        pictures.push(last.bytes);
+    }
+    // The point is in the middle of the picture, at z = 2, and its radius there is 4.5 pixels of 8 cm.
+    viewer.send(&json!({"type": "pick", "serial": 1, "x": 48.0, "y": 27.0}));
+    let picked = viewer.wait_for("picked");
+    assert!((picked["point"][2].as_f64().unwrap() - 2.36).abs() < 0.06, "{picked}");
+    assert!(pictures[0] != pictures[2]);
+}
+
 /// The turntable of a state has the state's camera and lights.
 #[test]
 fn the_command_of_a_turntable_runs() {
