@@ -7,6 +7,7 @@ use crate::edges::EdgeWidth;
 use crate::edges::batch_lines::BatchLines;
 use crate::edges::edge_selection::{EdgeColors, ScreenEdge, ScreenEdges};
 use crate::edges::projection::Segment;
+use crate::edges::sample_order::SampleOrder;
 use crate::edges::screen_grid::ScreenGrid;
 use crate::settings::RenderSettings;
 use blinn_core::geometry::{Basis, HitId};
@@ -14,8 +15,9 @@ use blinn_core::simd::SimdLevel;
 use blinn_scene::{Camera, ClipPlanes, Projection};
 
 const EDGES: u32 = 300;
-/// Two groups, of which one is not full.
 const SAMPLES: usize = 21;
+/// Pixels that are tested together, some of which are no neighbours.
+const BATCH: usize = 20;
 
 /// A reproducible number from 0 to 1.
 fn number(i: u32) -> f64 {
@@ -70,17 +72,24 @@ fn all_over(grid: &ScreenGrid, position: DVec2) -> Vec<(f64, u32)> {
     over
 }
 
-/// The same as the kernels find them for the samples of a pixel, one after the other.
-fn found_over(grid: &ScreenGrid, simd: SimdLevel, pixel: UVec2, positions: &[DVec2]) -> Vec<Vec<(f64, u32)>> {
-    let mut lines = BatchLines::default();
+/// The same as the kernels find them for the samples of a batch of pixels, one after the other.
+fn found_over(
+    grid: &ScreenGrid,
+    simd: SimdLevel,
+    pixels: &[UVec2],
+    positions: &[DVec2],
+) -> Vec<Vec<(f64, u32)>> {
+    let (mut order, mut lines) = (SampleOrder::default(), BatchLines::default());
     let (mut near, mut groups) = (Vec::new(), Vec::new());
-    let cell = lines.add_cell(grid, grid.cell(pixel));
-    let (first, boxes) = lines.boxes(cell);
-    let samples: Vec<(u32, DVec2)> = (0..).zip(positions.iter().copied()).collect();
-    for samples in samples.chunks(LANES) {
-        let mut group = SampleGroup::new(samples.iter().copied());
-        simd.run(FindNearLines { first, boxes, group: &mut group, near: &mut near });
-        groups.push(group);
+    order.sort(grid, pixels, positions.iter().copied());
+    for (cell, samples) in order.cells() {
+        let cell = lines.add_cell(grid, cell);
+        let (first, boxes) = lines.boxes(cell);
+        for samples in samples.chunks(LANES) {
+            let mut group = SampleGroup::new(samples.iter().map(|&(_, i)| (i, order.position(i))));
+            simd.run(FindNearLines { first, boxes, group: &mut group, near: &mut near });
+            groups.push(group);
+        }
     }
     let mut over = vec![Vec::new(); positions.len()];
     let mut found = Vec::new();
@@ -94,7 +103,8 @@ fn found_over(grid: &ScreenGrid, simd: SimdLevel, pixel: UVec2, positions: &[DVe
         groups.iter_mut().for_each(SampleGroup::close);
         for covering in &found {
             let group = &mut groups[covering.group];
-            over[group.samples[covering.lane] as usize].push((covering.depth(), lines[covering.line].edge));
+            let sample = group.samples[covering.lane] as usize;
+            over[sample].push((covering.depth(), lines[covering.line].edge));
             group.continue_behind(covering.lane, covering.key);
         }
     }
@@ -109,16 +119,19 @@ fn lines_over_samples_are_found_in_order() {
             let projector = projector(projection, width, &settings);
             let colors = EdgeColors { palette: vec![Vec4::W], of_edges: Vec::new() };
             let grid = ScreenGrid::new(ScreenEdges { edges: edges(&settings), projector, colors }, &settings);
-            for (i, pixel) in (0..).zip(settings.window().pixels()) {
+            let pixels: Vec<UVec2> = settings.window().pixels().collect();
+            for (batch, pixels) in (0..).zip(pixels.chunks(BATCH)) {
                 // Samples lie as far away as the filter reaches.
                 let offset = |k: u32| 3.0 * DVec2::new(number(k), number(k + 1)) - 1.5;
-                let centre = pixel.as_dvec2() + 0.5;
-                let positions: Vec<DVec2> =
-                    (0..SAMPLES as u32).map(|k| centre + offset(i * 64 + 2 * k)).collect();
+                let position = |i: u32| {
+                    let centre = pixels[i as usize / SAMPLES].as_dvec2() + 0.5;
+                    centre + offset(batch * 4096 + 2 * i)
+                };
+                let positions: Vec<DVec2> = (0..(pixels.len() * SAMPLES) as u32).map(position).collect();
                 let expected: Vec<_> = positions.iter().map(|at| all_over(&grid, *at)).collect();
                 count += expected.iter().map(Vec::len).sum::<usize>();
                 for simd in SimdLevel::ALL.into_iter().filter(|level| level.is_supported()) {
-                    assert_eq!(found_over(&grid, simd, pixel, &positions), expected, "{pixel} {simd:?}");
+                    assert!(found_over(&grid, simd, pixels, &positions) == expected, "{batch} {simd:?}");
                 }
             }
         }
