@@ -112,7 +112,8 @@ fn found_over(
 
 #[test]
 fn lines_over_samples_are_found_in_order() {
-    let settings = RenderSettings { width: 13, height: 9, ..RenderSettings::default() };
+    // Several cells.
+    let settings = RenderSettings { width: 45, height: 30, ..RenderSettings::default() };
     let mut count = 0;
     for projection in [Projection::Perspective, Projection::Orthographic] {
         for width in [EdgeWidth::Pixels(1.0), EdgeWidth::Metres(0.2)] {
