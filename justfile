@@ -22,6 +22,10 @@ book:
 reference:
     GOLDEN=update cargo test --locked --test cli help::
 
+# Wrap the paragraphs of README, docs and the other pages at 120 columns; `just wrap --check` only names those that would change.
+wrap *words:
+    python3 docs/scripts/wrap.py {{words}}
+
 # Render the gallery's pictures and write its page; needs Python with pillow.
 gallery *names:
     cargo build --release --locked
