@@ -7,10 +7,10 @@ use crate::denoise::{PartKind, SmoothKind, WaveletLight, smooth_light};
 use crate::film::PixelRect;
 use crate::integrator::{
     Frame, Integrator, LightSplit, LowDiscrepancySampler, NoisyLight, Sample, SampleParts, Scratch,
-    SurfaceFeatures,
 };
+use crate::pixel_features::{PixelFeatures, color_of};
 use crate::progress::ProgressMonitor;
-use crate::reconstruction::{AllLight, PixelParts, color_of, divisor_of, filter_light};
+use crate::reconstruction::{AllLight, PixelParts, divisor_of, filter_light};
 use crate::settings::RenderSettings;
 use crate::strips::Reconstruction;
 use blinn_core::cancellation::Cancelled;
@@ -71,9 +71,8 @@ impl HalfColors {
     }
 
     /// The colour of the half, whose surfaces reflect the `light` of a pixel with the mean colours of `surface`.
-    fn color(&self, surface: &SurfaceFeatures, light: &NoisyLight) -> Rgba {
-        let relit =
-            |light: Rgb, own: Rgb, kind| light * divisor_of(own) / divisor_of(color_of(surface, kind));
+    fn color(&self, surface: &PixelFeatures, light: &NoisyLight) -> Rgba {
+        let relit = |light: Rgb, own: Rgb, kind| light * divisor_of(own) / divisor_of(surface.color(kind));
         let light = relit(light.direct, self.direct, PartKind::DirectDiffuse)
             + relit(light.indirect, self.indirect, PartKind::IndirectDiffuse)
             + relit(light.specular, self.specular, PartKind::Specular);

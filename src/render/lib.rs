@@ -21,6 +21,7 @@ mod memory;
 mod meter;
 mod noisy_picture;
 mod object_masks;
+mod pixel_features;
 mod pixel_mask;
 mod progress;
 mod reconstruction;

@@ -8,8 +8,8 @@ use crate::denoise::{Features, MARGIN, NoisyPart, PartKind, denoise};
 use crate::film::PixelRect;
 use crate::integrator::{
     Frame, Integrator, LightSplit, LowDiscrepancySampler, NoisyLight, Sample, SampleParts, Scratch,
-    SeenFeatures, SurfaceFeatures,
 };
+use crate::pixel_features::PixelFeatures;
 use crate::progress::ProgressMonitor;
 use crate::settings::RenderSettings;
 use crate::strips::Reconstruction;
@@ -27,7 +27,7 @@ pub(super) struct PixelParts {
     /// Means over the even and over the odd samples.
     pub noisy: [NoisyLight; 2],
     /// Means over all samples.
-    pub surface: SurfaceFeatures,
+    pub surface: PixelFeatures,
 }
 
 impl AsRef<PixelParts> for PixelParts {
@@ -49,38 +49,8 @@ impl PixelParts {
         let mut all = sums[0];
         all.add(&sums[1]);
         let share = 1.0 / samples.len().max(1) as f32;
-        let SurfaceFeatures {
-            diffuse_color,
-            specular_color,
-            sheen_color,
-            albedo,
-            normal,
-            position,
-            alpha,
-            seen,
-            coverage,
-        } = all.surface;
-        // Features are means over what surfaces cover.
-        let covered = if coverage > 0.0 { 1.0 / coverage } else { 0.0 };
-        PixelParts {
-            exact: all.exact * share,
-            noisy,
-            surface: SurfaceFeatures {
-                diffuse_color: diffuse_color * share,
-                specular_color: specular_color * share,
-                sheen_color: sheen_color * share,
-                albedo: albedo * covered,
-                normal: normal * covered,
-                position: position * covered,
-                alpha: alpha * covered,
-                seen: SeenFeatures {
-                    albedo: seen.albedo * covered,
-                    normal: seen.normal * covered,
-                    coverage: seen.coverage * share,
-                },
-                coverage: coverage * share,
-            },
-        }
+        let surface = PixelFeatures::of_sum(&all, samples.len());
+        PixelParts { exact: all.exact * share, noisy, surface }
     }
 }
 
@@ -180,11 +150,8 @@ fn filter_band(
 ) -> Result<Vec<NoisyLight>, Cancelled> {
     let width = held.width as usize;
     let strip_parts = &parts[strip.start * width..strip.end * width];
-    let surfaces = features(parts, held, |surface| surface.albedo, |surface| surface.normal);
-    // For reflected light, features of what mirrors and glass show.
-    let seen = features(parts, held, |surface| surface.seen.albedo, |surface| surface.seen.normal);
     let mut filtered = vec![NoisyLight::default(); strip_parts.len()];
-    for kind in [PartKind::DirectDiffuse, PartKind::IndirectDiffuse, PartKind::Specular] {
+    for kind in PartKind::ALL {
         if monitor.is_cancelled() {
             return Err(Cancelled);
         }
@@ -192,13 +159,12 @@ fn filter_band(
         if parts.iter().all(is_dark) {
             continue;
         }
-        let divisor = |pixel: &PixelParts| divisor_of(color_of(&pixel.surface, kind));
+        let divisor = |pixel: &PixelParts| divisor_of(pixel.surface.color(kind));
         let half =
             |i: usize| parts.iter().map(|pixel| light_of(&pixel.noisy[i], kind) / divisor(pixel)).collect();
-        let reliability = parts.iter().map(|pixel| reliability(color_of(&pixel.surface, kind))).collect();
+        let reliability = parts.iter().map(|pixel| reliability(pixel.surface.color(kind))).collect();
         let part = NoisyPart { halves: [half(0), half(1)], reliability };
-        let features = if kind == PartKind::Specular { &seen } else { &surfaces };
-        let light = denoise(features, &part, kind, samples, frame.simd(), strip.clone());
+        let light = denoise(&features(parts, held, kind), &part, kind, samples, frame.simd(), strip.clone());
         for ((to, pixel), light) in filtered.iter_mut().zip(strip_parts).zip(light) {
             let to = match kind {
                 PartKind::DirectDiffuse => &mut to.direct,
@@ -219,16 +185,6 @@ fn light_of(light: &NoisyLight, kind: PartKind) -> Rgb {
     }
 }
 
-/// The colour of surfaces that a part of the light is divided by.
-pub(super) fn color_of(surface: &SurfaceFeatures, kind: PartKind) -> Rgb {
-    match kind {
-        PartKind::DirectDiffuse => surface.diffuse_color,
-        // Bounced light reaches the fibres of a sheen as it reaches the base; their highlights are among the reflections.
-        PartKind::IndirectDiffuse => surface.diffuse_color + surface.sheen_color,
-        PartKind::Specular => surface.specular_color + surface.sheen_color,
-    }
-}
-
 /// A colour that is not too dark to divide by.
 pub(super) fn divisor_of(color: Rgb) -> Rgb {
     color.max(Rgb::splat(MIN_COLOR))
@@ -239,20 +195,17 @@ fn reliability(color: Rgb) -> f32 {
     (color.element_sum() * (1.0 / 3.0) / MIN_COLOR).clamp(0.0, 1.0)
 }
 
-/// The features of all pixels in `held`, with these as albedo and normal.
-fn features(
-    parts: &[&PixelParts],
-    held: PixelRect,
-    albedo: fn(&SurfaceFeatures) -> Vec3,
-    normal: fn(&SurfaceFeatures) -> Vec3,
-) -> Features {
-    let all = |feature: fn(&SurfaceFeatures) -> Vec3| parts.iter().map(|p| feature(&p.surface)).collect();
+/// The features of all pixels in `held` that a part of the light is fitted by: of reflected light, those of what mirrors and
+/// glass show.
+fn features(parts: &[&PixelParts], held: PixelRect, kind: PartKind) -> Features {
+    let all = |feature: fn(&PixelFeatures) -> Vec3| parts.iter().map(|p| feature(&p.surface)).collect();
+    let is_specular = kind == PartKind::Specular;
     Features {
         width: held.width as usize,
         height: held.height as usize,
         origin: [held.x as usize, held.y as usize],
-        albedo: all(albedo),
-        normal: all(normal),
+        albedo: if is_specular { all(PixelFeatures::seen_albedo) } else { Vec::new() },
+        normal: all(if is_specular { PixelFeatures::seen_normal } else { PixelFeatures::normal }),
         position: all(|surface| surface.position),
         coverage: parts.iter().map(|pixel| pixel.surface.coverage).collect(),
     }

@@ -12,7 +12,7 @@ pub struct Features {
     pub height: usize,
     /// Column and row of the first pixel in the whole picture, for crops.
     pub origin: [usize; 2],
-    /// Surface colour, mean over the samples that hit a surface.
+    /// Surface colour, mean over the samples that hit a surface. Empty where no light depends on it.
     pub albedo: Vec<Rgb>,
     /// Shading normal, mean over the samples that hit a surface. Shorter than 1 where samples differ.
     pub normal: Vec<Vec3>,
@@ -25,7 +25,12 @@ pub struct Features {
 impl Features {
     pub(super) fn check_len(&self) {
         let pixels = self.width * self.height;
-        let lengths = [self.albedo.len(), self.normal.len(), self.position.len(), self.coverage.len()];
+        let lengths = [self.normal.len(), self.position.len(), self.coverage.len()];
         assert!(lengths.iter().all(|n| *n == pixels), "features of {lengths:?} pixels, expected {pixels}");
+        assert!(
+            [0, pixels].contains(&self.albedo.len()),
+            "albedos of {} pixels of {pixels}",
+            self.albedo.len()
+        );
     }
 }

@@ -20,6 +20,10 @@ pub enum PartKind {
     Specular,
 }
 
+impl PartKind {
+    pub const ALL: [PartKind; 3] = [PartKind::DirectDiffuse, PartKind::IndirectDiffuse, PartKind::Specular];
+}
+
 /// Settings of the filter.
 #[derive(Clone, Debug)]
 pub(super) struct Params {

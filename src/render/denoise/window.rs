@@ -110,7 +110,8 @@ impl Window {
                 let inside = (0..width).contains(&x) && (0..height).contains(&y);
                 let [a, b] = [part.halves[0][p], part.halves[1][p]];
                 w.mean[i] = mean_of_halves(a, b, odd);
-                let planes = [features.normal[p], features.position[p], features.albedo[p]];
+                let albedo = features.albedo.get(p).copied().unwrap_or(Rgb::ZERO);
+                let planes = [features.normal[p], features.position[p], albedo];
                 let known = planes.iter().all(|f| f.is_finite() && f.abs().max_element() < MAX_FEATURE);
                 for (to, f) in w.features.chunks_mut(3).zip(planes) {
                     let f = if known { f } else { Vec3::ZERO };
