@@ -5,14 +5,15 @@ use std::ops::Range;
 use std::sync::atomic::{AtomicU64, Ordering};
 
 use blinn::accel::{AccelSettings, SimdLevel};
+use blinn::display::Display;
 use blinn::geometry::{Rgb, Rgba};
 use blinn::integrator::{AmbientOcclusion, Frame, Phong};
-use blinn::render::{Denoise, NoisyPicture, PixelRect, ProgressMonitor, RenderSettings, render};
+use blinn::render::{Denoise, NoisyPicture, PixelRect, Pixels, ProgressMonitor, RenderSettings, render};
 use blinn::scene::{
     AreaLightShape, ColorInput, Dielectric, Environment, Lighting, Material, PosedAreaLight, Projection,
     Reflectance, Reflection, ScalarInput, Scene, Sheen, View,
 };
-use glam::{DAffine3, DVec3};
+use glam::{DAffine3, DMat3, DVec3};
 
 use crate::common::scenes::{self, add};
 
@@ -60,13 +61,24 @@ struct Shot {
     tile: u32,
     size: [u32; 2],
     crop: Option<PixelRect>,
+    /// Angle by which the lamp is turned about the vertical, in degrees.
+    lamp_angle: f64,
 }
 
 impl Default for Shot {
     fn default() -> Shot {
         let simd = AccelSettings::default().simd;
         let size = [WIDTH, HEIGHT];
-        Shot { samples: 4, denoise: Denoise::Auto, caustics: false, simd, tile: 32, size, crop: None }
+        Shot {
+            samples: 4,
+            denoise: Denoise::Auto,
+            caustics: false,
+            simd,
+            tile: 32,
+            size,
+            crop: None,
+            lamp_angle: 0.0,
+        }
     }
 }
 
@@ -91,9 +103,13 @@ impl Shot {
         let [width, height] = self.size;
         let (camera, _) = view.resolve(&posed, width, height).unwrap();
         let lit = Lighting { sets: Some(Vec::new()), ..Lighting::default() }.resolve(&posed, &camera);
-        let (size, centre) = ([1.0, 1.0], DVec3::new(0.5, 3.0, 0.5) - posed.centre);
-        let light = PosedAreaLight::facing(AreaLightShape::Rect, size, centre, DVec3::NEG_Y, Rgb::splat(8.0))
-            .unwrap();
+        // The lamp shines along its −z axis.
+        let translation = DVec3::new(0.5, 3.0, 0.5) - posed.centre;
+        let downward = DMat3::from_cols(DVec3::NEG_X, DVec3::Z, DVec3::Y);
+        let matrix3 = DMat3::from_rotation_y(self.lamp_angle.to_radians()) * downward;
+        let to_world = DAffine3 { matrix3, translation };
+        let light =
+            PosedAreaLight::new(AreaLightShape::Rect, [1.0, 1.0], &to_world, Rgb::splat(8.0)).unwrap();
         let frame = Frame {
             area_lights: vec![light],
             indirect: 3,
@@ -236,6 +252,33 @@ fn denoising_leaves_pictures_without_noise_alone() {
     let occluded = Frame { ambient_occlusion: Some(occlusion), ..frame };
     assert!(picture(&occluded, Denoise::Auto) == picture(&occluded, Denoise::On));
     assert!(picture(&occluded, Denoise::Auto) != picture(&occluded, Denoise::Off));
+}
+
+/// Mean difference of two pictures as displayed, of 255.
+fn displayed_difference(a: &[Rgba], b: &[Rgba]) -> f64 {
+    let shown = |colors: &[Rgba]| {
+        let pixels = Pixels { width: WIDTH, height: HEIGHT, colors: colors.to_vec() };
+        Display::default().to_rgba8(&pixels)
+    };
+    let differences =
+        |(a, b): (&[u8; 4], &[u8; 4])| (0..3).map(|c| f64::from(a[c].abs_diff(b[c]))).sum::<f64>();
+    shown(a).iter().zip(&shown(b)).map(differences).sum::<f64>() / (3 * a.len()) as f64
+}
+
+/// A square lamp that turns about its axis hardly changes the light of the room: what changes from frame to frame is noise.
+#[test]
+fn a_turning_lamp_does_not_flicker() {
+    let scene = still_life();
+    let frames = |denoise: Denoise| -> Vec<Vec<Rgba>> {
+        let frame = |i: u32| Shot { samples: 16, denoise, lamp_angle: 9.0 * f64::from(i), ..Shot::default() };
+        (0..5).map(|i| frame(i).take(&scene)).collect()
+    };
+    let most = |frames: &[Vec<Rgba>]| {
+        frames.windows(2).map(|pair| displayed_difference(&pair[0], &pair[1])).fold(0.0, f64::max)
+    };
+    let [noisy, still] = [Denoise::Off, Denoise::Auto].map(|denoise| most(&frames(denoise)));
+    assert!(still < 1.0, "{still} of 255 from frame to frame");
+    assert!(still < 0.5 * noisy, "{still} of 255 from frame to frame, {noisy} without filter");
 }
 
 /// Balls of metal of this roughness on a striped floor, by the light of the sky.
