@@ -74,7 +74,7 @@ class BlinnRenderEngine(bpy.types.RenderEngine):
         """Renders a view layer with temporary files in ``folder``."""
         scene, view_layer = depsgraph.scene, depsgraph.view_layer
         self.update_stats("", "Exporting")
-        exported = engine_export.export(depsgraph, folder, self.test_break)
+        exported = engine_export.export(depsgraph, folder, self.is_cancelled)
         if exported is None:
             raise Cancelled
         for warning in exported.warnings:
@@ -93,9 +93,13 @@ class BlinnRenderEngine(bpy.types.RenderEngine):
             self.report({"WARNING"}, str(warning.message).removeprefix(f"{exported.glb}: "))
         self.write(picture, loaded, view_layer)
 
+    def is_cancelled(self) -> bool:
+        """Returns True once the user wants the render to end. Unlike Blender's own method, tests can replace it."""
+        return self.test_break()
+
     def follow(self, fraction: float) -> None:
         """Shows the progress of blinn, and cancels it if the user wants that."""
-        if self.test_break():
+        if self.is_cancelled():
             raise Cancelled
         self.update_progress(EXPORT_SHARE + (1.0 - EXPORT_SHARE) * fraction)
 

@@ -166,9 +166,31 @@ def test_errors_end_the_render(cubes, tmp_path):
         bpy.ops.render.render(write_still=True)
 
 
-def test_a_cancelled_render_ends(cubes, monkeypatch):
+@pytest.fixture()
+def written(monkeypatch):
+    """A list that gets an entry for each picture that the engine gives to Blender."""
     import blinn_extension.engine as engine
 
-    monkeypatch.setattr(engine.engine_export, "export", lambda *arguments: None)
-    monkeypatch.setattr(engine.BlinnRenderEngine, "write", lambda *_: pytest.fail("it went on"))
+    pictures = []
+    monkeypatch.setattr(engine.BlinnRenderEngine, "write", lambda self, picture, *_: pictures.append(picture))
+    return pictures
+
+
+# Blender reports exceptions of an engine, and goes on: what happened shows afterwards only.
+@pytest.mark.parametrize("stage", ["export", "rendering", None])
+def test_a_cancelled_render_ends(cubes, monkeypatch, written, stage):
+    import blinn_extension.engine as engine
+
+    exports = []
+    convert = engine.engine_export.export
+
+    def export(*arguments):
+        exports.append(convert(*arguments))
+        return exports[-1]
+
+    monkeypatch.setattr(engine.engine_export, "export", export)
+    is_cancelled = {"export": lambda _: True, "rendering": lambda _: len(exports) == 1, None: lambda _: False}[stage]
+    monkeypatch.setattr(engine.BlinnRenderEngine, "is_cancelled", is_cancelled)
     bpy.ops.render.render()
+    assert [exported is None for exported in exports] == [stage == "export"]
+    assert len(written) == (1 if stage is None else 0)
