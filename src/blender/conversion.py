@@ -5,6 +5,7 @@ from __future__ import annotations
 import argparse
 import logging
 import os
+import re
 import sys
 import threading
 from typing import Callable
@@ -15,6 +16,10 @@ from . import engine_settings, render_state
 from .export_options import export_options
 
 Report = Callable[[str, str], None]
+
+# Letters of the size of pointers, byte order and version; from Blender 5.0 on also the sizes of header and format.
+HEADER = re.compile(rb"BLENDER(\d\d)?[-_](\d\d)?[vV]\d{3}")
+DAMAGED = "it is damaged or was cut off; save it again in Blender, or use its backup (.blend1)"
 
 
 class ConversionError(Exception):
@@ -78,11 +83,21 @@ def open_file(path: str) -> None:
     try:
         bpy.ops.wm.open_mainfile(filepath=path, load_ui=False, use_scripts=False)
     except RuntimeError as error:
-        reason = " ".join(str(error).removeprefix("Error: ").split())
-        if "newer version" in reason:
-            # Its own text names the path twice, and no version.
-            reason = "a newer Blender saved it; name that one with `blender`. Files of Blender 5 need 4.5 or later"
-        raise ConversionError(f"Blender {bpy.app.version_string} cannot open it: {reason}") from error
+        reason = " ".join(str(error).split()).rsplit(": ", 1)[-1].replace(f' in file "{path}"', "")
+        version = f"Blender {bpy.app.version_string}"
+        if "newer version" in str(error):
+            if has_version(path):
+                reason = "a newer Blender saved it; name that one with `blender`. Files of Blender 5 need 4.5 or later"
+                raise ConversionError(f"{version} cannot open it: {reason}") from error
+            reason = "its header names no version"
+        raise ConversionError(f"{version} cannot read it: {reason}; {DAMAGED}") from error
+
+
+def has_version(path: str) -> bool:
+    """Returns True for a file that names the version of its Blender, or that is compressed."""
+    with open(path, "rb") as file:
+        head = file.read(17)
+    return not head.startswith(b"BLENDER") or HEADER.match(head) is not None
 
 
 def enable_hook() -> None:

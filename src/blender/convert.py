@@ -73,6 +73,8 @@ def reason(error: Exception) -> str:
     """Returns the text of an error. Unexpected ones are printed as well, with their trace."""
     if type(error).__name__ == "ConversionError":
         return str(error)
+    if isinstance(error, MemoryError):
+        return "its conversion needs more memory than is allowed; allow more with `max-memory`"
     traceback.print_exception(error)
     if isinstance(error, ModuleNotFoundError):
         # Some distributions build Blender with the system's Python, and only recommend NumPy.

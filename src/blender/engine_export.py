@@ -50,8 +50,12 @@ def convert(choice: list[str], folder: Path, is_cancelled: Callable[[], bool]) -
     """Exports the copy in ``folder``; None after a cancellation. Any thread may call it."""
     copy, glb, report = folder / "scene.blend", folder / "scene.glb", folder / "report.txt"
     command = [*program(), "--input", copy, "--output", glb, "--report", report, "--end-with-input", folder, *choice]
+    # Blender makes a folder of its own, and leaves it behind where it is killed.
+    temporary = folder / "tmp"
+    temporary.mkdir(exist_ok=True)
+    environment = {**os.environ, **dict.fromkeys(("TMPDIR", "TEMP", "TMP"), str(temporary))}
     with open(folder / "log.txt", "wb") as log:
-        with subprocess.Popen(command, stdin=subprocess.PIPE, stdout=log, stderr=log) as process:
+        with subprocess.Popen(command, stdin=subprocess.PIPE, stdout=log, stderr=log, env=environment) as process:
             while True:
                 try:
                     status = process.wait(PERIOD)

@@ -210,13 +210,18 @@ def test_files_of_newer_versions_are_warnings(scene, convert, tmp_path):
     assert f"Blender {major}.{minor + 1} saved the file and Blender {major}.{minor} opened it" in warnings[0]
 
 
-@pytest.mark.parametrize("content", [b"BLENDER-v405", b"BLENDER17-01v0500" + bytes(100), b"", b"\x28\xb5\x2f\xfd\0\0"])
+DAMAGED = [b"BLENDER-v405", b"BLENDER17-01v0500" + bytes(100), b"BLENDER" + bytes(60), b"", b"\x28\xb5\x2f\xfd\0\0"]
+
+
+@pytest.mark.parametrize("content", DAMAGED)
 def test_damaged_files_are_one_error(convert, tmp_path, content):
     path = tmp_path / "damaged.blend"
     path.write_bytes(content)
     result = convert(file=path)
     assert result.status != 0 and not result.json
-    assert [key for key, _ in result.report] == ["error"]
+    ((key, text),) = result.report
+    assert key == "error" and "it is damaged or was cut off; save it again in Blender" in text
+    assert "newer" not in text and str(path) not in text
 
 
 def test_truncated_files_are_one_error_or_a_scene(scene, convert, tmp_path):

@@ -18,6 +18,13 @@ use blinn_import::{BakeMode, LoadError, LoadOptions, SceneChoice, open_scene_fil
 /// The last line of Blender, whatever went before.
 const GOODBYE: &str = "Blender quit";
 
+/// Name the folder for temporary files on all systems.
+const TEMPORARY_VARIABLES: [&str; 3] = ["TMPDIR", "TEMP", "TMP"];
+
+/// What Blender, the C++ library and Python print where there is no more memory.
+const OUT_OF_MEMORY: [&str; 5] =
+    ["alloc returns null", "alloc_array aborted", "bad_alloc", "MemoryError", "annot allocate memory"];
+
 /// Settings of a conversion.
 struct Settings<'a> {
     blender: Blender,
@@ -79,6 +86,12 @@ impl Settings<'_> {
         let output = folder.path().join("scene.glb");
         let report = folder.path().join("report.txt");
         let mut command = self.command(&modules.join(CONVERT));
+        // Blender makes a folder of its own, and leaves it behind where it is killed.
+        let temporary = folder.path().join("tmp");
+        fs::create_dir(&temporary).map_err(io_error)?;
+        for name in TEMPORARY_VARIABLES {
+            command.env(name, &temporary);
+        }
         command.arg("--input").arg(&file.path).arg("--output").arg(&output).arg("--report").arg(&report);
         command.arg("--end-with-input").arg(folder.path());
         if let Some(scene) = self.scene {
@@ -126,13 +139,29 @@ impl Settings<'_> {
 
     /// The error of a conversion that failed: its own, or what Blender printed last.
     fn failure(&self, ended: &Ended, report: Report) -> LoadError {
-        let reason = report.error.unwrap_or_else(|| {
-            let version = version_name(self.blender.version);
-            let is_message = |line: &&str| !matches!(line.trim(), "" | GOODBYE);
-            let last = ended.output.lines().rfind(is_message).unwrap_or("no message");
-            format!("Blender {version} ended with {}: {}", ended.status, last.trim())
-        });
-        LoadError::Unsupported(reason)
+        LoadError::Unsupported(report.error.unwrap_or_else(|| self.reason(ended)))
+    }
+
+    /// The reason for the end of a Blender that reported none.
+    fn reason(&self, ended: &Ended) -> String {
+        let (version, status) = (version_name(self.blender.version), ended.status);
+        let memory = self.options.limits.memory_bytes;
+        if i64::try_from(memory).is_ok() && OUT_OF_MEMORY.iter().any(|text| ended.output.contains(text)) {
+            let allowed = memory.div_ceil(1 << 20);
+            return format!(
+                "Blender {version} needs more than the {allowed} MiB of memory that it may have for the conversion; allow \
+                 more with `max-memory`"
+            );
+        }
+        let is_message = |line: &&str| !matches!(line.trim(), "" | GOODBYE);
+        let last = ended.output.lines().rfind(is_message).unwrap_or("no message").trim();
+        match status.code() {
+            Some(_) => format!("Blender {version} ended with {status}: {last}"),
+            None => format!(
+                "Blender {version} crashed while it converted the file ({status}: {last}); the file may be damaged: save it \
+                 again in Blender, use its backup (.blend1), or name another Blender with `blender`"
+            ),
+        }
     }
 }
 
