@@ -1,6 +1,6 @@
 //! The rays of a benchmark with their hits as NumPy arrays, for other engines.
 
-use std::path::Path;
+use std::path::{Path, PathBuf};
 
 use super::npz::{NpyArray, NpyType};
 use super::rays::{RaySet, RaySets, TileBatch};
@@ -8,10 +8,11 @@ use super::record::MeasureError;
 use super::stage::BenchStage;
 use blinn_accel::{Accel, AccelSettings, Coherence, RayBatch, ShadowRayBatch, SimdLevel};
 use blinn_core::geometry::{Hit, HitId, Ray};
-use blinn_import::{LoadOptions, Warning, load};
+use blinn_import::{LoadOptions, Warning};
 use blinn_render::RenderSettings;
 use blinn_render::integrator::{Frame, MaterialHitFilter, SurfacePoint};
 use blinn_scene::{Lighting, PoseSettings, PosedScene, View, pose};
+use blinn_session::load_scene;
 
 /// Bytes of all arrays for each ray.
 const BYTES_PER_RAY: u64 = 75;
@@ -25,6 +26,8 @@ const MAX_BYTES: u64 = 4_000_000_000;
 pub struct DumpSettings {
     /// How the file is imported.
     pub load: LoadOptions,
+    /// Converts .blend files, as [`blinn_session::load_scene`] says.
+    pub blender: Option<PathBuf>,
     /// Width and height of the image in pixels.
     pub size: (u32, u32),
     /// The stages whose rays are collected.
@@ -51,7 +54,7 @@ pub struct RayDump {
 /// # Errors
 /// The scene cannot be imported or seen, or the arrays would have more than 4 GB.
 pub fn dump_rays(file: &Path, settings: &DumpSettings) -> Result<RayDump, MeasureError> {
-    let (scene, warnings) = load(file, &settings.load)?;
+    let (scene, warnings) = load_scene(file, &settings.load, settings.blender.as_deref())?;
     let (width, height) = settings.size;
     let rays = u64::from(width) * u64::from(height) * settings.stages.len() as u64;
     let triangles = if settings.triangles { scene.instanced_triangle_count() } else { 0 };

@@ -14,12 +14,13 @@ use super::work_hash::WorkHash;
 use super::workload::Workload;
 use blinn_accel::{Accel, AccelSettings, AccelStats};
 use blinn_core::geometry::Rgb;
-use blinn_import::load;
+use blinn_import::{LoadError, Warning};
 use blinn_output::{BitDepth, ImageFormat, Picture};
 use blinn_render::display::{Background, Display, ViewTransform};
 use blinn_render::integrator::{Aov, Frame, Phong};
 use blinn_render::{NoisyPicture, RenderSettings, meter, render, render_aovs};
 use blinn_scene::{Lighting, PoseSettings, PosedScene, Scene, View, pose};
+use blinn_session::load_scene;
 
 /// Samples per pixel of the picture whose noise is removed, at least: the default of `blinn render`.
 const NOISY_SAMPLES: u32 = 4;
@@ -42,6 +43,11 @@ struct Image {
     settings: RenderSettings,
 }
 
+/// Loads a scene. Conversions of .blend files are taken from the cache, unless that is off, from the second time on.
+fn load(workload: &Workload, settings: &BenchSettings) -> Result<(Scene, Vec<Warning>), LoadError> {
+    load_scene(&workload.file, &settings.load, settings.blender.as_deref())
+}
+
 impl SceneRound<'_> {
     /// Measures all stages. Returns a heat map in the first round, if the settings want one.
     pub fn run(&mut self, observer: &mut dyn BenchObserver) -> Result<Option<HeatMap>, MeasureError> {
@@ -51,7 +57,7 @@ impl SceneRound<'_> {
         if self.is_first && !settings.memory {
             self.warm_up(&build)?;
         }
-        let (timing, loaded) = self.timed(BenchStage::Load, || load(&self.workload.file, &settings.load));
+        let (timing, loaded) = self.timed(BenchStage::Load, || load(self.workload, settings));
         let (scene, warnings) = loaded?;
         if self.is_first {
             observer.scene_loaded(self.workload, &warnings).map_err(MeasureError::Rejected)?;
@@ -84,7 +90,7 @@ impl SceneRound<'_> {
     /// glibc's malloc raises its thresholds when it frees a large buffer, such as a BVH. Before that, each load gets its
     /// memory from the kernel anew and takes up to 1.8× as long: the first round, and so one thread, would look slower.
     fn warm_up(&self, build: &AccelSettings) -> Result<(), MeasureError> {
-        let (scene, _) = self.timer.install(|| load(&self.workload.file, &self.settings.load))?;
+        let (scene, _) = self.timer.install(|| load(self.workload, self.settings))?;
         let posed = self.timer.install(|| pose(&scene, &PoseSettings::default()))?;
         drop(self.timer.install(|| Accel::build(&posed, build)));
         Ok(())

@@ -1,5 +1,7 @@
 //! Settings of a benchmark run, and the interface that receives its progress.
 
+use std::path::PathBuf;
+
 use super::stage::BenchStage;
 use super::workload::Workload;
 use blinn_accel::SimdLevel;
@@ -11,6 +13,8 @@ use blinn_render::RenderSettings;
 pub struct BenchSettings {
     /// How files are imported.
     pub load: LoadOptions,
+    /// Converts .blend files, as [`blinn_session::load_scene`] says.
+    pub blender: Option<PathBuf>,
     /// Sampling of frames. Rays go through the pixel centres.
     pub render: RenderSettings,
     /// Widths and heights of the images in pixels; they replace those of `render`.

@@ -29,6 +29,7 @@ pub fn run(args: &RaysArgs) -> Result<Summary, UsageError> {
     let all = || BenchStage::ALL.into_iter().filter(|stage| stage.traces_rays()).collect();
     let settings = DumpSettings {
         load: LoadOptions { allow_outside: args.common.allow_outside(), ..LoadOptions::default() },
+        blender: args.blender.clone(),
         size: args.size,
         stages: args.kinds.clone().unwrap_or_else(all),
         triangles: args.triangles,

@@ -132,6 +132,8 @@ fn every_command_takes_blend_files() {
     bench.runs("turntable scene.blend -o turn/ --count 2 --size 16x16 -s 1 --progress none");
     bench.runs("sheet scene.blend -o sheet.png --size 128x128 -s 1");
     bench.runs("diff scene.blend scene.blend");
+    bench.runs("bench scene.blend --size 16x16 --rounds 1 --min-time 0.01 --threads 1 --json times.json");
+    bench.runs("rays scene.blend --dump rays.npz --size 16x16");
     assert_eq!(bench.conversions().len(), 1, "the others are from the cache");
 }
 
@@ -248,6 +250,7 @@ fn failures_of_blender_are_one_line_and_leave_nothing() {
         ("echo 'no module numpy'; echo; echo 'Blender quit'; exit 1", "exit status: 1: no module numpy"),
         ("exit 0", "ended with exit status: 0"),
         ("kill -SEGV $$", "signal: 11"),
+        ("kill -SEGV $$", "scene.blend: Blender 4.5.3 crashed"),
     ] {
         bench.program("blender", "Blender 4.5.3", &format!("{ARGUMENTS}{script}"));
         bench.fails(RENDER, message);
@@ -256,6 +259,37 @@ fn failures_of_blender_are_one_line_and_leave_nothing() {
     bench.program("blender", "Blender 4.5.3", &format!("{ARGUMENTS}echo glTF > \"$output\""));
     let output = bench.run(RENDER);
     assert_eq!(output.status.code(), Some(1));
+}
+
+#[test]
+fn conversions_without_enough_memory_name_the_option() {
+    let bench = Bench::new();
+    for text in ["Malloc returns null: len=16 in array, total 5", "terminate called: std::bad_alloc"] {
+        bench.program("blender", "Blender 4.5.3", &format!("{ARGUMENTS}echo '{text}' >&2; kill -ABRT $$"));
+        let line = format!("{RENDER} --max-memory 500");
+        bench.fails(&line, "MiB of memory that it may have for the conversion; allow more with --max-memory");
+    }
+}
+
+/// Blender leaves its folder for temporary files where it is killed, or ends without the shutdown of its interpreter.
+#[test]
+fn temporary_files_of_blender_go_with_the_conversion() {
+    let bench = Bench::new();
+    for end in ["exit 0", "exit 1", "kill -KILL $$"] {
+        for variable in ["TMPDIR", "TEMP", "TMP"] {
+            let left = format!(
+                "mkdir -p \"${variable}/blender_a1b2c3\"; echo \"${variable}\" >> \"$HERE/places\"\n{end}"
+            );
+            bench.converter("Blender 4.5.3", &left);
+            let status = bench.command(RENDER).env("BLINN_CACHE", "off").output().unwrap().status;
+            assert_eq!(status.success(), end == "exit 0");
+            bench.assert_nothing_left();
+        }
+    }
+    let places = fs::read_to_string(bench.path.join("places")).unwrap();
+    assert_eq!(places.lines().count(), 9);
+    let tmp = bench.path.join("tmp");
+    assert!(places.lines().all(|place| Path::new(place).starts_with(&tmp)), "{places}");
 }
 
 #[test]

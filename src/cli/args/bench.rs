@@ -17,9 +17,13 @@ type ThreadCounts = Vec<u16>;
 
 #[derive(Debug, Args)]
 pub struct BenchArgs {
-    /// Scene files: .gltf, .glb, .obj, .stl or .ply
+    /// Scene files: .gltf, .glb, .obj, .stl, .ply or .blend
     #[arg(value_name = "SCENE", help_heading = "Scene")]
     pub scenes: Vec<PathBuf>,
+    /// Program that converts .blend files: Blender 4.2 or later, or a Python with the module bpy [default:
+    /// $BLINN_BLENDER, or the newest on PATH]
+    #[arg(long, value_name = "PATH", help_heading = "Scene")]
+    pub blender: Option<PathBuf>,
     /// Measure all standard scenes, with each number of triangles in SIZES, such as 70k or 10k,70k,1.1m [default
     /// SIZES: 70k]
     #[arg(long, value_name = "SIZES", num_args = 0..=1, require_equals = true, help_heading = "Scene",

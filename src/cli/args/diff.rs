@@ -11,8 +11,10 @@ use super::scene::SceneArgs;
 use super::values;
 
 /// Names and help of the two files, which [`SceneArgs`] takes as scenes.
-pub const DIFF_FILES: ([&str; 2], &str) =
-    (["OLD", "NEW"], "Two scenes (.gltf, .glb, .obj, .stl or .ply), two folders of them, or two images");
+pub const DIFF_FILES: ([&str; 2], &str) = (
+    ["OLD", "NEW"],
+    "Two scenes (.gltf, .glb, .obj, .stl, .ply or .blend), two folders of them, or two images",
+);
 
 /// Options of NEW that differ from those of OLD.
 #[derive(Clone, Copy, Debug, Args)]

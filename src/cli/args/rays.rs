@@ -10,9 +10,13 @@ use blinn_bench::BenchStage;
 
 #[derive(Debug, Args)]
 pub struct RaysArgs {
-    /// Scene file: .gltf, .glb, .obj, .stl or .ply
+    /// Scene file: .gltf, .glb, .obj, .stl, .ply or .blend
     #[arg(value_name = "SCENE", help_heading = "Scene")]
     pub scene: PathBuf,
+    /// Program that converts .blend files: Blender 4.2 or later, or a Python with the module bpy [default:
+    /// $BLINN_BLENDER, or the newest on PATH]
+    #[arg(long, value_name = "PATH", help_heading = "Scene")]
+    pub blender: Option<PathBuf>,
     /// Write the rays and their hits as an uncompressed NumPy archive
     #[arg(long, value_name = "FILE.npz", help_heading = "Output")]
     pub dump: PathBuf,

@@ -148,6 +148,7 @@ fn settings(args: &BenchArgs) -> Result<BenchSettings, UsageError> {
     }
     Ok(BenchSettings {
         load: LoadOptions { allow_outside: args.common.allow_outside(), ..LoadOptions::default() },
+        blender: args.blender.clone(),
         render: RenderSettings { samples: args.samples, ..RenderSettings::default() },
         sizes,
         rounds: args.rounds,
