@@ -45,6 +45,9 @@ fn run_child(
     if args.common.allow_outside() {
         command.arg("--allow-outside");
     }
+    if let Some(blender) = &settings.blender {
+        command.arg("--blender").arg(blender);
+    }
     if settings.stages.len() < BenchStage::ALL.len() {
         let stages: Vec<&str> = settings.stages.iter().map(|stage| stage.name()).collect();
         command.args(["--stages", &stages.join(",")]);
