@@ -194,6 +194,8 @@ def export(options: argparse.Namespace, scene: bpy.types.Scene, report: Report) 
     try:
         result = bpy.ops.export_scene.gltf(filepath=options.output, **settings)
     except RuntimeError as error:
+        if "MemoryError" in str(error):
+            raise MemoryError from error
         lines = str(error).strip().splitlines() or ["unknown error"]
         raise ConversionError(f"Blender's glTF exporter failed: {lines[-1]}") from error
     if result != {"FINISHED"}:

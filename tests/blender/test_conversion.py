@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import argparse
 import json
 import struct
 import subprocess
@@ -233,6 +234,20 @@ def test_truncated_files_are_one_error_or_a_scene(scene, convert, tmp_path):
         path.write_bytes(data[:part])
         result = convert(file=path)
         assert result.status == 0 or [key for key, _ in result.report] == ["error"]
+
+
+def test_a_lack_of_memory_in_the_exporter_names_the_option(scene, monkeypatch, tmp_path):
+    from blinn_extension import conversion, convert, export_hook
+
+    def replace(*_):
+        raise MemoryError
+
+    # An exception of this method ends the exporter.
+    monkeypatch.setattr(export_hook.glTF2ExportUserExtension, "replace", replace)
+    options = argparse.Namespace(frame=None, output=str(tmp_path / "scene.glb"))
+    with pytest.raises(MemoryError) as raised:
+        conversion.export(options, scene, lambda *_: None)
+    assert "allow more with `max-memory`" in convert.reason(raised.value)
 
 
 def test_the_end_of_input_ends_the_conversion(scene, convert, tmp_path):

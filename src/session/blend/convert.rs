@@ -22,8 +22,7 @@ const GOODBYE: &str = "Blender quit";
 const TEMPORARY_VARIABLES: [&str; 3] = ["TMPDIR", "TEMP", "TMP"];
 
 /// What Blender, the C++ library and Python print where there is no more memory.
-const OUT_OF_MEMORY: [&str; 5] =
-    ["alloc returns null", "alloc_array aborted", "bad_alloc", "MemoryError", "annot allocate memory"];
+const OUT_OF_MEMORY: [&str; 4] = ["alloc returns null", "bad_alloc", "MemoryError", "annot allocate memory"];
 
 /// Settings of a conversion.
 struct Settings<'a> {
