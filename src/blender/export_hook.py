@@ -37,7 +37,7 @@ class glTF2ExportUserExtension:
         self.current_frames = {scene.name: scene.frame_current for scene in bpy.data.scenes}
 
     def replace(self, settings: dict[str, Any]) -> None:
-        """Takes worlds, and replaces metaballs and materials for the time of the export, at the frame of static values."""
+        """Takes worlds, and replaces metaballs and materials for the export, at the frame of static values."""
         if not self.is_enabled:
             return
         self.take_worlds(settings)

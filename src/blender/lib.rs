@@ -43,6 +43,7 @@ pub const MODULES: &[(&str, &str)] = &modules![
     "import_values.py",
     "journal.py",
     "light_emission.py",
+    "lost_objects.py",
     "material_extensions.py",
     "material_loss.py",
     "mesh_evaluation.py",
@@ -53,11 +54,15 @@ pub const MODULES: &[(&str, &str)] = &modules![
     "punctual_light.py",
     "render_state.py",
     "scene_settings.py",
+    "surface_nodes.py",
+    "surface_substitutes.py",
+    "surface_values.py",
     "texture_coordinates.py",
     "unused_alpha.py",
     "viewport_camera.py",
     "viewport_render.py",
     "world.py",
+    "world_picture.py",
 ];
 
 /// Name of the script that converts a .blend file.

@@ -147,7 +147,8 @@ def metal(reader: Reader, node: bpy.types.Node, _: int) -> Surface:
     else:
         if any(inputs[name].is_linked for name in ("IOR", "Extinction")):
             raise CannotHold(f"'{node.bl_label}' with linked indices")
-        color = tuple(normal_reflectance(n, k) for n, k in zip(*(inputs[i].default_value for i in ("IOR", "Extinction"))))
+        indices = (inputs[name].default_value for name in ("IOR", "Extinction"))
+        color = tuple(normal_reflectance(n, k) for n, k in zip(*indices))
     losses = () if reader.number(inputs["Anisotropy"]) == 0.0 else ("Anisotropy",)
     values = {"Base_Color": color, "Roughness": reader.value(inputs["Roughness"])}
     return replace(plain(**values, Metallic=1.0, Normal=reader.value(inputs["Normal"])), losses=losses)
@@ -165,9 +166,10 @@ def glass(reader: Reader, node: bpy.types.Node, _: int) -> Surface:
         # Each of two interfaces has the square root of a Principled BSDF's colour.
         color = tuple(channel * channel for channel in color)
     index = reader.number(inputs["IOR"])
-    values = {"Base_Color": color, "Roughness": reader.value(inputs["Roughness"]), "IOR": 1.5 if index is None else index}
+    values = {"Base_Color": color, "Roughness": reader.value(inputs["Roughness"]), "Transmission_Weight": 1.0}
+    values["IOR"] = PLAIN["IOR"] if index is None else index
     level = 0.0 if node.bl_idname == "ShaderNodeBsdfRefraction" else 0.5
-    return plain(**values, Transmission_Weight=1.0, Specular_IOR_Level=level, Normal=reader.value(inputs["Normal"]))
+    return plain(**values, Specular_IOR_Level=level, Normal=reader.value(inputs["Normal"]))
 
 
 def translucent(reader: Reader, node: bpy.types.Node, depth: int) -> Surface:
@@ -188,7 +190,7 @@ def sheen(reader: Reader, node: bpy.types.Node, _: int) -> Surface:
 
 
 def transparent(reader: Reader, node: bpy.types.Node, _: int) -> Surface:
-    """Reads a Transparent BSDF: one that is grey is black in part; one of a colour is clear glass that does not refract."""
+    """Reads a Transparent BSDF: a grey one is black in part, one of a colour is glass that does not refract."""
     color = reader.value(node.inputs["Color"])
     if not is_constant(color):
         raise CannotHold(f"the colours of '{node.bl_label}'")
@@ -199,7 +201,7 @@ def transparent(reader: Reader, node: bpy.types.Node, _: int) -> Surface:
 
 
 def mix(reader: Reader, node: bpy.types.Node, depth: int) -> Surface:
-    """Reads a Mix Shader: a part that is clear becomes alpha, and a gloss by Fresnel's equations that of a dielectric."""
+    """Reads a Mix Shader: a clear part becomes alpha, and a gloss by Fresnel's equations that of a dielectric."""
     factor, is_inverted = reader.coverage(node.inputs[0])
     first, second = node.inputs[1:3]
     if is_inverted:

@@ -140,8 +140,8 @@ def sum_of(surface: Surface, light: Surface) -> Surface:
 def mix_of(first: Surface, second: Surface, share: float) -> Surface:
     """Returns the mix of two surfaces by a number.
 
-    A Mix Shader adds light. So a value counts by the light that it concerns: metallic by the base colour, roughness by the
-    specular reflectance.
+    A Mix Shader adds light. So a value counts by the light that it concerns: metallic by the base colour, roughness by
+    the specular reflectance.
     """
     by_color = skewed(share, luminance(first), luminance(second))
     by_gloss = skewed(share, reflectance(first), reflectance(second))

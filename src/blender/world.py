@@ -25,7 +25,7 @@ class UnsupportedWorld(Exception):
 
 
 def extras(world: bpy.types.World | None, settings: dict[str, Any]) -> dict[str, Any] | None:
-    """Returns the world's linear radiance as ``color``, or a picture; None, with a message, if there is no way to it."""
+    """Returns the world's linear radiance as ``color``, or a picture; None, with a message, if neither can be had."""
     if world is None:
         return {"color": [0.0, 0.0, 0.0]}
     try:
@@ -45,8 +45,8 @@ def rendered(world: bpy.types.World, settings: dict[str, Any]) -> dict[str, Any]
     if world_picture.has_light_path(world.node_tree):
         seen = world_picture.render(world, is_seen=True)
         if not numpy.allclose(texels, seen, rtol=0.05, atol=1e-3):
-            text = f"blinn: the camera sees another world than the one that lights the scene: '{world.name}' is that of light"
-            settings["log"].warning(text)
+            text = f"'{world.name}' is that of light"
+            settings["log"].warning(f"blinn: the camera sees another world than the one that lights the scene: {text}")
     color = world_picture.color_of(texels)
     if color is not None:
         return {"color": color}

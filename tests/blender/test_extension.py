@@ -333,7 +333,8 @@ def test_worlds_of_other_nodes_become_a_picture(scene, export):
     pixels = radiance_of(result)
     height, width, _ = pixels.shape
     turn = Quaternion((found["rotation"][3], *found["rotation"][:3]))
-    for row, column in [(height // 2, width // 2), (height // 2, width // 4), (height // 4, 5), (height - 3, width // 3)]:
+    middle = height // 2
+    for row, column in [(middle, width // 2), (middle, width // 4), (height // 4, 5), (height - 3, width // 3)]:
         azimuth, elevation = (column + 0.5) / width - 0.5, 0.5 - (row + 0.5) / height
         azimuth, elevation = 2.0 * math.pi * azimuth, math.pi * elevation
         # In the axes of the file, the middle is towards +X and the right side towards +Z.

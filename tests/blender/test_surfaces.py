@@ -255,3 +255,59 @@ def test_plain_shaders_become_the_nearest_material(add_surface, export, capfd, k
         present = written["extensions"][name]
         assert all(close(present[key], value) for key, value in expected.items()), present
     assert warnings_of(capfd) == []
+
+
+def test_leaves_keep_their_image_on_both_sides(add_surface, export, capfd):
+    def build(tree, _):
+        leaf = image_node(tree, "Leaf", leaf_texels())
+        parts = [add_node(tree, kind) for kind in ("BsdfDiffuse", "BsdfTranslucent")]
+        for part in parts:
+            tree.links.new(leaf.outputs["Color"], part.inputs["Color"])
+        return mix_node(tree, 0.25, *parts)
+
+    add_surface("Leaf", build)
+    written = material_of(export())
+    passing = written["extensions"]["KHR_materials_diffuse_transmission"]
+    assert passing["diffuseTransmissionFactor"] == 0.25
+    texture = written["pbrMetallicRoughness"]["baseColorTexture"]["index"]
+    assert passing["diffuseTransmissionColorTexture"]["index"] == texture
+    assert warnings_of(capfd) == []
+
+
+def test_a_gloss_by_fresnels_equations_is_that_of_a_dielectric(add_surface, export):
+    def build(tree, _):
+        base = add_node(tree, "BsdfDiffuse", Color=(0.5, 0.25, 0.125, 1.0))
+        gloss = add_node(tree, "BsdfGlossy", Color=(1.0, 1.0, 1.0, 1.0), Roughness=0.25)
+        return mix_node(tree, add_node(tree, "Fresnel", IOR=2.0).outputs[0], base, gloss)
+
+    add_surface("Plastic", build)
+    written = material_of(export())
+    surface = written["pbrMetallicRoughness"]
+    assert close(surface["baseColorFactor"], [0.5, 0.25, 0.125, 1.0])
+    assert surface["metallicFactor"] == 0 and surface["roughnessFactor"] == 0.25
+    assert written["extensions"]["KHR_materials_ior"] == {"ior": 2}
+
+
+def test_mixes_by_the_kind_of_a_ray_are_as_the_camera_sees_them(add_surface, export, capfd):
+    def build(tree, shader):
+        paths, either = add_node(tree, "LightPath"), add_node(tree, "Math")
+        either.operation = "MAXIMUM"
+        tree.links.new(paths.outputs["Is Shadow Ray"], either.inputs[0])
+        tree.links.new(paths.outputs["Is Diffuse Ray"], either.inputs[1])
+        return mix_node(tree, either.outputs[0], add_node(tree, "BsdfGlass"), add_node(tree, "BsdfTransparent"))
+
+    add_surface("Window", build)
+    written = material_of(export())
+    assert written["extensions"][TRANSMISSION] == {"transmissionFactor": 1} and "alphaMode" not in written
+    assert warnings_of(capfd) == []
+
+
+def test_what_one_surface_cannot_hold_stays(add_surface, export, capfd):
+    def build(tree, shader):
+        mask = image_node(tree, "Mask", leaf_texels(), is_data=True)
+        return mix_node(tree, mask.outputs["Color"], shader, add_node(tree, "BsdfDiffuse"))
+
+    material = add_surface("Painted", build)
+    assert material_of(export())["name"] == "Painted"
+    assert warnings_of(capfd) == ["material 'Painted' loses what glTF cannot hold: the shader 'Diffuse BSDF'"]
+    assert [m.name for m in bpy.data.materials] == ["Painted"] and material.users == 1
