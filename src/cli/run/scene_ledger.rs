@@ -150,7 +150,9 @@ impl<'a> SceneLedger<'a> {
             if has_version {
                 // All of them are in the same archive.
                 files = files.or_else(|| FilesVersion::of_scene(plan, &path, index, &[]));
-                files.into_iter().for_each(|files| line.set_files(files));
+                if let Some(files) = files {
+                    line.set_files(files);
+                }
             }
             text += &line.to_text();
         }
