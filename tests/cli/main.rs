@@ -83,6 +83,7 @@ mod polygon_files;
 mod process_limits;
 mod render;
 mod resume;
+mod scene_datasets;
 mod scene_inputs;
 mod sequences;
 mod shards;

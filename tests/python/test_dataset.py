@@ -2,6 +2,7 @@
 
 import json
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
@@ -52,7 +53,7 @@ def test_scenes_in_memory_have_the_same_random_views_again(quad: blinn.Scene, mo
         frames = json.loads((tmp_path / folder / name / "transforms.json").read_text())["frames"]
         return [frame["transform_matrix"] for frame in frames]
 
-    random = {"views": 2, "on": "random", "random_per_scene": True, **SMALL}
+    random: dict[str, Any] = {"views": 2, "on": "random", "random_per_scene": True, **SMALL}
     for folder in ("a", "b"):
         blinn.write_dataset([quad, quad], tmp_path / folder, **random)
     first, second = (matrices("a", f"arrays-0000{number}") for number in (1, 2))
