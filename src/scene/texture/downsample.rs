@@ -115,46 +115,95 @@ fn taps(i: usize, size: usize, half: usize) -> (usize, [f32; 3]) {
     (2 * i, [(half - i) as f32 / n, half as f32 / n, (i + 1) as f32 / n])
 }
 
-/// Returns the values that `filter` averages, at some texels of an image.
-pub(super) fn filter_inputs<const N: usize>(
-    image: TexelView,
-    filter: DownsampleFilter,
-    texels: [(usize, usize); N],
-) -> [Vec4; N] {
-    let indices = texels.map(|(x, y)| y * image.width as usize + x);
-    match filter {
-        DownsampleFilter::Data => image.stored_many(indices),
-        DownsampleFilter::Light { alpha_weighted: false } => image.decoded_many(indices),
-        DownsampleFilter::Light { alpha_weighted: true } => image.decoded_many(indices).map(weight_by_alpha),
-        DownsampleFilter::EncodedBilinear { alpha_weighted } => {
-            texels.map(|(x, y)| interpolated_light(image, x, y, alpha_weighted))
+/// The values that a filter averages for a row of the first level.
+pub(super) enum FilterInputs<'a> {
+    Data(TexelView<'a>),
+    Light { image: TexelView<'a>, alpha_weighted: bool },
+    InterpolatedLight { rows: StoredRows, alpha_weighted: bool },
+    Normals(TexelView<'a>),
+}
+
+impl<'a> FilterInputs<'a> {
+    /// Prepares the inputs of row `y` of the level.
+    pub fn of_row(image: TexelView<'a>, filter: DownsampleFilter, y: usize) -> FilterInputs<'a> {
+        match filter {
+            DownsampleFilter::Data => FilterInputs::Data(image),
+            DownsampleFilter::Light { alpha_weighted } => FilterInputs::Light { image, alpha_weighted },
+            DownsampleFilter::EncodedBilinear { alpha_weighted } => {
+                // A row covers two, or parts of three of an odd height.
+                let rows = StoredRows::new(image, 2 * y, 2 + image.height as usize % 2);
+                FilterInputs::InterpolatedLight { rows, alpha_weighted }
+            }
+            DownsampleFilter::Normals => FilterInputs::Normals(image),
         }
-        DownsampleFilter::Normals => image.stored_many(indices).map(|v| {
-            let v = v.truncate() * 2.0 - 1.0;
-            v.normalize_or_zero().extend(0.0)
-        }),
+    }
+
+    /// Returns the values at some texels of the image.
+    #[inline]
+    pub fn at<const N: usize>(&self, texels: [(usize, usize); N]) -> [Vec4; N] {
+        let indices = |image: &TexelView| texels.map(|(x, y)| y * image.width as usize + x);
+        match self {
+            FilterInputs::Data(image) => image.stored_many(indices(image)),
+            FilterInputs::Light { image, alpha_weighted: false } => image.decoded_many(indices(image)),
+            FilterInputs::Light { image, alpha_weighted: true } => {
+                image.decoded_many(indices(image)).map(weight_by_alpha)
+            }
+            FilterInputs::InterpolatedLight { rows, alpha_weighted } => {
+                texels.map(|(x, y)| rows.interpolated_light(x, y, *alpha_weighted))
+            }
+            FilterInputs::Normals(image) => image.stored_many(indices(image)).map(|v| {
+                let v = v.truncate() * 2.0 - 1.0;
+                v.normalize_or_zero().extend(0.0)
+            }),
+        }
     }
 }
 
-/// Returns the mean light over a texel of the image interpolated in its encoding: Gauss–Legendre
-/// quadrature with two points along each axis between texel centres.
-fn interpolated_light(image: TexelView, x: usize, y: usize, alpha_weighted: bool) -> Vec4 {
-    const NEAR: f32 = 0.788_675_1;
-    const FAR: f32 = 1.0 - NEAR;
-    let (w, h) = (image.width as usize, image.height as usize);
-    let texel = |x: usize, y: usize| image.stored((y % h) * w + x % w);
-    let centre = texel(x, y);
-    let mut sum = Vec4::ZERO;
-    for dx in [w - 1, 1] {
-        for dy in [h - 1, 1] {
-            let corner = texel(x + dx, y + dy);
-            let sides = texel(x + dx, y) + texel(x, y + dy);
-            let v = centre * (NEAR * NEAR) + sides * (NEAR * FAR) + corner * (FAR * FAR);
-            let light = decode_colors(v);
-            sum += if alpha_weighted { weight_by_alpha(light) } else { light };
+/// Rows of an image as stored, with one more row above and below and one more texel at either end, wrapped around. Each texel
+/// is read once for all texels beside it.
+pub(super) struct StoredRows {
+    texels: Vec<Vec4>,
+    /// The first row after the one above.
+    first: usize,
+    stride: usize,
+}
+
+impl StoredRows {
+    /// Reads `count` rows from `first` on.
+    pub fn new(image: TexelView, first: usize, count: usize) -> StoredRows {
+        let (w, h) = (image.width as usize, image.height as usize);
+        let mut texels = Vec::with_capacity((w + 2) * (count + 2));
+        for y in first + h - 1..first + h + count + 1 {
+            let row = y % h * w;
+            texels.push(image.stored(row + w - 1));
+            texels.extend((row..row + w).map(|i| image.stored(i)));
+            texels.push(image.stored(row));
         }
+        StoredRows { texels, first, stride: w + 2 }
     }
-    sum * 0.25
+
+    /// Returns the mean light over a texel of the image interpolated in its encoding: Gauss–Legendre quadrature with two
+    /// points along each axis between texel centres.
+    #[inline]
+    pub fn interpolated_light(&self, x: usize, y: usize, alpha_weighted: bool) -> Vec4 {
+        const NEAR: f32 = 0.788_675_1;
+        const FAR: f32 = 1.0 - NEAR;
+        let start = (y - self.first) * self.stride + x;
+        let row = |k: usize| &self.texels[start + k * self.stride..][..3];
+        let rows = [row(0), row(1), row(2)];
+        let centre = rows[1][1];
+        let mut sum = Vec4::ZERO;
+        for dx in [0, 2] {
+            for dy in [0, 2] {
+                let corner = rows[dy][dx];
+                let sides = rows[1][dx] + rows[dy][1];
+                let v = centre * (NEAR * NEAR) + sides * (NEAR * FAR) + corner * (FAR * FAR);
+                let light = decode_colors(v);
+                sum += if alpha_weighted { weight_by_alpha(light) } else { light };
+            }
+        }
+        sum * 0.25
+    }
 }
 
 /// Encodes means as texels: data with `encode_data`, linear light with `encode_light`.
