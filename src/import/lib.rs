@@ -39,6 +39,7 @@ use std::path::Path;
 use blinn_scene::{FileDigest, Scene, SourceFormat};
 use files::scene_input::SceneInput;
 use files::tar_archive::ArchivePath;
+use memory::MemoryBudget;
 
 pub use bodies::refracts_if_closed;
 pub use camera_xml::load_camera_xml;
@@ -148,6 +149,9 @@ fn load_input(
     scene.textures.iter_mut().for_each(|t| t.decode_last = is_blender);
     bodies::mark_bodies(&mut scene, options.glass);
     options.cancel.check()?;
+    if options.normals.generates() {
+        MemoryBudget::charge_normals(options, &scene)?;
+    }
     smooth::apply(&mut scene, options.normals, &options.cancel)?;
     Ok((scene, warnings))
 }

@@ -27,12 +27,19 @@ pub enum NormalMode {
     CreaseAngle(f64),
 }
 
+impl NormalMode {
+    /// Returns true if the file's normals are replaced.
+    pub(super) fn generates(self) -> bool {
+        !matches!(self, NormalMode::Auto | NormalMode::File)
+    }
+}
+
 /// Replaces the normals of all meshes as `mode` requires, and the tangents of meshes with normal maps.
 ///
 /// # Errors
 /// The import was cancelled.
 pub(super) fn apply(scene: &mut Scene, mode: NormalMode, cancel: &CancelToken) -> Result<(), Cancelled> {
-    if matches!(mode, NormalMode::Auto | NormalMode::File) {
+    if !mode.generates() {
         return Ok(());
     }
     for mesh in scene.meshes.iter_mut().filter(|mesh| !mesh.has_rounds()) {

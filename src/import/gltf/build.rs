@@ -24,7 +24,6 @@ use super::{
 use crate::error::{LoadError, Warnings};
 use crate::options::LoadOptions;
 use crate::unlit_rounds::show_unlit;
-use blinn_core::cancellation::{CancelToken, Cancelled};
 use blinn_scene::{LocalTransform, Mesh, Node, Scene, Source, SourceFormat, unit_quaternion};
 
 /// Builds the scene that `options` select.
@@ -99,7 +98,7 @@ pub(super) fn scene(
         sun_strengths::warn_of_lost(&scene, warnings);
         coincident_meshes::warn(&scene, warnings);
     }
-    add_tangents(&mut scene, &options.cancel)?;
+    add_tangents(&mut scene, doc)?;
     Ok(scene)
 }
 
@@ -137,6 +136,8 @@ fn used_primitives(doc: &Document<'_>, nodes: &[SceneNode]) -> Result<Vec<Primit
     let mut out = Vec::new();
     let mut vertices = 0u64;
     let mut triangles = 0u64;
+    let mut vertex_bytes = 0u64;
+    let mut indices = 0u64;
     for mesh in nodes.iter().filter_map(|n| n.mesh(root)) {
         if std::mem::replace(&mut is_used[mesh], true) {
             continue;
@@ -145,12 +146,15 @@ fn used_primitives(doc: &Document<'_>, nodes: &[SceneNode]) -> Result<Vec<Primit
             let size = primitive::max_size(doc, json);
             vertices = vertices.saturating_add(size.vertices);
             triangles = triangles.saturating_add(size.triangles);
+            let bytes = size.vertices.saturating_mul(primitive::vertex_bytes(json));
+            vertex_bytes = vertex_bytes.saturating_add(bytes);
+            indices = indices.saturating_add(primitive::index_count(doc, json));
             out.push(PrimitiveId { mesh, primitive: index });
         }
     }
     LoadError::check_limit("vertices", vertices, doc.limits.vertices)?;
     LoadError::check_limit("triangles", triangles, doc.limits.triangles)?;
-    doc.budget.charge_meshes(vertices, triangles)?;
+    doc.budget.charge_primitives(vertex_bytes, triangles, indices)?;
     Ok(out)
 }
 
@@ -206,11 +210,12 @@ fn add_meshes(
 }
 
 /// Generates tangents for meshes whose materials have normal maps.
-fn add_tangents(scene: &mut Scene, cancel: &CancelToken) -> Result<(), Cancelled> {
+fn add_tangents(scene: &mut Scene, doc: &Document<'_>) -> Result<(), LoadError> {
     let Scene { meshes, materials, source, .. } = scene;
     meshes.par_iter_mut().filter(|mesh| !mesh.has_rounds()).try_for_each(|mesh| {
         if let Some(axes) = materials[mesh.material as usize].tangent_axes() {
-            cancel.check()?;
+            doc.folder.cancel.check()?;
+            doc.budget.charge_tangents(mesh)?;
             tangents::generate(mesh, axes, source);
         }
         Ok(())

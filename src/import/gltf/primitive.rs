@@ -21,6 +21,9 @@ use crate::error::{LoadError, Warnings};
 use crate::smooth::split_vertices;
 use blinn_scene::Mesh;
 
+/// Least bytes of a vertex that is not read straight into the scene.
+const MIN_CONVERTED_VERTEX: u64 = 64;
+
 /// A primitive of the file, by its indices.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub(super) struct PrimitiveId {
@@ -67,6 +70,30 @@ pub(super) fn max_size(doc: &Document<'_>, primitive: &Primitive) -> MeshSize {
     // Points that are used twice are two vertices.
     let used = if mode(primitive) == Mode::Points { drawn } else { positions.min(drawn) };
     MeshSize { vertices: used.saturating_mul(copies), triangles }
+}
+
+/// Peak bytes of a vertex: its attributes in the scene, and what they are converted from.
+pub(super) fn vertex_bytes(primitive: &Primitive) -> u64 {
+    let bytes = |semantic: &Checked<Semantic>| match semantic {
+        Checked::Valid(Semantic::Positions | Semantic::Normals) => 12,
+        Checked::Valid(Semantic::Tangents) => 16,
+        Checked::Valid(Semantic::TexCoords(_)) => 8,
+        Checked::Valid(Semantic::Colors(0) | Semantic::Joints(_) | Semantic::Weights(_)) => 32,
+        _ => 0,
+    };
+    let attributes: u64 = primitive.attributes.keys().map(bytes).sum();
+    // Decoded streams, and lists of the vertices of points and lines, are in memory beside the mesh.
+    if draco::is_compressed(primitive) || !topology::is_surface(mode(primitive)) {
+        attributes.saturating_mul(2).max(MIN_CONVERTED_VERTEX)
+    } else {
+        attributes
+    }
+}
+
+/// Number of indices that are in memory as long as triangles are assembled.
+pub(super) fn index_count(doc: &Document<'_>, primitive: &Primitive) -> u64 {
+    let accessor = primitive.indices.and_then(|i| doc.root().accessors.get(i.value()));
+    accessor.map_or(0, |indices| indices.count.0)
 }
 
 /// Reads a primitive of triangles; `None`, with a warning, if it has nothing to draw.

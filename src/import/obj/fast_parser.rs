@@ -14,6 +14,7 @@ use crate::Limits;
 use crate::obj::chunk::{Chunk, Corner, NO_INDEX, Statement};
 use crate::obj::digits::parse_digits;
 use crate::obj::float::parse_f32;
+use crate::obj::import_size::ImportSize;
 use crate::obj::line_chunks::LineChunks;
 use crate::obj::recenter::parse_relative;
 use crate::obj::text;
@@ -24,6 +25,8 @@ pub(super) struct ParsedChunks {
     pub chunks: Vec<Chunk>,
     /// The start of the file.
     pub head: Vec<u8>,
+    /// The size of the whole file. Where it exceeds the limit of memory, some chunks are empty.
+    pub size: ImportSize,
 }
 
 /// Parses a file in chunks of about `chunk_bytes`, with positions relative to `origin`. Returns `None` if the
@@ -40,6 +43,9 @@ pub(super) fn parse(
     let within = |count: &AtomicU64, more: usize, limit: u64| {
         count.fetch_add(more as u64, Ordering::Relaxed).saturating_add(more as u64) <= limit
     };
+    // Bytes of all chunks. Beyond the limit, they are counted and dropped: the file's size does not depend on their order.
+    let memory = AtomicU64::new(0);
+    let size = Mutex::new(ImportSize::default());
     let give_up = AtomicBool::new(false);
     // Each task takes the next chunk when it finishes one: while one waits for the file, others parse.
     let task = |_| -> Option<Vec<(usize, Chunk)>> {
@@ -62,7 +68,12 @@ pub(super) fn parse(
                 give_up.store(true, Ordering::Relaxed);
                 return None;
             };
-            out.push((index, chunk));
+            let own = ImportSize::of(&chunk);
+            size.lock().ok()?.add(own);
+            let bytes = own.parsed_bytes();
+            if memory.fetch_add(bytes, Ordering::Relaxed).saturating_add(bytes) <= limits.memory_bytes {
+                out.push((index, chunk));
+            }
         }
     };
     let tasks = (0..rayon::current_num_threads()).into_par_iter().with_max_len(1);
@@ -70,7 +81,7 @@ pub(super) fn parse(
     let mut chunks: Vec<(usize, Chunk)> = chunks.into_iter().flatten().collect();
     chunks.sort_by_key(|(index, _)| *index);
     let chunks = chunks.into_iter().map(|(_, chunk)| chunk).collect();
-    Some(ParsedChunks { chunks, head: source.into_inner().ok()?.head })
+    Some(ParsedChunks { chunks, head: source.into_inner().ok()?.head, size: size.into_inner().ok()? })
 }
 
 /// Parser of one chunk. Its methods return `None` to give up.

@@ -12,6 +12,7 @@ mod digits;
 mod fast_parser;
 mod float;
 mod geometry;
+mod import_size;
 mod lenient_parser;
 mod line_chunks;
 mod material;
@@ -104,12 +105,15 @@ fn parse_file(
     origin: Option<DVec3>,
 ) -> Result<ParsedFile, LoadError> {
     let (file, bytes) = input.open(limits.file_bytes)?;
-    budget.charge_obj(bytes)?;
+    let reserved = budget.charge_obj(bytes)?;
     let cancel = &folder.cancel;
     let mut file = HashingReader::new(CancellableReader { file, cancel });
-    if let Some(parsed) = parse_fast(&mut file, CHUNK_BYTES, limits, origin) {
-        folder.sources.record_scene(file.digest());
-        return Ok(parsed);
+    if let Some(parsed) = fast_parser::parse(&mut file, CHUNK_BYTES, limits, origin) {
+        budget.charge(parsed.size.peak_bytes().saturating_sub(reserved))?;
+        if let Some(parsed) = assemble(parsed, origin) {
+            folder.sources.record_scene(file.digest());
+            return Ok(parsed);
+        }
     }
     cancel.check()?;
     budget.charge_obj_lenient(bytes)?;
@@ -131,14 +135,9 @@ impl<R: Read> Read for CancellableReader<'_, R> {
     }
 }
 
-/// Parses well-formed text on all threads. Returns `None` if the lenient parser is needed.
-fn parse_fast(
-    file: impl Read + Send,
-    chunk_bytes: usize,
-    limits: &Limits,
-    origin: Option<DVec3>,
-) -> Option<ParsedFile> {
-    let ParsedChunks { chunks, head } = fast_parser::parse(file, chunk_bytes, limits, origin)?;
+/// Assembles what the fast parser returns. Returns `None` if the lenient parser is needed.
+fn assemble(parsed: ParsedChunks, origin: Option<DVec3>) -> Option<ParsedFile> {
+    let ParsedChunks { chunks, head, .. } = parsed;
     let generator = generator(&text::decode(&head).0);
     let geometry = ObjGeometry::assemble(chunks, objects_reset_materials(&generator))?;
     Some(ParsedFile { geometry, origin, generator, warnings: Warnings::default() })
@@ -280,6 +279,7 @@ fn build_scene(
             && !mesh.has_rounds()
         {
             // A normal map applies to flat faces too.
+            budget.charge_tangents(&mesh)?;
             super::tangents::generate(&mut mesh, axes, &scene.source);
         }
         let (mesh_id, object) = (i as u32, key.object + 1);
@@ -296,6 +296,7 @@ fn build_scene(
     show_unlit(&mut scene);
     (scene.images, scene.textures) = (images.images, images.textures);
     if smooths_all {
+        MemoryBudget::charge_normals(options, &scene)?;
         smooth::apply(&mut scene, NormalMode::CreaseAngle(CREASE_ANGLE), &options.cancel)?;
     }
     Ok((scene, warnings.into_vec()))

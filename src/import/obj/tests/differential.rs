@@ -4,12 +4,16 @@ use std::fmt::Write;
 
 use glam::DVec3;
 
-use super::super::{ParsedFile, build_scene, parse_fast, parse_lenient};
+use super::super::{ParsedFile, assemble, build_scene, fast_parser, parse_lenient};
 use crate::files::scene_folder::SceneFolder;
 use crate::memory::MemoryBudget;
 use crate::{Limits, LoadOptions};
 use blinn_core::cancellation::CancelToken;
 use blinn_scene::Scene;
+
+fn parse_fast(text: &[u8], chunk_bytes: usize, limits: &Limits, origin: Option<DVec3>) -> Option<ParsedFile> {
+    assemble(fast_parser::parse(text, chunk_bytes, limits, origin)?, origin)
+}
 
 /// A deterministic linear congruential generator.
 struct Random(u64);
