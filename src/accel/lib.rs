@@ -66,6 +66,7 @@ mod stream;
 mod traverse;
 
 pub use blinn_core::simd::{SimdLevel, SimdLevelError};
+pub use build::input_triangles::MAX_STORED_TRIANGLES;
 pub use ray_batch::{AcceptAll, Coherence, HitBatch, HitFilter, RayBatch, ShadowRayBatch};
 pub use report::{AccelStats, BuildReport};
 pub use rounds::{RoundSize, RoundSizes};

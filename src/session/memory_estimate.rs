@@ -5,14 +5,16 @@ use crate::error::SessionError;
 use crate::memory::limit_bytes;
 use crate::options::Options;
 use crate::plan::SessionPlan;
-use blinn_accel::FlattenBudget;
+use blinn_accel::{FlattenBudget, MAX_STORED_TRIANGLES};
 use blinn_render::Denoise;
 use blinn_scene::{Mesh, Scene};
 
 /// The program itself, its threads and their working memory.
 pub(crate) const PROGRAM: u64 = 40 << 20;
 /// Per triangle in a BVH, while it is built.
-const BVH_TRIANGLE: u64 = 144;
+const BVH_TRIANGLE: u64 = 112;
+/// Per triangle that a build stores beside.
+const STORED_TRIANGLE: u64 = 48;
 /// Per triangle in a BVH that is kept for the next time.
 const KEPT_BVH_TRIANGLE: u64 = 88;
 /// Per point and line in a BVH, and its sort.
@@ -81,7 +83,8 @@ fn estimate(plan: &SessionPlan, scene: &Scene, frames: usize) -> u64 {
     let kept = (kept_frames + neighbours) * (KEPT_BVH_TRIANGLE * triangles + rounds + posed);
     let images = if frames > 1 { 2 } else { 1 };
     let edges = plan.options.edges.style().map_or(0, |style| edge_bytes(scene, &style));
-    let built = BVH_TRIANGLE * triangles + rounds + posed + kept;
+    let stored = STORED_TRIANGLE * stored_triangles(scene, triangles);
+    let built = BVH_TRIANGLE * triangles + stored + rounds + posed + kept;
     // A single picture's edges are found after its BVHs are built.
     let drawn = match kept {
         0 => built.max(KEPT_BVH_TRIANGLE * triangles + rounds + posed + edges),
@@ -89,6 +92,13 @@ fn estimate(plan: &SessionPlan, scene: &Scene, frames: usize) -> u64 {
     };
     (PROGRAM + scene.memory_size() + drawn.max(clip_bounds))
         .saturating_add(image_bytes(plan, scene).saturating_mul(images))
+}
+
+/// Upper bound of the triangles that builds store, of `triangles` in all BVHs: builds of many compute them again.
+fn stored_triangles(scene: &Scene, triangles: u64) -> u64 {
+    let meshes = scene.instances.iter().map(|instance| &scene.meshes[instance.mesh as usize]);
+    let stored = meshes.map(|mesh| (mesh.triangles.len() as u64).min(MAX_STORED_TRIANGLES));
+    stored.fold(0, u64::saturating_add).min(triangles)
 }
 
 /// Bytes of deformed vertices and instances at one time.

@@ -60,9 +60,9 @@ pub(crate) fn par_indices(count: usize) -> impl IndexedParallelIterator<Item = u
     (0..count.min(MAX_TRIANGLES)).into_par_iter().with_min_len(1 << 12)
 }
 
-/// Builds of this many triangles store them. Larger ones compute a triangle again where they use it, which takes 48 bytes
+/// Builds of up to this many triangles store them. Larger ones compute a triangle again where they use it, which takes 48 bytes
 /// less for each at the peak and reads fewer bytes than stored ones have.
-const MAX_STORED: usize = 1 << 21;
+pub const MAX_STORED_TRIANGLES: u64 = 1 << 21;
 
 /// The triangles of a build, by their index in the input.
 pub(crate) struct BuildTriangles<I> {
@@ -75,7 +75,7 @@ impl<I: Fn(usize) -> InputTriangle + Sync> BuildTriangles<I> {
     /// Returns the triangles of `input(0..count)`, keys of those that can be hit, and how many are rejected. Ignores those
     /// beyond [`MAX_TRIANGLES`].
     pub fn new(count: usize, input: I) -> (BuildTriangles<I>, Vec<MortonKey>, BuildReport) {
-        BuildTriangles::with_max_stored(count, input, MAX_STORED)
+        BuildTriangles::with_max_stored(count, input, MAX_STORED_TRIANGLES as usize)
     }
 
     fn with_max_stored(
