@@ -198,7 +198,7 @@ fn an_animation_file_is_complete_or_absent() {
     }
     let (_dir, at) = folder();
     let program = env!("CARGO_BIN_EXE_blinn");
-    let line = format!("ulimit -f 4; exec '{program}' turntable '{scene}' --size 320x180 -s 1 -o a.apng");
+    let line = format!("ulimit -f 4; exec '{program}' turntable '{scene}' --size 320x180 -s 1 -q -o a.apng");
     let output = Command::new("bash").args(["-c", &line]).current_dir(&at).output().unwrap();
     let messages = String::from_utf8(output.stderr).unwrap();
     assert_eq!(output.status.code(), Some(1), "{messages}");

@@ -230,7 +230,9 @@ fn dark_scenes_name_probable_area_lights_and_options() {
     let warning = "--lights file has no effect: no light of the file is shown; 'Lamp' without content";
     let messages = runs(&at, "render a.glb --size 8x8 --lights file");
     assert!(messages.contains(warning) && messages.contains("use --lights three-point, "), "{messages}");
-    for flags in ["", "--lights none", "--lights file --ambient .1,.1,.1", "--lights file,headlight"] {
+    let messages = runs(&at, "render a.glb --size 8x8 --lights none");
+    assert!(messages.contains("the picture is dark; lights: none; 'Lamp' without content"), "{messages}");
+    for flags in ["", "--lights file --ambient .1,.1,.1", "--lights file,headlight"] {
         let messages = runs(&at, &format!("render a.glb --size 8x8 {flags}"));
         assert!(!messages.contains("'Lamp'"), "{flags}: {messages}");
     }

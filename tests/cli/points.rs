@@ -268,7 +268,10 @@ fn bad_points_and_lines_are_reported() {
     let nan = f32::NAN;
     write_ply(&at.join("a.ply"), &[[0.0; 3], [nan, 0.0, 0.0], [1.0, 0.0, 0.0], [f32::INFINITY; 3]]);
     let messages = runs(&at, &format!("render a.ply {FRONT} --size 48x36 -s 1 -o a.png"));
-    assert!(messages.contains("ignored 2 points and lines with vertices that are not finite"), "{messages}");
+    assert!(
+        messages.contains("ignored 2 points and lines with coordinates that are not finite"),
+        "{messages}"
+    );
     // An OBJ file with lines of no length, and indices that are not there.
     std::fs::write(at.join("a.obj"), "v 0 0 0\nv 1 0 0\nl 1 1\nl 1 2\np 2\n").unwrap();
     let all = layers(&at, "a.obj", "mask,triangle-id", &format!("{FRONT} --point-size .25 --line-width .5"));

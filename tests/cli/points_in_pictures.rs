@@ -36,9 +36,9 @@ fn clipping_planes_cut_points_and_lines() {
     let (_dir, at) = folder();
     // At depths of 9, 7 and 5; the line runs from 9 to 7.
     write(&at, &[[-1.0, 0.5, 0.0], [0.0, 0.5, 2.0], [1.0, 0.5, 4.0]], true);
-    let options = format!("{FRONT} -s 16 --background transparent --point-size .5 --line-width .1");
+    let options = format!("{FRONT} -s 16 --background transparent --line-width .1");
     let covered = |clip: &str, left: u32| {
-        let picture = render(&at, &format!("{options} {clip}"));
+        let picture = render(&at, &format!("{options} --point-size .5 {clip}"));
         coverage(&image::imageops::crop_imm(&picture, left, 0, 12, 64).to_image())
     };
     // The columns about each point.

@@ -46,7 +46,7 @@ fn a_full_disk_is_one_line() {
     let dir = tempfile::tempdir().unwrap();
     let scene = model("cornell/cornell.glb");
     let line = format!(
-        "ulimit -f 1; exec '{}' render '{}' --size 320x180 -s 1 -o a.png",
+        "ulimit -f 1; exec '{}' render '{}' --size 320x180 -s 1 -q -o a.png",
         env!("CARGO_BIN_EXE_blinn"),
         scene
     );

@@ -55,7 +55,7 @@ fn triangles_with_non_finite_vertices_are_ignored() {
     let output = blinn_args(dir.path(), &["render", "a.obj", "-s", "1", "--size", "48x27"]);
     let errors = String::from_utf8(output.stderr).unwrap();
     assert_eq!(output.status.code(), Some(0), "{errors}");
-    assert!(errors.contains("ignored 1 triangles with vertices that are not finite"), "{errors}");
+    assert!(errors.contains("ignored 1 triangles with coordinates that are not finite"), "{errors}");
     let picture = image::open(dir.path().join("a.png")).unwrap().into_rgb8();
     assert!(picture.get_pixel(24, 13).0[0] > 60, "{:?}", picture.get_pixel(24, 13));
 }

@@ -405,7 +405,8 @@ fn scenes_of_an_archive_that_is_not_written_are_not_done() {
             fs::remove_file(&file).unwrap();
             let (code, messages) = run("--resume --ledger l");
             assert_eq!((code, messages.matches("wrote ").count()), (Some(0), 6 - full), "{messages}");
-            assert_eq!(fs::read_to_string(at.join("l")).unwrap().lines().count(), 12);
+            // The run without a ledger has replaced the archives that its lines name: their scenes are noted again.
+            assert_eq!(fs::read_to_string(at.join("l")).unwrap().lines().count(), 12 + done);
         }
     }
 }
