@@ -405,8 +405,10 @@ fn scenes_of_an_archive_that_is_not_written_are_not_done() {
             fs::remove_file(&file).unwrap();
             let (code, messages) = run("--resume --ledger l");
             assert_eq!((code, messages.matches("wrote ").count()), (Some(0), 6 - full), "{messages}");
-            // The run without a ledger has replaced the archives that its lines name: their scenes are noted again.
-            assert_eq!(fs::read_to_string(at.join("l")).unwrap().lines().count(), 12 + done);
+            // The run without a ledger has replaced the archives. Lines of archives of a number of scenes have a version: these
+            // scenes are noted again.
+            let noted_again = if size == "2" { done } else { 0 };
+            assert_eq!(fs::read_to_string(at.join("l")).unwrap().lines().count(), 12 + noted_again);
         }
     }
 }
