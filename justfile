@@ -83,6 +83,18 @@ simd-levels *words:
     cargo build --release --locked
     python3 benches/simd_levels.py target/release/blinn {{words}}
 
+# Count the instructions of pictures of one sample, stage by stage: `just instructions --models figure,tower --functions 20`.
+# Needs valgrind.
+instructions *words:
+    cargo build --release --locked
+    python3 benches/instructions.py target/release/blinn {{words}}
+
+# Trace a batch of thumbnails, a large OBJ file and an EXR with layers, and draw docs/images/trace-*.svg.
+traces *words:
+    cargo build --release --locked
+    cargo run --release -q -p blinn-scenes -- scan 1.1m target/scenes/scan.obj
+    python3 benches/traces.py target/release/blinn target/scenes/scan.obj {{words}}
+
 # Import every mutant of every seed: nearly 800,000, in some 16 CPU minutes.
 fuzz-full:
     cargo test --locked --test allocation mutations:: -- --ignored --nocapture
