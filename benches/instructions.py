@@ -10,7 +10,6 @@ without valgrind, the least of some rounds. Needs valgrind and c++filt.
 """
 import argparse
 import collections
-import glob
 import os
 import re
 import resource
@@ -27,8 +26,8 @@ EYE, TRACING, POINTS, TEXTURES, LOBES, LIGHTS, SHADOW, FILM, TONE, PNG, METER, N
 # Functions that work for whoever calls them.
 CALLER = "caller"
 
-# Functions that render more pixels than those of the picture: all that happens in them is a stage. Patterns of symbols.
-PASSES = {"*5meter5meter*": METER, "*10near_plane12cuts_picture*": NEAR}
+# Functions that render further pixels: all that happens in them is a stage. Each is a part of the symbol's name.
+PASSES = {METER: "5meter5meter", NEAR: "10near_plane12cuts_picture"}
 
 # The stage of each module or function; the longest prefix that fits counts.
 MODULES = {
@@ -92,7 +91,6 @@ MODULES = {
     "blinn_render::tiles": FILM,
 
     "blinn_render::display": TONE,
-    "blinn_render::meter": TONE,
 
     "blinn_output": PNG,
     "fdeflate": PNG,
@@ -166,12 +164,9 @@ def stage(name):
 class Profile:
     """Instructions of functions, and of their calls: what each caller spent in each function."""
 
-    def __init__(self):
+    def __init__(self, path):
         self.own = collections.Counter()
         self.callers = collections.defaultdict(collections.Counter)
-
-    def add(self, path):
-        """Adds a file of callgrind."""
         names, function, callee = {}, None, None
         with open(path, encoding="utf-8") as lines:
             for line in lines:
@@ -204,7 +199,7 @@ class Profile:
         shared = [function for function, found in fixed.items() if found == CALLER]
         for _ in range(60):
             for function in shared:
-                callers = {caller: cost for caller, cost in self.callers[function].items() if caller != function}
+                callers = {caller: cost for caller, cost in self.callers[function].items() if caller != function and cost > 0}
                 total = sum(callers.values())
                 sums = collections.Counter()
                 for caller, cost in callers.items():
@@ -240,37 +235,30 @@ def cpu_seconds(words):
     return after.ru_utime - before.ru_utime + after.ru_stime - before.ru_stime
 
 
-def trigger(path):
-    """Why callgrind wrote a file."""
-    with open(path, encoding="utf-8") as lines:
-        return next(line for line in lines if line.startswith("desc: Trigger:"))
-
-
-def callgrind(args, model, folder):
-    """The files of callgrind: one up to each start and end of a pass, and one for the rest."""
-    file = os.path.join(folder, model + ".callgrind")
+def callgrind(args, model, folder, part):
+    """The profile of a model: of the whole program, or of a pass alone."""
+    name = model if part is None else f"{model}.{part.replace(' ', '-')}"
+    file = os.path.join(folder, name + ".callgrind")
     if not os.path.exists(file):
-        print(f"counting {model}", file=sys.stderr)
-        parts = [f"--dump-{when}={pattern}" for pattern in PASSES for when in ("before", "after")]
-        run(["valgrind", "--tool=callgrind", "--demangle=no", *parts, f"--callgrind-out-file={file}",
-             *command(args, model, os.path.join(folder, model + ".png"))])
-    return [path for path in [file, *glob.glob(file + ".*")] if os.path.getsize(path) > 0]
+        print(f"counting {name}", file=sys.stderr)
+        only = [] if part is None else [f"--toggle-collect=*{PASSES[part]}*"]
+        run(["valgrind", "--tool=callgrind", "--demangle=no", *only, f"--callgrind-out-file={file}",
+             *command(args, model, os.path.join(folder, name + ".png"))])
+    return Profile(file)
 
 
 def count(args, model, folder):
     """Instructions of each stage, and for each stage those of its functions."""
-    profile, passes = Profile(), {found: Profile() for found in PASSES.values()}
-    for path in callgrind(args, model, folder):
-        why = trigger(path)
-        ended = [found for pattern, found in PASSES.items() if "--dump-after=" in why and pattern.strip("*") in why]
-        (passes[ended[0]] if ended else profile).add(path)
-    mangled = {c for found in [profile, *passes.values()] for called in found.callers.values() for c in called}
-    mangled = sorted(mangled.union(*(set(found.own) | set(found.callers) for found in [profile, *passes.values()])))
-    names = demangle(mangled)
+    profile = callgrind(args, model, folder, None)
+    names = demangle(sorted(set(profile.own) | profile.callers.keys() | {c for called in profile.callers.values() for c in called}))
     stages = {found: collections.Counter() for found in STAGES}
-    for found, part in passes.items():
+    for found in PASSES:
+        part = callgrind(args, model, folder, found)
+        profile.own.subtract(part.own)
         for function, instructions in part.own.items():
-            stages[found][names[function]] += instructions
+            stages[found][names.get(function, function)] += instructions
+        for function, callers in part.callers.items():
+            profile.callers[function].subtract(callers)
     for function, shares in profile.stages(names).items():
         left = 1.0 - sum(shares.values())
         for found, share in [*shares.items(), (REST, max(left, 0.0))]:
