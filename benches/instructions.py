@@ -20,13 +20,14 @@ import tempfile
 
 ROOT = os.path.abspath(os.path.join(os.path.dirname(__file__), ".."))
 
-EYE, TRACING, POINTS, TEXTURES, LOBES, LIGHTS, SHADOW, FILM, TONE, PNG, METER, NEAR, START, REST = STAGES = (
+EYE, TRACING, POINTS, TEXTURES, LOBES, LIGHTS, SHADOW, FILM, TONE, PNG, METER, NEAR, MIPS, START, REST = STAGES = (
     "eye rays", "tracing", "surface points and materials", "textures", "lobes and environment", "lights", "shadow rays",
-    "compositing and film", "tone mapping", "PNG", "metering", "near plane", "start, reading, building", "rest")
+    "compositing and film", "tone mapping", "PNG", "metering", "near plane", "mip levels", "start, reading, building", "rest")
 # Functions that work for whoever calls them.
 CALLER = "caller"
 
-# Functions that render further pixels: all that happens in them is a stage. Each is a part of the symbol's name.
+# Functions that render further pixels: what happens in them is a stage, apart from mip levels, which are made at the first
+# look at a texture. Each is a part of the symbol's name.
 PASSES = {METER: "5meter5meter", NEAR: "10near_plane12cuts_picture"}
 
 # The stage of each module or function; the longest prefix that fits counts.
@@ -59,6 +60,8 @@ MODULES = {
     "blinn_render::integrator::surface::texel_batch": TEXTURES,
     "blinn_render::integrator::surface::texture_eval": TEXTURES,
     "blinn_scene::texture": TEXTURES,
+    "blinn_scene::texture::downsample": MIPS,
+    "blinn_scene::texture::mips": MIPS,
 
     "blinn_render::integrator::block_lobes": LOBES,
     "blinn_render::integrator::layer_split": LOBES,
@@ -255,8 +258,10 @@ def count(args, model, folder):
     for found in PASSES:
         part = callgrind(args, model, folder, found)
         profile.own.subtract(part.own)
-        for function, instructions in part.own.items():
-            stages[found][names.get(function, function)] += instructions
+        for function, shares in part.stages(names).items():
+            made = shares.get(MIPS, 0.0)
+            stages[MIPS][names[function]] += made * part.own[function]
+            stages[found][names[function]] += (1.0 - made) * part.own[function]
         for function, callers in part.callers.items():
             profile.callers[function].subtract(callers)
     for function, shares in profile.stages(names).items():
