@@ -97,6 +97,7 @@ MODULES = {
 
     "blinn_output": PNG,
     "fdeflate": PNG,
+    "fdeflate::decompress": START,
 
     "blinn_accel::build": START,
     "blinn_accel::bvh": START,
@@ -107,7 +108,7 @@ MODULES = {
     "clap_builder": START,
     "gltf": START,
     "obvhs": START,
-    "png::decoder": START,
+    "png": START,
     "rdst": START,
     "serde": START,
     "zune_jpeg": START,
@@ -136,6 +137,9 @@ MODULES = {
     "realloc": CALLER,
     "unlink_chunk": CALLER,
 }
+# Kernels at a SIMD level are functions of one name. Those that call these functions are of the given stage, not of that of their
+# callers.
+KERNELS = {"blinn_scene::texture::mips::MipMaps::levels": TEXTURES}
 PREFIXES = sorted(MODULES, key=len, reverse=True)
 
 # Any value keeps the program from running itself again for the sake of malloc, which hides it from valgrind.
@@ -198,6 +202,10 @@ class Profile:
         Those of shared functions are the shares of their callers; some call themselves, so they are repeated until they settle.
         """
         fixed = {function: stage(names[function]) for function in names}
+        for callee, callers in self.callers.items():
+            for kernel in callers if names[callee] in KERNELS else ():
+                if fixed[kernel] == CALLER:
+                    fixed[kernel] = KERNELS[names[callee]]
         shares = {function: {} if found == CALLER else {found: 1.0} for function, found in fixed.items()}
         shared = [function for function, found in fixed.items() if found == CALLER]
         for _ in range(60):
@@ -310,7 +318,7 @@ def main():
     for model, stages in counts.items():
         for found in STAGES:
             # What no stage claims is always listed, so that the modules above can be completed.
-            most = stages[found].most_common(max(args.functions, 12 if found == REST else 0))
+            most = (+stages[found]).most_common(max(args.functions, 12 if found == REST else 0))
             if most:
                 print(f"\n{model}, {found}:")
             for name, instructions in most:
