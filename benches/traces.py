@@ -20,7 +20,7 @@ IMAGES = os.path.join(ROOT, "docs", "images")
 
 # Colours of stages (Okabe and Ito), in the order of the legend.
 COLORS = {
-    "load": "#0072b2", "pose": "#cc79a7", "build": "#e69f00", "meter": "#56b4e9", "render": "#009e73", "encode": "#f0e442",
+    "load": "#0072b2", "pose": "#cc79a7", "build": "#e69f00", "meter": "#56b4e9", "render": "#009e73", "aovs": "#f0e442",
     "save": "#d55e00",
 }
 OTHER = "#8c8c8c"
