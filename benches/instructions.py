@@ -1,12 +1,14 @@
 #!/usr/bin/env python3
 """Counts the instructions of pictures of one sample, and prints a Markdown table: instructions per pixel of each stage.
 
-    instructions.py BLINN [--models figure,textured,still-life] [--size 512x512] [--rounds 5] [--functions 30] [--keep FOLDER]
+    instructions.py BLINN [--models figure,textured,still-life] [--size 512x512] [--rounds 5] [--functions 20]
+                    [--keep FOLDER]
 
-Runs the program under valgrind's callgrind, on one thread and the SIMD level AVX2, the widest that valgrind has. Instructions
-of a function count for the stage of its module. Functions that many stages share (kernels at a SIMD level, memcpy, allocation,
-the standard library) count for their callers, each by what it spent in them. The CPU time is that of the same command
-without valgrind, the least of some rounds. Needs valgrind and c++filt.
+Runs the program under valgrind's callgrind, on one thread and the SIMD level AVX2, the widest that valgrind has. The own
+instructions of a function count for the stage of its module. Functions that many stages share (kernels at a SIMD level, memcpy,
+allocation, the standard library) count for their callers, each by what it spent in them. Passes over other pixels than those of
+the picture are counted in runs of their own. The CPU time is that of the same command without valgrind, the least of some
+rounds. Needs valgrind and c++filt.
 """
 import argparse
 import collections
@@ -153,7 +155,7 @@ def arguments():
     parser.add_argument("--size", default="512x512")
     parser.add_argument("--rounds", type=int, default=5, help="runs whose CPU time is measured")
     parser.add_argument("--functions", type=int, default=0, metavar="N", help="also list N functions of each stage")
-    parser.add_argument("--keep", metavar="FOLDER", help="keep callgrind's files there, and read those that exist")
+    parser.add_argument("--keep", metavar="FOLDER", help="keep callgrind's files there, and read those that are there already")
     return parser.parse_args()
 
 
@@ -261,7 +263,8 @@ def callgrind(args, model, folder, part):
 def count(args, model, folder):
     """Instructions of each stage, and for each stage those of its functions."""
     profile = callgrind(args, model, folder, None)
-    names = demangle(sorted(set(profile.own) | profile.callers.keys() | {c for called in profile.callers.values() for c in called}))
+    callers = {caller for called in profile.callers.values() for caller in called}
+    names = demangle(sorted(set(profile.own) | profile.callers.keys() | callers))
     stages = {found: collections.Counter() for found in STAGES}
     for found in PASSES:
         part = callgrind(args, model, folder, found)
@@ -270,8 +273,8 @@ def count(args, model, folder):
             made = shares.get(MIPS, 0.0)
             stages[MIPS][names[function]] += made * part.own[function]
             stages[found][names[function]] += (1.0 - made) * part.own[function]
-        for function, callers in part.callers.items():
-            profile.callers[function].subtract(callers)
+        for function, called in part.callers.items():
+            profile.callers[function].subtract(called)
     for function, shares in profile.stages(names).items():
         left = 1.0 - sum(shares.values())
         for found, share in [*shares.items(), (REST, max(left, 0.0))]:
