@@ -255,8 +255,10 @@ def callgrind(args, model, folder, part):
     if not os.path.exists(file):
         print(f"counting {name}", file=sys.stderr)
         only = [] if part is None else [f"--toggle-collect=*{PASSES[part]}*"]
-        run(["valgrind", "--tool=callgrind", "--demangle=no", *only, f"--callgrind-out-file={file}",
+        # Valgrind writes the file of a program that fails, too.
+        run(["valgrind", "--tool=callgrind", "--demangle=no", *only, f"--callgrind-out-file={file}.part",
              *command(args, model, os.path.join(folder, name + ".png"))])
+        os.replace(file + ".part", file)
     return Profile(file)
 
 
