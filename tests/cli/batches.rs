@@ -1,4 +1,4 @@
-//! Many scenes: folders, shares of scenes, `--ledger`, `--timeout`, and runs that are killed.
+//! Many scenes: folders, shares of scenes, `--timeout`, and runs that are killed.
 
 use std::fs;
 use std::path::Path;
@@ -16,14 +16,14 @@ pub fn write_triangle(file: &Path, i: usize) {
 }
 
 /// Folders of objects, one of which is broken: `objects/0/00.obj` and so on.
-fn write_objects(at: &Path, count: usize) {
+pub fn write_objects(at: &Path, count: usize) {
     for i in 0..count {
         write_triangle(&at.join(format!("objects/{}/{i:02}.obj", i % 3)), i);
     }
     fs::write(at.join("objects/1/broken.obj"), "v 0 0 0\nf 1 2 3\n").unwrap();
 }
 
-fn ledger(at: &Path, name: &str) -> Vec<Value> {
+pub fn ledger(at: &Path, name: &str) -> Vec<Value> {
     let text = fs::read_to_string(at.join(name)).unwrap();
     text.lines().map(|line| serde_json::from_str(line).unwrap_or_else(|e| panic!("{line}: {e}"))).collect()
 }
@@ -162,60 +162,6 @@ fn an_empty_share_is_one_line() {
     assert!(!line("render objects/1.obj --frames 1-3 --chunk 1/3").contains("is empty"));
 }
 
-/// The ledger has a line about each scene, and `--resume` skips what it names as done.
-#[test]
-fn a_ledger_describes_every_scene_and_skips_those_that_are_done() {
-    let (_dir, at) = folder();
-    write_objects(&at, 4);
-    fs::write(at.join("objects/2/02.obj"), "mtllib gone.mtl\nv 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n").unwrap();
-    let line = format!("turntable objects {SMALL} --count 2 -o out/{{stem}}/#.png --ledger log/ledger.jsonl");
-    let run = |flags: &str| {
-        let output = blinn(&at, &format!("{line} {flags}"));
-        (output.status.code().unwrap(), ledger(&at, "log/ledger.jsonl"))
-    };
-    let (code, lines) = run("--resume");
-    assert_eq!(code, 1);
-    let stems: Vec<&str> = lines.iter().map(|line| line["scene"].as_str().unwrap()).collect();
-    let scenes = ["0/00", "0/03", "1/01", "1/broken", "2/02"].map(|stem| format!("objects/{stem}.obj"));
-    assert_eq!(stems, scenes);
-    for (i, line) in lines.iter().enumerate() {
-        assert_eq!(line["index"], i + 1);
-        let is_broken = i == 3;
-        assert_eq!(line["status"], if is_broken { "failed" } else { "done" });
-        assert_eq!(line["images"], if is_broken { 0 } else { 2 });
-        assert_eq!(line["warnings"], usize::from(i == 4));
-        let written = files(&at.join("out"));
-        let stem = Path::new(stems[i]).file_stem().unwrap().to_str().unwrap();
-        let bytes = |name: String| written.get(&name).map_or(0, Vec::len);
-        assert_eq!(line["bytes"], bytes(format!("{stem}/1.png")) + bytes(format!("{stem}/2.png")));
-        assert!(line["seconds"].as_f64().unwrap() >= 0.0);
-    }
-    assert!(lines[3]["error"].as_str().unwrap().contains("broken.obj"), "{}", lines[3]);
-    assert!(lines[4]["warning_texts"][0].as_str().unwrap().contains("gone.mtl"), "{}", lines[4]);
-    // Only the failed scene is tried again, or none.
-    let again = |flags: &str| {
-        let before = ledger(&at, "log/ledger.jsonl").len();
-        let (code, lines) = run(flags);
-        let scenes: Vec<String> = lines[before..].iter().map(|line| line["scene"].to_string()).collect();
-        (code, scenes.concat())
-    };
-    assert_eq!(again("--resume"), (1, "\"objects/1/broken.obj\"".into()));
-    assert_eq!(again("--resume --no-retry"), (1, String::new()));
-    // A scene that changed, whose image is missing, or with other settings is rendered again.
-    write_triangle(&at.join("objects/1/broken.obj"), 4);
-    assert_eq!(again("--resume --no-retry"), (0, "\"objects/1/broken.obj\"".into()));
-    fs::remove_file(at.join("out/03/2.png")).unwrap();
-    assert_eq!(again("--resume"), (0, "\"objects/0/03.obj\"".into()));
-    assert_eq!(again("--resume --seed 3").1.matches("obj").count(), 5 + 5);
-    // Without --resume, the ledger begins anew.
-    assert_eq!(run("").1.len(), 5);
-    refused(&at, &format!("render objects {SMALL} -o {{stem}}.png --ledger objects/0/00.obj"), "--ledger");
-    fs::write(at.join("notes.txt"), "mine").unwrap();
-    let output = blinn(&at, &format!("render objects/0 {SMALL} -o {{stem}}.png --ledger notes.txt"));
-    assert!(output.status.code() == Some(1) && fs::read_to_string(at.join("notes.txt")).unwrap() == "mine");
-    refused(&at, "render objects --no-retry", "--ledger");
-}
-
 /// A scene that takes too long fails, and the batch goes on.
 #[test]
 fn a_scene_that_takes_too_long_is_given_up() {
@@ -244,28 +190,6 @@ fn a_scene_that_takes_too_long_is_given_up() {
     assert_eq!(lines[1]["status"], "failed");
     assert!(lines[1]["error"].as_str().unwrap().contains("gave up after 0.4 s"));
     assert_eq!(lines.len(), 3, "the others were tried");
-}
-
-/// The cameras of a list decide images, not its file.
-#[test]
-fn a_ledger_knows_the_cameras_of_a_list() {
-    let (_dir, at) = folder();
-    write_triangle(&at.join("objects/a.obj"), 0);
-    let write_list = |name: &str, z: f64| {
-        let list = format!(
-            "{{\"K\": [16,0,8,0,16,8,0,0,1], \"width\": 16, \"height\": 16, \"convention\": \"opengl\", \
-             \"camera_to_world\": [1,0,0,0, 0,1,0,0, 0,0,1,{z}, 0,0,0,1], \"file\": \"v.jpg\"}}\n"
-        );
-        fs::write(at.join(name), list).unwrap();
-    };
-    let lines = |list: &str| {
-        runs(&at, &format!("render objects -s 1 -q --cameras {list} -o out/ --resume --ledger l"));
-        ledger(&at, "l").len()
-    };
-    write_list("a.jsonl", 4.0);
-    write_list("b.jsonl", 4.0);
-    write_list("c.jsonl", 5.0);
-    assert_eq!(["a.jsonl", "b.jsonl", "c.jsonl"].map(lines), [1, 1, 2]);
 }
 
 /// A batch that is killed several times ends with the same files as an undisturbed one, with and without ledger. A view

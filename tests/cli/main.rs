@@ -50,6 +50,7 @@ mod animation_output;
 mod assemble;
 mod batches;
 mod bench;
+mod bench_results;
 mod benchmark_scenes;
 #[cfg(unix)]
 mod blend_files;

@@ -159,7 +159,7 @@ mod tests {
                 7 => [vertex(i), Vec3::NAN, vertex(i + 2)],
                 _ => [vertex(i), vertex(i + 1), vertex(i + 4)],
             },
-            flags: SurfaceFlags { single_sided: i % 4 == 0, ..SurfaceFlags::default() },
+            flags: SurfaceFlags { single_sided: i.is_multiple_of(4), ..SurfaceFlags::default() },
         };
         let (stored, keys, report) = BuildTriangles::with_max_stored(1000, input, 1000);
         let (computed, same_keys, same_report) = BuildTriangles::with_max_stored(1000, input, 999);
