@@ -103,7 +103,7 @@ class RenderOptions(TypedDict, total=False):
     """Gamma of the display: encoded colours are raised to the power 1/F, backgrounds are not [default: that of the file, else 1]"""
 
     depth_unit: Number | None
-    """Unit of the 16-bit depth beside images, for aov='depth': mm, m or metres per step."""
+    """Unit of the 16-bit depth beside images, for layers='depth': mm, m or metres per step."""
 
     crop: Vector | None
     """Render only a region: left, top, width and height in pixels."""
