@@ -2,8 +2,8 @@
 
 use glam::{Vec3, Vec4};
 
-use crate::texture::srgb::decode_colors;
-use crate::texture::texels::TexelView;
+use crate::texture::interpolated_light::InterpolatedLight;
+use crate::texture::texels::{MIN_ALPHA_WEIGHT, TexelView};
 
 /// How a mip level is averaged.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -34,9 +34,6 @@ impl DownsampleFilter {
         }
     }
 }
-
-/// Weight of the colour of fully transparent texels, so that all-transparent regions keep a colour.
-const MIN_ALPHA_WEIGHT: f32 = 1e-4;
 
 /// Weights a colour by its alpha.
 #[inline]
@@ -119,7 +116,7 @@ fn taps(i: usize, size: usize, half: usize) -> (usize, [f32; 3]) {
 pub(super) enum FilterInputs<'a> {
     Data(TexelView<'a>),
     Light { image: TexelView<'a>, alpha_weighted: bool },
-    InterpolatedLight { rows: StoredRows, alpha_weighted: bool },
+    InterpolatedLight(InterpolatedLight),
     Normals(TexelView<'a>),
 }
 
@@ -131,8 +128,9 @@ impl<'a> FilterInputs<'a> {
             DownsampleFilter::Light { alpha_weighted } => FilterInputs::Light { image, alpha_weighted },
             DownsampleFilter::EncodedBilinear { alpha_weighted } => {
                 // A row covers two, or parts of three of an odd height.
-                let rows = StoredRows::new(image, 2 * y, 2 + image.height as usize % 2);
-                FilterInputs::InterpolatedLight { rows, alpha_weighted }
+                let count = 2 + image.height as usize % 2;
+                let light = InterpolatedLight::of_rows(image, 2 * y, count, alpha_weighted);
+                FilterInputs::InterpolatedLight(light)
             }
             DownsampleFilter::Normals => FilterInputs::Normals(image),
         }
@@ -148,61 +146,12 @@ impl<'a> FilterInputs<'a> {
             FilterInputs::Light { image, alpha_weighted: true } => {
                 image.decoded_many(indices(image)).map(weight_by_alpha)
             }
-            FilterInputs::InterpolatedLight { rows, alpha_weighted } => {
-                texels.map(|(x, y)| rows.interpolated_light(x, y, *alpha_weighted))
-            }
+            FilterInputs::InterpolatedLight(light) => texels.map(|(x, y)| light.at(x, y)),
             FilterInputs::Normals(image) => image.stored_many(indices(image)).map(|v| {
                 let v = v.truncate() * 2.0 - 1.0;
                 v.normalize_or_zero().extend(0.0)
             }),
         }
-    }
-}
-
-/// Rows of an image as stored, with one more row above and below and one more texel at either end, wrapped around. Each texel
-/// is read once for all texels beside it.
-pub(super) struct StoredRows {
-    texels: Vec<Vec4>,
-    /// The first row after the one above.
-    first: usize,
-    stride: usize,
-}
-
-impl StoredRows {
-    /// Reads `count` rows from `first` on.
-    pub fn new(image: TexelView, first: usize, count: usize) -> StoredRows {
-        let (w, h) = (image.width as usize, image.height as usize);
-        let mut texels = Vec::with_capacity((w + 2) * (count + 2));
-        for y in first + h - 1..first + h + count + 1 {
-            let row = y % h * w;
-            texels.push(image.stored(row + w - 1));
-            texels.extend((row..row + w).map(|i| image.stored(i)));
-            texels.push(image.stored(row));
-        }
-        StoredRows { texels, first, stride: w + 2 }
-    }
-
-    /// Returns the mean light over a texel of the image interpolated in its encoding: Gauss–Legendre quadrature with two
-    /// points along each axis between texel centres.
-    #[inline]
-    pub fn interpolated_light(&self, x: usize, y: usize, alpha_weighted: bool) -> Vec4 {
-        const NEAR: f32 = 0.788_675_1;
-        const FAR: f32 = 1.0 - NEAR;
-        let start = (y - self.first) * self.stride + x;
-        let row = |k: usize| &self.texels[start + k * self.stride..][..3];
-        let rows = [row(0), row(1), row(2)];
-        let centre = rows[1][1];
-        let mut sum = Vec4::ZERO;
-        for dx in [0, 2] {
-            for dy in [0, 2] {
-                let corner = rows[dy][dx];
-                let sides = rows[1][dx] + rows[dy][1];
-                let v = centre * (NEAR * NEAR) + sides * (NEAR * FAR) + corner * (FAR * FAR);
-                let light = decode_colors(v);
-                sum += if alpha_weighted { weight_by_alpha(light) } else { light };
-            }
-        }
-        sum * 0.25
     }
 }
 

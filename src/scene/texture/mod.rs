@@ -4,6 +4,7 @@ pub(super) mod anisotropic;
 pub(super) mod batch;
 mod downsample;
 pub(super) mod image;
+mod interpolated_light;
 mod max_mip;
 mod min_mip;
 pub(super) mod mips;

@@ -62,29 +62,87 @@ pub(super) fn decode_table_16() -> &'static [f32] {
     TABLE.get_or_init(|| (0..=u16::MAX).map(|i| srgb_to_linear(f32::from(i) / 65535.0)).collect())
 }
 
-/// Decodes colours from sRGB to linear light. Alpha is unchanged.
-#[inline]
+/// Decodes colours from sRGB to linear light, within 1e-5 of [`srgb_to_linear`]. Alpha is unchanged.
+#[inline(always)]
 pub(super) fn decode_colors(v: Vec4) -> Vec4 {
-    Vec4::new(decode(v.x), decode(v.y), decode(v.z), v.w)
+    let [r, g, b, _] = DecodeTable::get().decode(&v.to_array());
+    Vec4::new(r, g, b, v.w)
 }
 
-/// Decodes by interpolating the table of bytes: within 1e-5 of [`srgb_to_linear`].
-fn decode(v: f32) -> f32 {
-    let x = (v * 255.0).clamp(0.0, 255.0);
-    let low = (x as usize).min(254);
-    let [a, b] = [decode_table_8()[low], decode_table_8()[low + 1]];
-    a + (b - a) * (x - low as f32)
+/// The table of bytes with its steps, which decodes several values side by side.
+pub(super) struct DecodeTable {
+    light: [f32; 256],
+    /// From each byte's light to the next's.
+    steps: [f32; 256],
+}
+
+impl DecodeTable {
+    /// Returns the table.
+    #[inline]
+    pub fn get() -> &'static DecodeTable {
+        static TABLE: OnceLock<DecodeTable> = OnceLock::new();
+        TABLE.get_or_init(|| {
+            let light = *decode_table_8();
+            let steps = std::array::from_fn(|i| light[(i + 1).min(255)] - light[i]);
+            DecodeTable { light, steps }
+        })
+    }
+
+    /// Returns the light of encoded values: the table, interpolated.
+    #[inline(always)]
+    pub fn decode<const N: usize>(&self, values: &[f32; N]) -> [f32; N] {
+        // Numbers from here to its double are integers, which the lowest bits hold.
+        const INTEGERS: f32 = 8_388_608.0;
+        let (mut rest, mut low) = ([0.0; N], [0; N]);
+        for (i, v) in values.iter().enumerate() {
+            let x = (v * 255.0).clamp(0.0, 255.0);
+            let rounded = (x + INTEGERS) - INTEGERS;
+            let floor = if rounded > x { rounded - 1.0 } else { rounded };
+            let floor = floor.min(254.0);
+            rest[i] = x - floor;
+            low[i] = (floor + INTEGERS).to_bits() & 0xff;
+        }
+        let (mut light, mut steps) = ([0.0; N], [0.0; N]);
+        for (i, low) in low.into_iter().enumerate() {
+            light[i] = self.light[(low & 0xff) as usize];
+            steps[i] = self.steps[(low & 0xff) as usize];
+        }
+        for i in 0..N {
+            light[i] += steps[i] * rest[i];
+        }
+        light
+    }
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
 
+    /// Interpolates the table by its definition.
+    fn decode(v: f32) -> f32 {
+        let x = (v * 255.0).clamp(0.0, 255.0);
+        let low = (x as usize).min(254);
+        let [a, b] = [decode_table_8()[low], decode_table_8()[low + 1]];
+        a + (b - a) * (x - low as f32)
+    }
+
+    #[test]
+    fn values_side_by_side_are_decoded_to_the_same_bits() {
+        let last = 1.0f32.next_up();
+        for i in 0..=65536u32 {
+            let v = i as f32 / 65536.0;
+            let values = [v, v.next_up(), v.next_down().max(0.0), i as f32 / 255.0, last, -v, v + 1.0];
+            let bits = |light: [f32; 7]| light.map(f32::to_bits);
+            assert_eq!(bits(DecodeTable::get().decode(&values)), bits(values.map(decode)), "{v}");
+        }
+    }
+
     #[test]
     fn interpolated_decoding_is_within_its_bound() {
         for i in 0..=4096 {
             let v = i as f32 / 4096.0;
-            assert!((decode(v) - srgb_to_linear(v)).abs() < 1e-5, "{v}");
+            let light = decode_colors(Vec4::splat(v));
+            assert!((light.x - srgb_to_linear(v)).abs() < 1e-5 && light.w == v, "{v}");
         }
     }
 

@@ -4,6 +4,9 @@ use glam::{Vec3, Vec4};
 
 use crate::texture::srgb;
 
+/// Weight of the colour of fully transparent texels, so that all-transparent regions keep a colour.
+pub(super) const MIN_ALPHA_WEIGHT: f32 = 1e-4;
+
 /// The channels of an image, as its file stores them.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Channels {

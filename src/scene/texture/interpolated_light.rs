@@ -1,0 +1,163 @@
+//! The mean light of texels whose encoded colours are interpolated, computed in SIMD lanes.
+
+use glam::Vec4;
+
+use crate::texture::srgb::DecodeTable;
+use crate::texture::texels::{Channels, MIN_ALPHA_WEIGHT, TexelView};
+use blinn_core::simd::{AutovecKernel, SimdLevel};
+
+/// Texels that are computed side by side.
+const LANES: usize = 16;
+
+/// A texel's row in a plane of [`StoredRows`], with those above and below it.
+type Rows<'a> = [&'a [f32]; 3];
+
+/// The mean light over each texel of some rows of an image, interpolated in its encoding.
+pub(super) struct InterpolatedLight {
+    /// One plane of grey or three of colours, then one of alpha.
+    planes: Vec<Vec<f32>>,
+    /// Image row of the first row.
+    first: usize,
+    stride: usize,
+}
+
+impl InterpolatedLight {
+    /// Computes `count` rows from `first` on. Colours are weighted by the alpha at each point if they are `alpha_weighted`.
+    pub fn of_rows(image: TexelView, first: usize, count: usize, alpha_weighted: bool) -> InterpolatedLight {
+        let stored = StoredRows::new(image, first, count);
+        let stride = stored.stride - 2;
+        let table = DecodeTable::get();
+        let simd = SimdLevel::detect();
+        let alpha = stored.planes.len() - 1;
+        let means = |plane: usize| {
+            let mut means = vec![0.0; count * stride];
+            for (y, means) in means.chunks_exact_mut(stride).enumerate() {
+                let rows = stored.around(plane, y);
+                let table = (plane != alpha).then_some(table);
+                let weights = (plane != alpha && alpha_weighted).then(|| stored.around(alpha, y));
+                simd.run(MeanLight { rows, table, weights, means });
+            }
+            means
+        };
+        InterpolatedLight { planes: (0..=alpha).map(means).collect(), first, stride }
+    }
+
+    /// Returns the mean at a texel of the image.
+    #[inline]
+    pub fn at(&self, x: usize, y: usize) -> Vec4 {
+        let i = (y - self.first) * self.stride + x;
+        match &self.planes[..] {
+            [grey, alpha] => Vec4::new(grey[i], grey[i], grey[i], alpha[i]),
+            [r, g, b, alpha] => Vec4::new(r[i], g[i], b[i], alpha[i]),
+            _ => Vec4::ZERO,
+        }
+    }
+}
+
+/// Rows of an image as stored, a plane for each channel, with one more row above and below and one more texel at either end,
+/// wrapped around. Rows are padded for [`LANES`].
+struct StoredRows {
+    planes: Vec<Vec<f32>>,
+    stride: usize,
+}
+
+impl StoredRows {
+    /// Reads `count` rows from `first` on.
+    fn new(image: TexelView, first: usize, count: usize) -> StoredRows {
+        let (w, h) = (image.width as usize, image.height as usize);
+        let stride = w.next_multiple_of(LANES) + 2;
+        let colors = match image.channels {
+            Channels::L | Channels::La => 1,
+            Channels::Rgb | Channels::Rgba => 3,
+        };
+        let mut planes = vec![vec![0.0; (count + 2) * stride]; colors + 1];
+        for (k, y) in (first + h - 1..first + h + count + 1).enumerate() {
+            let row = y % h * w;
+            let texels = (row..row + w).map(|i| image.stored(i));
+            let start = k * stride;
+            let inner = start + 1..start + 1 + w;
+            match &mut planes[..] {
+                [grey, alpha] => {
+                    let out = grey[inner.clone()].iter_mut().zip(&mut alpha[inner]);
+                    out.zip(texels).for_each(|((grey, alpha), texel)| (*grey, *alpha) = (texel.x, texel.w));
+                }
+                [r, g, b, alpha] => {
+                    let out = r[inner.clone()].iter_mut().zip(&mut g[inner.clone()]);
+                    let out = out.zip(b[inner.clone()].iter_mut().zip(&mut alpha[inner]));
+                    out.zip(texels).for_each(|(((r, g), (b, alpha)), texel)| {
+                        [*r, *g, *b, *alpha] = texel.to_array();
+                    });
+                }
+                _ => {}
+            }
+            for plane in &mut planes {
+                plane[start] = plane[start + w];
+                plane[start + w + 1] = plane[start + 1];
+            }
+        }
+        StoredRows { planes, stride }
+    }
+
+    /// Returns row `y` of those that were asked for, between its neighbours.
+    fn around(&self, plane: usize, y: usize) -> Rows<'_> {
+        [0, 1, 2].map(|k| &self.planes[plane][(y + k) * self.stride..][..self.stride])
+    }
+}
+
+/// Computes a row of means by Gauss–Legendre quadrature with two points along each axis between texel centres.
+struct MeanLight<'a> {
+    rows: Rows<'a>,
+    /// Decodes colours; `None` for alpha.
+    table: Option<&'a DecodeTable>,
+    /// The alphas that colours are weighted by.
+    weights: Option<Rows<'a>>,
+    /// As many as the rows have, without their ends.
+    means: &'a mut [f32],
+}
+
+impl AutovecKernel for MeanLight<'_> {
+    #[inline(always)]
+    fn run(self) {
+        let (chunks, _) = self.means.as_chunks_mut::<LANES>();
+        for (i, means) in chunks.iter_mut().enumerate() {
+            let mut sum = [0.0; LANES];
+            for dx in [0, 2] {
+                for dy in [0, 2] {
+                    let mut light = interpolate(&self.rows, i * LANES, dx, dy);
+                    if let Some(table) = self.table {
+                        light = table.decode(&light);
+                    }
+                    if let Some(weights) = &self.weights {
+                        let alpha = interpolate(weights, i * LANES, dx, dy);
+                        for (light, alpha) in light.iter_mut().zip(alpha) {
+                            *light *= alpha + MIN_ALPHA_WEIGHT;
+                        }
+                    }
+                    for (sum, light) in sum.iter_mut().zip(light) {
+                        *sum += light;
+                    }
+                }
+            }
+            *means = sum.map(|sum| sum * 0.25);
+        }
+    }
+}
+
+/// Interpolates at the points of some texels from `start` on that are next to column `dx` and row `dy` of the three around
+/// them.
+#[inline(always)]
+fn interpolate(rows: &Rows, start: usize, dx: usize, dy: usize) -> [f32; LANES] {
+    const NEAR: f32 = 0.788_675_1;
+    const FAR: f32 = 1.0 - NEAR;
+    let lanes = |row: usize, column: usize| -> [f32; LANES] {
+        rows[row][start + column..].first_chunk().copied().unwrap_or_default()
+    };
+    let (centre, corner) = (lanes(1, 1), lanes(dy, dx));
+    let (beside, above) = (lanes(1, dx), lanes(dy, 1));
+    let mut out = [0.0; LANES];
+    for (i, out) in out.iter_mut().enumerate() {
+        let sides = beside[i] + above[i];
+        *out = centre[i] * (NEAR * NEAR) + sides * (NEAR * FAR) + corner[i] * (FAR * FAR);
+    }
+    out
+}
