@@ -17,9 +17,10 @@ use std::sync::OnceLock;
 use crate::display::agx_space::{
     EGAMUT_TO_REC2020, INSET, MID_GREY, Matrix, SCENE_TO_EGAMUT, axis, dot, guard_rec2020, min_channel, mul,
 };
-use crate::display::batch::{BATCH, RgbBatch};
+use crate::display::batch::{BATCH, RgbBatch, split};
 use crate::display::look::Look;
 use crate::display::lut3d::Lut3d;
+use blinn_core::simd::{AutovecKernel, SimdLevel};
 
 /// `eary`: the inverse of an inset by 0.323, 0.283, 0.037 without rotation, then conversion to Rec.709.
 const OUTSET_TO_REC709: Matrix = [
@@ -127,28 +128,65 @@ fn lut() -> &'static Lut3d<NODES> {
 }
 
 /// Maps scene-linear Rec.709 to display-linear Rec.709 in 0…1, with a look. NaN becomes black, infinity white.
-pub(super) fn agx(rgb: &RgbBatch, look: Look) -> RgbBatch {
-    let rgb = look.apply(rgb);
-    let mut egamut = [[0.0; BATCH]; 3];
-    for (out, row) in egamut.iter_mut().zip(SCENE_TO_EGAMUT) {
-        for (i, v) in out.iter_mut().enumerate() {
-            // Infinities of opposite signs cancel to NaN in all three channels: black. One infinity
-            // alone is white.
-            *v = row[0] * rgb[0][i] + row[1] * rgb[1][i] + row[2] * rgb[2][i];
-        }
-    }
-    lut().at(&egamut).map(|channel| channel.map(to_light))
+pub(super) fn agx(simd: SimdLevel, rgb: &RgbBatch, look: Look) -> RgbBatch {
+    let mut out = [[0.0; BATCH]; 3];
+    simd.run(Agx { rgb: &look.apply(rgb), lut: lut(), powers: powers(), out: &mut out });
+    out
 }
 
-/// Returns v^2.4 for v in 0…1, within 1e-7, by a table.
-fn to_light(v: f32) -> f32 {
-    const STEPS: usize = 4096;
-    static TABLE: OnceLock<Vec<f32>> = OnceLock::new();
-    let power = |i| libm::pow(i as f64 / STEPS as f64, POWER) as f32;
-    let table = TABLE.get_or_init(|| (0..=STEPS).map(power).collect());
-    let x = v.clamp(0.0, 1.0) * STEPS as f32;
-    let low = (x as usize).min(STEPS - 1);
-    table[low] + (table[low + 1] - table[low]) * (x - low as f32)
+struct Agx<'a> {
+    rgb: &'a RgbBatch,
+    lut: &'static Lut3d<NODES>,
+    powers: &'static [f32; STEPS + 1],
+    out: &'a mut RgbBatch,
+}
+
+impl AutovecKernel for Agx<'_> {
+    #[inline(always)]
+    fn run(self) {
+        let rgb = self.rgb;
+        let mut egamut = [[0.0; BATCH]; 3];
+        for (out, row) in egamut.iter_mut().zip(SCENE_TO_EGAMUT) {
+            for (i, v) in out.iter_mut().enumerate() {
+                // Infinities of opposite signs cancel to NaN in all three channels: black. One infinity
+                // alone is white.
+                *v = row[0] * rgb[0][i] + row[1] * rgb[1][i] + row[2] * rgb[2][i];
+            }
+        }
+        for (out, formed) in self.out.iter_mut().zip(self.lut.at(&egamut)) {
+            *out = to_light(self.powers, &formed);
+        }
+    }
+}
+
+/// Steps of the table of powers.
+const STEPS: usize = 4096;
+
+/// Returns the table of v^2.4 for v in 0…1.
+fn powers() -> &'static [f32; STEPS + 1] {
+    static TABLE: OnceLock<[f32; STEPS + 1]> = OnceLock::new();
+    TABLE.get_or_init(|| std::array::from_fn(|i| libm::pow(i as f64 / STEPS as f64, POWER) as f32))
+}
+
+/// Returns v^2.4 for each v in 0…1, within 1e-7, by the table.
+#[inline(always)]
+fn to_light(powers: &[f32; STEPS + 1], values: &[f32; BATCH]) -> [f32; BATCH] {
+    let (mut low, mut rest) = ([0; BATCH], [0.0; BATCH]);
+    for (i, v) in values.iter().enumerate() {
+        (low[i], rest[i]) = split(v.clamp(0.0, 1.0) * STEPS as f32, (STEPS - 1) as f32);
+    }
+    let mut ends = [[0.0; BATCH]; 2];
+    for (i, low) in low.into_iter().enumerate() {
+        // As `split` has limited it.
+        let low = low as usize % STEPS;
+        ends[0][i] = powers[low];
+        ends[1][i] = powers[low + 1];
+    }
+    let mut light = ends[0];
+    for (i, light) in light.iter_mut().enumerate() {
+        *light += (ends[1][i] - ends[0][i]) * rest[i];
+    }
+    light
 }
 
 #[cfg(test)]
@@ -163,7 +201,9 @@ mod tests {
 
     /// `tolerance` is of 255.
     fn close_with(look: Look, tolerance: f32, input: [f32; 3], theirs: [f32; 3]) {
-        let ours = agx(&input.map(|v| [v; BATCH]), look).map(|channel| linear_to_srgb(channel[BATCH - 1]));
+        let ours = SimdLevel::ALL.map(|simd| agx(simd, &input.map(|v| [v; BATCH]), look));
+        assert_eq!(ours, [ours[0]; 3]);
+        let ours = ours[0].map(|channel| linear_to_srgb(channel[BATCH - 1]));
         for (a, b) in ours.into_iter().zip(theirs) {
             assert!((a - b).abs() * 255.0 < tolerance, "{look:?} {input:?}: {ours:?}, not {theirs:?}");
         }
@@ -202,7 +242,8 @@ mod tests {
     fn the_power_table_is_within_its_bound() {
         for i in 0..100_000 {
             let v = i as f32 / 99_999.0;
-            assert!((f64::from(to_light(v)) - libm::pow(f64::from(v), POWER)).abs() < 1e-7, "{v}");
+            let [light, ..] = to_light(powers(), &[v; BATCH]);
+            assert!((f64::from(light) - libm::pow(f64::from(v), POWER)).abs() < 1e-7, "{v}");
         }
     }
 }

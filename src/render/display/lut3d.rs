@@ -4,7 +4,7 @@
 
 use std::sync::OnceLock;
 
-use crate::display::batch::{BATCH, RgbBatch};
+use crate::display::batch::{BATCH, RgbBatch, split};
 
 /// log2 of the light at both ends of an axis, as used by lookups.
 pub(super) const LOG2: [f32; 2] = [-12.473_93, 12.526_069];
@@ -28,60 +28,69 @@ impl<const N: usize> Lut3d<N> {
         Lut3d { function, axis, nodes }
     }
 
+    #[inline(always)]
     fn node(&self, index: usize) -> &[f32; 3] {
+        let node = &self.nodes[index];
+        node.get().unwrap_or_else(|| self.compute(index))
+    }
+
+    #[cold]
+    #[inline(never)]
+    fn compute(&self, index: usize) -> &[f32; 3] {
         let light = || Self::STRIDES.map(|stride| self.axis[index / stride % N]);
         self.nodes[index].get_or_init(|| (self.function)(light()).map(|v| v as f32))
     }
 
     /// Evaluates the interpolated function for a batch. NaN counts as 0.
-    pub(super) fn at(&self, light: &RgbBatch) -> RgbBatch {
-        let positions = light.map(|channel| channel.map(Self::axis_position));
-        let mut out = [[0.0; BATCH]; 3];
-        for i in 0..BATCH {
-            let color = self.interpolate([0, 1, 2].map(|c| positions[c][i]));
-            for (channel, v) in out.iter_mut().zip(color) {
-                channel[i] = v;
-            }
-        }
-        out
-    }
-
+    ///
     /// Tetrahedral interpolation: walks from the lowest corner of a cell to its highest, along the axes
     /// in order of decreasing fraction.
-    fn interpolate(&self, position: [f32; 3]) -> [f32; 3] {
-        let cell = position.map(|t| (t as usize).min(N - 2));
-        let [r, g, b] = [0, 1, 2].map(|c| position[c] - cell[c] as f32);
-        let strides = Self::STRIDES;
-        let low = cell[0] * strides[0] + cell[1] * strides[1] + cell[2];
-        let high = low + strides[0] + strides[1] + strides[2];
-        let max = r.max(g).max(b);
-        let min = r.min(g).min(b);
-        let middle = r.min(g).max(r.max(g).min(b));
-        let first = if r == max {
-            0
-        } else if g == max {
-            1
-        } else {
-            2
-        };
-        let last = if b == min {
-            2
-        } else if g == min {
-            1
-        } else {
-            0
-        };
-        let corners = [low, low + strides[first], high - strides[last], high].map(|i| self.node(i));
-        let mut out = *corners[0];
-        for (fraction, edge) in [max, middle, min].into_iter().zip(corners.windows(2)) {
-            for c in 0..3 {
-                out[c] += fraction * (edge[1][c] - edge[0][c]);
+    #[inline(always)]
+    pub(super) fn at(&self, light: &RgbBatch) -> RgbBatch {
+        let strides = Self::STRIDES.map(|stride| stride as u32);
+        let mut weights = [[0.0; BATCH]; 3];
+        let mut corners = [[0; BATCH]; 4];
+        for i in 0..BATCH {
+            let position = |c: usize| split(Self::axis_position(light[c][i]), (N - 2) as f32);
+            let [(red, r), (green, g), (blue, b)] = [position(0), position(1), position(2)];
+            let max = r.max(g).max(b);
+            let min = r.min(g).min(b);
+            weights[0][i] = max;
+            weights[1][i] = r.min(g).max(r.max(g).min(b));
+            weights[2][i] = min;
+            let not_red = if g == max { strides[1] } else { strides[2] };
+            let first = if r == max { strides[0] } else { not_red };
+            let not_blue = if g == min { strides[1] } else { strides[0] };
+            let last = if b == min { strides[2] } else { not_blue };
+            let low = red * strides[0] + green * strides[1] + blue;
+            let high = low + strides[0] + strides[1] + strides[2];
+            corners[0][i] = low;
+            corners[1][i] = low + first;
+            corners[2][i] = high - last;
+            corners[3][i] = high;
+        }
+        let mut nodes = [[[0.0; BATCH]; 3]; 4];
+        for (nodes, corners) in nodes.iter_mut().zip(corners) {
+            for (i, corner) in corners.into_iter().enumerate() {
+                let &[r, g, b] = self.node(corner as usize);
+                nodes[0][i] = r;
+                nodes[1][i] = g;
+                nodes[2][i] = b;
+            }
+        }
+        let mut out = nodes[0];
+        for (k, weights) in weights.iter().enumerate() {
+            for (c, out) in out.iter_mut().enumerate() {
+                for i in 0..BATCH {
+                    out[i] += weights[i] * (nodes[k + 1][c][i] - nodes[k][c][i]);
+                }
             }
         }
         out
     }
 
     /// Returns the position of `light` along an axis, in nodes.
+    #[inline(always)]
     fn axis_position(light: f32) -> f32 {
         // `max` turns NaN into the smallest light.
         let steps = (log2(light.max(f32::MIN_POSITIVE)) - LOG2[0]) * Self::STEPS_PER_STOP;

@@ -16,6 +16,7 @@ use rayon::prelude::*;
 use crate::Pixels;
 use crate::display::batch::{BATCH, RgbBatch};
 use blinn_core::geometry::{Rgb, Rgba};
+use blinn_core::simd::SimdLevel;
 use blinn_scene::{BlenderVersion, Source, SourceFormat, linear_to_srgb8, srgb_to_linear};
 
 pub use blinn_scene::linear_to_srgb;
@@ -105,7 +106,7 @@ impl ViewTransform {
 
 impl Display {
     /// Converts premultiplied scene-linear colours to display-linear colours and straight alphas.
-    fn show(&self, pixels: &[Rgba; BATCH], gain: f32) -> (RgbBatch, [f32; BATCH]) {
+    fn show(&self, simd: SimdLevel, pixels: &[Rgba; BATCH], gain: f32) -> (RgbBatch, [f32; BATCH]) {
         let alpha = pixels.map(|p| p.w.clamp(0.0, 1.0));
         let mut light = [[0.0; BATCH]; 3];
         for (c, channel) in light.iter_mut().enumerate() {
@@ -118,7 +119,7 @@ impl Display {
             ViewTransform::Standard | ViewTransform::Raw => {
                 light.map(|channel| channel.map(|v| if v > 0.0 { v.min(1.0) } else { 0.0 }))
             }
-            ViewTransform::Agx => agx::agx(&light, self.look),
+            ViewTransform::Agx => agx::agx(simd, &light, self.look),
             ViewTransform::Filmic => filmic::filmic(&light),
             ViewTransform::PbrNeutral => neutral::pbr_neutral(&light),
         };
@@ -155,8 +156,9 @@ impl Display {
         alpha: impl Fn(f32) -> T + Sync,
     ) -> Vec<[T; N]> {
         let gain = libm::exp2(self.ev) as f32;
+        let simd = SimdLevel::detect();
         let encode_batch = |batch: &[Rgba; BATCH], out: &mut [[T; N]]| {
-            let ([r, g, b], a) = self.show(batch, gain);
+            let ([r, g, b], a) = self.show(simd, batch, gain);
             for (i, out) in out.iter_mut().enumerate() {
                 let rgba = [color(r[i]), color(g[i]), color(b[i]), alpha(a[i])];
                 for (out, value) in out.iter_mut().zip(rgba) {
