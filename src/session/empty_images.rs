@@ -11,8 +11,8 @@ use crate::round_sizes::{RoundWidth, round_sizes};
 use blinn_accel::RoundSizes;
 use blinn_core::cancellation::{CancelToken, Cancelled};
 use blinn_core::geometry::Aabb;
-use blinn_render::integrator::{Aov, Frame};
-use blinn_render::{Pixels, RenderSettings, render_aovs};
+use blinn_render::integrator::Frame;
+use blinn_render::{Pixels, RenderSettings, count_hit_pixels};
 use blinn_scene::{Camera, ClipPlanes, Projection};
 
 /// Longer side of the images that search for the reason, in pixels.
@@ -41,8 +41,7 @@ pub fn empty_reason(
 fn shows_object(frame: &Frame, settings: &RenderSettings, cancel: &CancelToken) -> Result<bool, Cancelled> {
     let hits = |settings: &RenderSettings| -> Result<bool, Cancelled> {
         let frame = Frame { ground: None, ..frame.clone() };
-        let layers = render_aovs(&frame, &[Aov::Mask], settings, cancel)?;
-        Ok(layers.iter().any(|layer| layer.values.iter().any(|&mask| mask > 0.0)))
+        Ok(count_hit_pixels(&frame, settings, 1, cancel)? > 0)
     };
     // Few pixels decide for most images.
     Ok(settings.crop.is_none() && hits(&smaller(settings))? || hits(settings)?)

@@ -5,10 +5,9 @@ use glam::DVec3;
 use crate::empty_images::smaller;
 use crate::error::SessionError;
 use crate::posed_frame::{PosedFrame, SceneSetup};
-use blinn_core::cancellation::Cancelled;
 use blinn_core::geometry::Aabb;
-use blinn_render::integrator::{Aov, Frame};
-use blinn_render::{RenderSettings, render_aovs};
+use blinn_render::integrator::Frame;
+use blinn_render::{RenderSettings, count_hit_pixels};
 use blinn_scene::{Camera, ClipPlanes};
 
 /// Share of the pixels above which cuts are reported.
@@ -30,15 +29,12 @@ pub fn cuts_picture(
     }
     setup.build(first)?;
     let frame = Frame { ground: None, ..setup.frame(first, camera)? };
-    let whole = ClipPlanes { near: 0.0, ..camera.clip };
-    let whole = Frame { camera: Camera { clip: whole, ..camera }, ..frame.clone() };
-    let depths = |frame: &Frame| -> Result<Vec<f32>, Cancelled> {
-        let layers = render_aovs(frame, &[Aov::Depth], &smaller(settings), &setup.cancel)?;
-        Ok(layers.into_iter().flat_map(|layer| layer.values).collect())
-    };
-    let all = depths(&whole)?;
-    let cut = all.iter().filter(|&&depth| depth < camera.clip.near as f32).count();
-    Ok(cut as f64 > REPORTED * all.len() as f64 && depths(&frame)?.iter().any(|depth| depth.is_finite()))
+    let small = smaller(settings);
+    let count = |frame: &Frame, limit: u64| count_hit_pixels(frame, &small, limit, &setup.cancel);
+    let cut_off = ClipPlanes { near: 0.0, far: camera.clip.near.min(camera.clip.far) };
+    let cut_off = Frame { camera: Camera { clip: cut_off, ..camera }, ..frame.clone() };
+    let reported = (REPORTED * f64::from(small.width) * f64::from(small.height)) as u64 + 1;
+    Ok(count(&cut_off, reported)? == reported && count(&frame, 1)? > 0)
 }
 
 /// Returns true if a part of the `bounds` may lie between the camera and its near plane.

@@ -5,7 +5,7 @@ use glam::DVec3;
 use crate::integrator::frame::Frame;
 use crate::integrator::material::hit_filter::MaterialHitFilter;
 use crate::integrator::material::opacity::opacity;
-use crate::integrator::path_rays::{MAX_SURFACES_PER_RAY, PathRays};
+use crate::integrator::path_rays::{MAX_SURFACES_PER_RAY, PathRayHit, PathRays};
 use crate::integrator::sample::Sample;
 use crate::integrator::scratch::Scratch;
 use crate::integrator::surface::surface_point::SurfacePoint;
@@ -51,21 +51,46 @@ impl FirstHit<'_> {
 pub fn first_hits<'s>(frame: &Frame<'s>, samples: &[Sample], scratch: &mut Scratch) -> Vec<FirstHit<'s>> {
     let miss = |&sample: &Sample| FirstHit { sample, surface: None, flow: Flow::default() };
     let mut first: Vec<FirstHit> = samples.iter().map(miss).collect();
+    trace_first(frame, samples, scratch, |eye| {
+        let surface = SurfacePoint::at(frame.posed, &eye.hit, eye.ray);
+        let is_seen = !is_hole(frame, &surface);
+        if is_seen {
+            first[eye.path].surface = Some((eye.hit, surface));
+        }
+        is_seen
+    });
+    first
+}
+
+/// True for each eye ray of `samples` that has a first hit.
+pub(crate) fn have_hits(frame: &Frame, samples: &[Sample], scratch: &mut Scratch) -> Vec<bool> {
+    trace_first(frame, samples, scratch, |eye| {
+        // Only textures make holes.
+        frame.material(eye.hit.id).alpha_mode == AlphaMode::Opaque
+            || !is_hole(frame, &SurfacePoint::at(frame.posed, &eye.hit, eye.ray))
+    })
+}
+
+/// Follows the eye rays of `samples` up to a hit that `is_seen`. Returns whether each has one.
+fn trace_first(
+    frame: &Frame,
+    samples: &[Sample],
+    scratch: &mut Scratch,
+    mut is_seen: impl FnMut(PathRayHit) -> bool,
+) -> Vec<bool> {
+    let mut found = vec![false; samples.len()];
     let mut rays = PathRays::new(frame, samples, &mut scratch.rays, &mut scratch.hits);
     for _ in 0..MAX_SURFACES_PER_RAY {
         rays.intersect(frame);
         for eye in rays.iter().filter(|eye| !eye.hit.is_miss()) {
-            let surface = SurfacePoint::at(frame.posed, &eye.hit, eye.ray);
-            if !is_hole(frame, &surface) {
-                first[eye.path].surface = Some((eye.hit, surface));
-            }
+            found[eye.path] = is_seen(eye);
         }
-        rays.continue_behind(|sample| first[sample].surface.is_none());
+        rays.continue_behind(|path| !found[path]);
         if rays.is_empty() {
             break;
         }
     }
-    first
+    found
 }
 
 /// Less opacity than an 8-bit picture can show.

@@ -64,6 +64,7 @@ pub use blinn_phong::specular_lobe;
 pub use cryptomatte::{MatteCoverage, MatteKind, trace_mattes};
 pub(crate) use edge_rays::{EdgePoint, visible_points};
 pub use emitters::Emitters;
+pub(crate) use first_hit::have_hits;
 pub use first_hit::{FirstHit, first_hits};
 pub use flow::{NeighbourFrames, add_flow};
 pub use frame::{AmbientOcclusion, DEFAULT_BOUNCES, Frame};
