@@ -52,6 +52,34 @@ pub struct Camera {
     pub lens: Option<ThinLens>,
 }
 
+/// The eye rays of a camera through the centre of its lens.
+#[derive(Clone, Copy, Debug)]
+pub struct EyeRays {
+    e: DVec3,
+    u: DVec3,
+    v: DVec3,
+    /// d·w, or w of an orthographic camera.
+    d: DVec3,
+    /// l and b.
+    low: DVec2,
+    /// r − l and t − b.
+    size: DVec2,
+    projection: Projection,
+}
+
+impl EyeRays {
+    /// Returns [`Camera::eye_ray`].
+    #[inline]
+    pub fn at(&self, x: f64, y: f64) -> Ray {
+        let across = self.u * (self.low.x + self.size.x * x) + self.v * (self.low.y + self.size.y * y);
+        let (o, d) = match self.projection {
+            Projection::Perspective => (self.e, across - self.d),
+            Projection::Orthographic => (self.e + across, -self.d),
+        };
+        Ray { o: o.as_vec3(), d: d.as_vec3() }
+    }
+}
+
 impl Camera {
     /// Returns the eye ray through the centre of the lens and film position (x, y), relative to `centre`.
     ///
@@ -64,16 +92,26 @@ impl Camera {
     /// - Orthographic: origin e + u·u + v·v, direction −w.
     #[inline]
     pub fn eye_ray(&self, x: f64, y: f64, centre: DVec3) -> Ray {
+        self.eye_rays(centre).at(x, y)
+    }
+
+    /// Returns what all of [`Camera::eye_ray`] relative to `centre` share.
+    #[inline]
+    pub fn eye_rays(&self, centre: DVec3) -> EyeRays {
         let half_size = 0.5 * DVec2::new(self.view_width, self.view_height);
-        let DVec2 { x: l, y: b } = self.view_centre - half_size;
-        let DVec2 { x: r, y: t } = self.view_centre + half_size;
-        let across = self.basis.u * (l + (r - l) * x) + self.basis.v * (b + (t - b) * y);
-        let e = self.view_point - centre;
-        let (o, d) = match self.projection {
-            Projection::Perspective => (e, across - self.basis.w * self.proj_distance),
-            Projection::Orthographic => (e + across, -self.basis.w),
-        };
-        Ray { o: o.as_vec3(), d: d.as_vec3() }
+        let low = self.view_centre - half_size;
+        EyeRays {
+            e: self.view_point - centre,
+            u: self.basis.u,
+            v: self.basis.v,
+            d: match self.projection {
+                Projection::Perspective => self.basis.w * self.proj_distance,
+                Projection::Orthographic => self.basis.w,
+            },
+            low,
+            size: self.view_centre + half_size - low,
+            projection: self.projection,
+        }
     }
 
     /// Returns the eye ray through film position (x, y) and a point of the aperture, in metres to the right and upward from the

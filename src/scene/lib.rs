@@ -64,7 +64,7 @@ pub use animation::pose::{PoseSettings, pose};
 pub use animation::posed_scene::{PosedInstance, PosedScene};
 pub use area_light::{AreaLight, AreaLightShape, PosedAreaLight};
 pub use blender_version::BlenderVersion;
-pub use camera::{Camera, ClipPlanes, Projection};
+pub use camera::{Camera, ClipPlanes, EyeRays, Projection};
 pub use camera_pose::{CameraAxes, FARTHEST, NEGLIGIBLE, SimilarityTransform, is_homogeneous};
 pub use css_colors::{color_names, named_color};
 pub use edge_marks::EdgeMarks;

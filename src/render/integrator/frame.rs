@@ -151,9 +151,14 @@ impl<'a> Frame<'a> {
         let depth_per_t = self.camera.depth_per_t();
         rays.t_min = (self.camera.clip.near / depth_per_t) as f32;
         rays.t_max = (self.camera.clip.far / depth_per_t) as f32;
-        for s in samples {
-            let ray = self.eye_ray(s);
-            rays.push(ray.o, ray.d);
+        if self.camera.lens.is_none() {
+            let eye = self.camera.eye_rays(self.posed.centre);
+            rays.origins.extend(samples.iter().map(|s| eye.at(s.x, s.y).o));
+            rays.directions.extend(samples.iter().map(|s| eye.at(s.x, s.y).d));
+        } else {
+            for ray in samples.iter().map(|s| self.eye_ray(s)) {
+                rays.push(ray.o, ray.d);
+            }
         }
         let through_centre = samples.iter().all(|sample| sample.aperture == DVec2::ZERO);
         rays.coherence = match (self.camera.projection, through_centre && !rays.is_empty()) {
