@@ -52,7 +52,7 @@ fn measure(pixels: &Pixels) -> Option<Metering> {
     if lit.is_empty() {
         return None;
     }
-    lit.sort_by(f64::total_cmp);
+    lit.sort_unstable_by(f64::total_cmp);
     let log_average = lit.iter().map(|&l| libm::log2(l)).sum::<f64>() / lit.len() as f64;
     let below_mid_grey = libm::log2(MID_GREY) - log_average;
     let percentile_99 = lit[(lit.len() - 1) * 99 / 100];
