@@ -2,8 +2,10 @@
 
 use blinn::accel::{Accel, AccelSettings};
 use blinn::integrator::{Aov, Frame};
-use blinn::render::{MaskRect, RenderSettings, render_aovs, render_object_masks, trace_surface_tracks};
-use blinn::scene::{Camera, Lighting, Orbit, PoseSettings, Scene, View, pose};
+use blinn::render::{
+    MaskRect, RenderSettings, count_hit_pixels, render_aovs, render_object_masks, trace_surface_tracks,
+};
+use blinn::scene::{Camera, ClipPlanes, Lighting, Orbit, PoseSettings, Scene, View, pose};
 use glam::DVec2;
 
 use crate::common::load_model;
@@ -49,6 +51,28 @@ fn amodal_masks_are_those_of_objects_alone() {
             hidden += mask.amodal.area() - mask.visible.area();
         }
         assert!(masks.len() > 1 && hidden > 50, "{name}: {hidden}");
+    }
+}
+
+/// Pixels with a hit are those of the mask, also with alpha textures and clip planes.
+#[test]
+fn counted_pixels_are_those_of_the_mask() {
+    for name in ["assembly/assembly.glb", "alpha/alpha.glb", "textured/textured.glb"] {
+        let scene = load_model(name);
+        let whole = camera(&scene, 0.7);
+        let depth = with_frame(&scene, whole, |f| render_aovs(f, &[Aov::Depth], &settings(), &()).unwrap());
+        let nearest = depth[0].values.iter().copied().fold(f32::INFINITY, f32::min);
+        let cut = ClipPlanes { near: 0.0, far: 1.1 * f64::from(nearest) };
+        let [all, near] = [whole.clip, cut].map(|clip| {
+            with_frame(&scene, Camera { clip, ..whole }, |f| {
+                let mask = render_aovs(f, &[Aov::Mask], &settings(), &()).unwrap();
+                let masked = mask[0].values.iter().filter(|&&mask| mask > 0.0).count() as u64;
+                let count = |limit: u64| count_hit_pixels(f, &settings(), limit, &()).unwrap();
+                assert_eq!([count(u64::MAX), count(7), count(0)], [masked, masked.min(7), 0], "{name}");
+                masked
+            })
+        });
+        assert!(0 < near && near < all && all < 80 * 60, "{name}: {near} of {all}");
     }
 }
 
