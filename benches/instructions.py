@@ -42,6 +42,7 @@ MODULES = {
     "blinn_scene::thin_lens": EYE,
 
     "blinn_accel::Accel::intersect": TRACING,
+    "blinn_render::hit_pixels": TRACING,
     "blinn_render::integrator::first_hit": TRACING,
     "blinn_render::integrator::path_rays": TRACING,
 
@@ -63,6 +64,7 @@ MODULES = {
     "blinn_render::integrator::surface::texture_eval": TEXTURES,
     "blinn_scene::texture": TEXTURES,
     "blinn_scene::texture::downsample": MIPS,
+    "blinn_scene::texture::interpolated_light": MIPS,
     "blinn_scene::texture::mips": MIPS,
 
     "blinn_render::integrator::block_lobes": LOBES,
