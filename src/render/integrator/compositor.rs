@@ -11,6 +11,9 @@ use crate::integrator::surface::soa::vec3;
 use blinn_core::geometry::Rgb;
 use glam::Vec3;
 
+#[cfg(test)]
+mod tests;
+
 /// Less transmittance than this counts as none: white behind it would change black by less than half a byte.
 const OPAQUE_TRANSMITTANCE: f32 = 1.0 / (1 << 13) as f32;
 
@@ -123,15 +126,22 @@ impl<'a> Compositor<'a> {
         self.light[path].transmittance * medium * batch.coefficients(i).opacity
     }
 
-    /// Composites the shaded points of the current surfaces, which have spawned `rays`, and moves the rays of paths that are
-    /// not opaque yet behind their hits. False if there are none.
-    pub fn composite(&mut self, frame: &Frame, batch: &ShadingBatch, rays: &[SecondaryRay]) -> bool {
+    /// Composites the shaded points of the current surfaces, which have spawned `rays` and left out those of `unseen`, and moves
+    /// the rays of paths that are not opaque yet behind their hits. False if there are none.
+    pub fn composite(
+        &mut self,
+        frame: &Frame,
+        batch: &ShadingBatch,
+        rays: &[SecondaryRay],
+        unseen: &[(usize, f32)],
+    ) -> bool {
         let mut any_transparent = false;
         // Features of what rays see take the place of those of the surfaces that spawn them.
         let mut seen_elsewhere = vec![0.0; self.seen.len()];
-        for ray in rays {
-            if let Some(share) = seen_elsewhere.get_mut(ray.parent) {
-                *share += ray.seen_share;
+        for (path, share) in rays.iter().map(|ray| (ray.parent, ray.seen_share)).chain(unseen.iter().copied())
+        {
+            if let Some(sum) = seen_elsewhere.get_mut(path) {
+                *sum += share;
             }
         }
         for (i, point) in batch.points.iter().enumerate() {
@@ -161,7 +171,8 @@ impl<'a> Compositor<'a> {
             }
             if let Some(seen) = self.seen.get_mut(point.path) {
                 let (k, stopped) = (batch.coefficients(i), stopped());
-                let surface = SeenFeatures { albedo: k.color, normal: batch.n(i).as_vec3(), coverage: 0.0 };
+                let surface =
+                    SeenFeatures { albedo: k.color, normal: batch.n(i).as_vec3(), coverage: 0.0, known: 1.0 };
                 let share = (stopped - seen_elsewhere[point.path]).max(0.0);
                 seen.add(&surface, share);
                 seen.add_light(k.k_e, share);
@@ -186,9 +197,11 @@ impl<'a> Compositor<'a> {
         let Compositor { light: found, seen, emission, .. } = secondary;
         for ((ray, found), mut seen) in wave.rays.iter().zip(&found).zip(seen) {
             let Some(to) = self.seen.get_mut(ray.parent).filter(|_| ray.seen_share > 0.0) else { continue };
+            let escaped = 1.0 - seen.coverage;
             if let Escape::Radiance(radiance) = ray.escape {
-                seen.add_light(radiance, 1.0 - seen.coverage);
+                seen.add_light(radiance, escaped);
             }
+            seen.known += escaped;
             seen.add_light(found.emitted, 1.0);
             seen.coverage = 0.0;
             to.add(&seen, ray.seen_share);

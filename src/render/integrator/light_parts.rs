@@ -74,6 +74,8 @@ pub struct SeenFeatures {
     pub normal: Vec3,
     /// Share of the sample that surfaces cover.
     pub coverage: f32,
+    /// Share of the sample of which is known what is seen: not of rays that are left out by chance.
+    pub known: f32,
 }
 
 impl SeenFeatures {
@@ -82,6 +84,7 @@ impl SeenFeatures {
         self.albedo += other.albedo * share;
         self.normal += other.normal * share;
         self.coverage += other.coverage * share;
+        self.known += other.known * share;
     }
 
     /// Adds a share of a light with this radiance, which is no surface.

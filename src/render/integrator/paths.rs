@@ -139,6 +139,8 @@ pub(crate) struct SecondaryRay {
 pub(crate) struct Wave {
     pub rays: Vec<SecondaryRay>,
     pub samples: Vec<Sample>,
+    /// Paths whose rays are left out by chance, and the shares of what they see: those of narrow lobes and glass.
+    pub unseen: Vec<(usize, f32)>,
 }
 
 impl Wave {
@@ -146,11 +148,19 @@ impl Wave {
     pub fn clear(&mut self) {
         self.rays.clear();
         self.samples.clear();
+        self.unseen.clear();
     }
 
     pub fn push(&mut self, ray: SecondaryRay, sample: Sample) {
         self.rays.push(ray);
         self.samples.push(sample);
+    }
+
+    /// Leaves out a ray that would show a share of what its parent sees.
+    pub fn leave_out(&mut self, parent: usize, seen_share: f32) {
+        if seen_share > 0.0 {
+            self.unseen.push((parent, seen_share));
+        }
     }
 
     /// Fills `batch` with the rays of the wave. They meet both sides of surfaces.

@@ -46,7 +46,7 @@ use crate::integrator::light_layers::{LightLayer, SampleLayers};
 use crate::integrator::light_parts::{LightSplit, SampleParts};
 use crate::integrator::material::coefficients::BaseTerms;
 use crate::integrator::path_rays::{MAX_SURFACES_PER_RAY, PathRays};
-use crate::integrator::paths::{PathLight, PathStates};
+use crate::integrator::paths::{PathLight, PathStates, Wave};
 use crate::integrator::sample::{Sample, SampleStream};
 use crate::integrator::sampler::LowDiscrepancySampler;
 use crate::integrator::scratch::{Scratch, WaveBuffers};
@@ -220,7 +220,7 @@ impl Phong {
                 add_transmitted_highlights(frame, compositor, &mut batch, stream, shadow);
             }
             batch.assign_light_to(LightLayer::SpecularDirect);
-            let spawned = next.wave.rays.len();
+            let (spawned, unseen) = (next.wave.rays.len(), next.wave.unseen.len());
             spawn_rays(frame, compositor, &mut batch, stream, &mut next.wave);
             batch.assign_light_to(LightLayer::SpecularIndirect);
             if self.traces_indirect(frame) {
@@ -228,7 +228,8 @@ impl Phong {
                     spawn_diffuse_rays(frame, compositor, batch, stream, &mut next.wave);
                 }
             }
-            let continues = compositor.composite(frame, &batch, &next.wave.rays[spawned..]);
+            let Wave { rays, unseen: left_out, .. } = &next.wave;
+            let continues = compositor.composite(frame, &batch, &rays[spawned..], &left_out[unseen..]);
             batch.recycle(buffers);
             if !continues {
                 break;

@@ -224,17 +224,18 @@ impl<'a> ReflectionRays<'a> {
             }
             return None;
         }
-        if survival < 1.0 {
-            let u = self.stream.get_2d(path, SampleDimension::Roulette)[usize::from(is_coat)];
-            if u >= survival {
-                return None;
-            }
-        }
         let seen_share = if alpha < SEEN_ALPHA && layer.anisotropic.is_none() {
             throughput.element_sum() * (1.0 / 3.0) * layer.share
         } else {
             0.0
         };
+        if survival < 1.0 {
+            let u = self.stream.get_2d(path, SampleDimension::Roulette)[usize::from(is_coat)];
+            if u >= survival {
+                spawned.wave.leave_out(path, seen_share);
+                return None;
+            }
+        }
         Some(PendingRay { point, arrives, importance, survival, seen_share })
     }
 }
@@ -314,10 +315,11 @@ impl RayMaker<'_, '_> {
         let environment = self.frame.environment.as_ref();
         // A ray that the microfacets hide still brings its sample's share of the environment's light over the lobe.
         let is_empty = is_cut || (weight == 0.0 && environment.is_none());
+        let &PendingRay { point, importance, survival, seen_share, .. } = ray;
         if self.frame.traces_full_paths() && is_empty {
+            spawned.wave.leave_out(self.path(ray), seen_share);
             return;
         }
-        let &PendingRay { point, importance, survival, seen_share, .. } = ray;
         // The ray stands for those that do not survive.
         let arrives = ray.arrives / survival;
         let path = self.path(ray);
@@ -361,7 +363,7 @@ impl RayMaker<'_, '_> {
             source,
             is_diffuse: false,
             is_rough: !lobe.is_mirror() || anisotropic.is_some(),
-            seen_share: seen_share / survival,
+            seen_share,
             area_lights: match anisotropic {
                 Some(facets) => AreaLightHits::Weighted(survival * facets.pdf(direction.as_vec3())),
                 None => area_light_hits(lobe.n, direction, lobe.v, lobe.alpha, survival),

@@ -293,7 +293,12 @@ impl<'a, 's> PathVertex<'a, 's> {
             return Rgb::ZERO;
         }
         let side = if is_refracted { -self.n_g } else { self.n_g };
+        let seen_share = match self.k.layers.alpha < SEEN_ALPHA {
+            true => self.throughput.element_sum() * (1.0 / 3.0) * share,
+            false => 0.0,
+        };
         if self.frame.traces_full_paths() && ray.direction.dot(side) <= 0.0 {
+            wave.leave_out(self.path(), seen_share);
             return Rgb::ZERO;
         }
         // Tilted normals may point rays to the wrong side of the triangle.
@@ -311,8 +316,8 @@ impl<'a, 's> PathVertex<'a, 's> {
             }
             reflections_left -= 1;
         }
-        let Some(Survivor { weight, importance, survival }) = self.play_roulette(arrives, importance, u)
-        else {
+        let Some(Survivor { weight, importance }) = self.play_roulette(arrives, importance, u) else {
+            wave.leave_out(self.path(), seen_share);
             return Rgb::ZERO;
         };
         let escape = match environment_radiance() {
@@ -349,10 +354,7 @@ impl<'a, 's> PathVertex<'a, 's> {
             source: self.batch.points[self.i].id,
             is_diffuse: false,
             is_rough: false,
-            seen_share: match self.k.layers.alpha < SEEN_ALPHA {
-                true => self.throughput.element_sum() * (1.0 / 3.0) * share / survival,
-                false => 0.0,
-            },
+            seen_share,
             area_lights: self.area_light_hits(is_refracted),
             state,
         };
@@ -374,10 +376,10 @@ impl<'a, 's> PathVertex<'a, 's> {
     fn play_roulette(&self, weight: Rgb, importance: f32, u: f32) -> Option<Survivor> {
         let threshold = if self.stream.wave == 0 { FIRST_ROULETTE_IMPORTANCE } else { ROULETTE_IMPORTANCE };
         if !(importance < threshold) {
-            return Some(Survivor { weight, importance, survival: 1.0 });
+            return Some(Survivor { weight, importance });
         }
         let survival = importance / threshold;
-        (u < survival).then(|| Survivor { weight: weight / survival, importance: threshold, survival })
+        (u < survival).then(|| Survivor { weight: weight / survival, importance: threshold })
     }
 }
 
@@ -385,8 +387,6 @@ impl<'a, 's> PathVertex<'a, 's> {
 struct Survivor {
     weight: Rgb,
     importance: f32,
-    /// The probability of its survival.
-    survival: f32,
 }
 
 /// The direction of the ray from direction `v` that is refracted at a surface of normal `m`, by Snell's law. `cos` is v·m,

@@ -83,7 +83,7 @@ fn rays_by_wave(waves: u32) -> Vec<usize> {
     let mut path_rays = PathRays::new(&frame, &samples, &mut rays, &mut hits);
     path_rays.states = PathStates::Eye(&frame, &samples);
     let mut compositor = Compositor::new(&frame, path_rays);
-    let mut wave = Wave { rays: Vec::new(), samples: samples.clone() };
+    let mut wave = Wave { samples: samples.clone(), ..Wave::default() };
     let mut counts = Vec::new();
     for depth in 0..waves {
         compositor.rays.intersect(&frame);
