@@ -46,8 +46,8 @@ pub(super) fn fit(fine: &Window, params: &Params, simd: SimdLevel, tile: Rect) -
     let centers: Vec<[isize; 2]> = (0..rows).flat_map(|y| (0..columns).map(move |x| center(x, y))).collect();
     let mut sums = vec![[0.0; 4]; tile.area()];
     let (coarse, centers, weights, sums_out) = (&coarse, &centers, &weights, &mut sums);
-    if params.albedo {
-        simd.run(FitBlocks::<10> { fine, coarse, params, tile, row, centers, weights, sums: sums_out });
+    if params.occlusion {
+        simd.run(FitBlocks::<9> { fine, coarse, params, tile, row, centers, weights, sums: sums_out });
     } else {
         simd.run(FitBlocks::<7> { fine, coarse, params, tile, row, centers, weights, sums: sums_out });
     }

@@ -3,7 +3,8 @@
 //!
 //! Light comes in parts, each divided by its surface colour, so that textures stay out of the filter. Around each pixel
 //! (or block of pixels) a part is fitted by a linear function of surface position, normal and, for specular parts,
-//! colour. Neighbours count by non-local means: how alike the patches around two pixels are, given their variance.
+//! colour or, for bounced light, near occlusion. Neighbours count by non-local means: how alike the patches around two pixels
+//! are, given their variance.
 //!
 //! A tile of the picture is filtered with a margin of its own, so that memory does not grow with the picture, and a
 //! pixel depends on those within [`MARGIN`] only.
@@ -12,6 +13,7 @@ mod blocks;
 mod coarse;
 mod features;
 mod linear_fit;
+mod near_occlusion;
 mod params;
 mod part;
 mod pixels;
@@ -33,11 +35,12 @@ pub(crate) use params::PartKind;
 pub(crate) use part::NoisyPart;
 pub(crate) use wavelets::{SmoothKind, WaveletLight, smooth_light};
 
+use near_occlusion::near_occlusion;
 use params::{Params, RANGE_RADIUS};
 use window::Rect;
 
 /// Pixels around a crop that its reconstruction depends on.
-pub(crate) const MARGIN: usize = 36;
+pub(crate) const MARGIN: usize = 33 + near_occlusion::REACH;
 
 /// Reconstructs a part of the light of a picture from its noisy means.
 ///
@@ -77,11 +80,12 @@ fn denoise_with(
     if samples < 2 {
         return out;
     }
+    let occlusion = if params.occlusion { near_occlusion(features, simd) } else { Vec::new() };
     let first = rows.start as isize;
     let moved = |tile: Rect| Rect { y: tile.y + first, ..tile };
     let tiles: Vec<Rect> = Rect::tiles(width, rows.len(), params.tile).map(moved).collect();
-    let results: Vec<Vec<Rgb>> =
-        tiles.par_iter().map(|tile| filter_tile(features, part, params, samples, simd, *tile)).collect();
+    let fit = |tile: &Rect| filter_tile(features, &occlusion, part, params, samples, simd, *tile);
+    let results: Vec<Vec<Rgb>> = tiles.par_iter().map(fit).collect();
     for (tile, result) in tiles.iter().zip(results) {
         for (y, row) in result.chunks_exact(tile.width).enumerate() {
             let start = ((tile.y - first) as usize + y) * width + tile.x as usize;
@@ -93,13 +97,14 @@ fn denoise_with(
 
 fn filter_tile(
     features: &Features,
+    occlusion: &[Vec<f32>],
     part: &NoisyPart,
     params: &Params,
     samples: u32,
     simd: SimdLevel,
     tile: Rect,
 ) -> Vec<Rgb> {
-    let window = window::Window::new(features, part, params, samples, tile);
+    let window = window::Window::new(features, occlusion, part, params, samples, tile);
     let mut out = window.means(tile);
     let noisy = window.noisy_pixels(tile, params.reach());
     if !noisy.contains(&true) {

@@ -41,6 +41,8 @@ pub(super) struct Params {
     pub step: usize,
     /// Fits surface colour as well.
     pub albedo: bool,
+    /// Fits near occlusion as well.
+    pub occlusion: bool,
     /// Bound of a pixel's light, relative to the brightest pixel beside it.
     pub spikes: f32,
     /// Size of the tiles that are filtered at once.
@@ -57,6 +59,7 @@ impl Params {
             position_ridge: 1e-2,
             step: 0,
             albedo: false,
+            occlusion: false,
             spikes: 16.0,
             tile: [64, 32],
         };
@@ -69,6 +72,7 @@ impl Params {
                 step: 2,
                 tile: [128, 64],
                 position_ridge: 0.1,
+                occlusion: true,
                 ..exact
             },
             PartKind::Specular => Params { albedo: true, ..exact },
@@ -85,6 +89,17 @@ impl Params {
         let cells = self.radius + self.patch + SMOOTHING;
         let neighbours = if self.blocks() { 2 * (cells + self.radius + 1) } else { cells };
         neighbours + VARIANCE_RADIUS + SPIKE_RADIUS
+    }
+
+    /// Pixels to each side that the light of a pixel depends on.
+    #[cfg(test)]
+    pub fn dependence(&self) -> usize {
+        self.margin() + if self.occlusion { super::near_occlusion::REACH } else { 0 }
+    }
+
+    /// Number of features of a fit.
+    pub fn features(&self) -> usize {
+        6 + if self.albedo { 3 } else { 0 } + if self.occlusion { 2 } else { 0 }
     }
 
     pub fn blocks(&self) -> bool {

@@ -4,8 +4,9 @@ use blinn_core::geometry::Rgb;
 use blinn_core::simd::SimdLevel;
 use glam::Vec3;
 
+use super::near_occlusion::near_occlusion;
 use super::params::Params;
-use super::{Features, MARGIN, NoisyPart, PartKind, denoise};
+use super::{Features, MARGIN, NoisyPart, PartKind, denoise, denoise_with};
 
 const KINDS: [PartKind; 3] = [PartKind::DirectDiffuse, PartKind::IndirectDiffuse, PartKind::Specular];
 const SAMPLES: u32 = 16;
@@ -97,6 +98,59 @@ fn edges_between_surfaces_stay_sharp() {
     }
 }
 
+/// Two walls that meet at x = 32.
+fn corner(is_concave: bool) -> Features {
+    let mut features = plane(64, 48);
+    for (p, n) in features.position.iter_mut().zip(&mut features.normal) {
+        if p.x >= 32.0 {
+            let depth = p.x - 31.5;
+            (p.z, *n) = if is_concave { (depth, Vec3::NEG_X) } else { (-depth, Vec3::X) };
+            p.x = 31.5;
+        }
+    }
+    features
+}
+
+#[test]
+fn near_occlusion_is_that_of_what_lies_above_a_surface() {
+    let occlusion = |features: &Features| near_occlusion(features, SimdLevel::detect());
+    let row = |plane: &[f32]| plane[24 * 64..25 * 64].to_vec();
+    for open in [plane(64, 48), corner(false)] {
+        assert!(occlusion(&open).concat().iter().all(|&o| o == 0.0));
+    }
+    let [wide, near] = <[Vec<f32>; 2]>::try_from(occlusion(&corner(true))).unwrap();
+    let (wide, near) = (row(&wide), row(&near));
+    for x in 20..31 {
+        assert!(wide[x] <= wide[x + 1] && near[x] <= near[x + 1], "{x}: {wide:?} {near:?}");
+    }
+    assert!(wide[31] > 0.1 && near[31] > 0.1, "{} {}", wide[31], near[31]);
+    assert!(wide[24] > 0.0 && near[24] == 0.0, "4 pixels do not reach the corner: {} {}", wide[24], near[24]);
+    let mut without = corner(true);
+    without.coverage.iter_mut().enumerate().filter(|(i, _)| i % 64 >= 32).for_each(|(_, share)| *share = 0.0);
+    assert!(occlusion(&without).concat().iter().all(|&o| o == 0.0), "the background does not occlude");
+}
+
+#[test]
+fn creases_stay_dark() {
+    let features = corner(true);
+    let light: Vec<Rgb> = (0..64 * 48)
+        .map(|i| {
+            let distance = ((i % 64) as f32 - 31.5).abs();
+            Rgb::splat(1.0 - 0.5 * (-distance / 4.0).exp())
+        })
+        .collect();
+    let part = noisy(&light, 0.05);
+    let bias = |occlusion: bool| {
+        let params = Params { occlusion, ..Params::new(PartKind::IndirectDiffuse) };
+        let out = denoise_with(&features, &part, &params, SAMPLES, SimdLevel::detect(), 0..48);
+        let at_corner = |i: &usize| (30..34).contains(&(i % 64));
+        let pixels: Vec<usize> = (0..64 * 48).filter(at_corner).collect();
+        pixels.iter().map(|&i| (out[i] - light[i]).x).sum::<f32>() / pixels.len() as f32
+    };
+    let (with, without) = (bias(true), bias(false));
+    assert!(with.abs() < 0.6 * without.abs(), "{with}, without occlusion {without}");
+}
+
 #[test]
 fn hard_shadows_stay_sharp() {
     // No feature shows the shadow's edge at x = 32.
@@ -168,7 +222,7 @@ fn noise_is_not_spread_beyond_its_reach() {
 #[test]
 fn the_margin_covers_what_a_pixel_depends_on() {
     for kind in KINDS {
-        assert!(Params::new(kind).margin() <= MARGIN, "{kind:?}: {}", Params::new(kind).margin());
+        assert!(Params::new(kind).dependence() <= MARGIN, "{kind:?}: {}", Params::new(kind).dependence());
     }
 }
 

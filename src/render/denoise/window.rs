@@ -63,7 +63,7 @@ pub(super) struct Window {
     pub variance: [Vec<f32>; 3],
     /// How far each pixel counts, 0–1.
     pub weight: Vec<f32>,
-    /// Normal, position and albedo.
+    /// Normal, position, and albedo or near occlusion.
     pub features: Vec<Vec<f32>>,
     /// The unfiltered mean.
     mean: Vec<Rgb>,
@@ -91,12 +91,19 @@ impl Window {
     }
 
     /// Reads a tile and its margin.
-    pub fn new(features: &Features, part: &NoisyPart, params: &Params, samples: u32, tile: Rect) -> Window {
+    pub fn new(
+        features: &Features,
+        occlusion: &[Vec<f32>],
+        part: &NoisyPart,
+        params: &Params,
+        samples: u32,
+        tile: Rect,
+    ) -> Window {
         let rect = tile.expand(params.margin());
         let (width, height) = (features.width as isize, features.height as isize);
         let [_, odd] = NoisyPart::shares(samples);
         let origin = features.origin.map(|x| x as isize);
-        let mut w = Window::empty(rect, origin, if params.albedo { 9 } else { 6 });
+        let mut w = Window::empty(rect, origin, params.features());
         w.mean = vec![Rgb::ZERO; rect.area()];
         w.lit = vec![false; rect.area()];
         w.differs = vec![false; rect.area()];
@@ -113,7 +120,11 @@ impl Window {
                 let albedo = features.albedo.get(p).copied().unwrap_or(Rgb::ZERO);
                 let planes = [features.normal[p], features.position[p], albedo];
                 let known = planes.iter().all(|f| f.is_finite() && f.abs().max_element() < MAX_FEATURE);
-                for (to, f) in w.features.chunks_mut(3).zip(planes) {
+                let (of_surface, of_occlusion) = w.features.split_at_mut(params.features() - occlusion.len());
+                for (to, from) in of_occlusion.iter_mut().zip(occlusion) {
+                    to[i] = from[p];
+                }
+                for (to, f) in of_surface.chunks_mut(3).zip(planes) {
                     let f = if known { f } else { Vec3::ZERO };
                     (to[0][i], to[1][i], to[2][i]) = (f.x, f.y, f.z);
                 }
