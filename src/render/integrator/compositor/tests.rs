@@ -6,7 +6,7 @@ use crate::integrator::{Integrator, LowDiscrepancySampler, Sample, Scratch};
 use blinn_accel::{Accel, AccelSettings};
 use blinn_scene::{
     ColorInput, Dielectric, Instance, Lighting, LocalTransform, Material, Mesh, Node, PoseSettings,
-    Projection, Reflectance, ScalarInput, Scene, View, pose,
+    Projection, Reflectance, Reflection, ScalarInput, Scene, View, pose,
 };
 
 /// A polished blue floor before a red wall.
@@ -18,6 +18,7 @@ fn floor_and_wall() -> Scene {
             roughness: ScalarInput::new(roughness),
             dielectric: Dielectric::default(),
         },
+        reflection: Reflection::Fresnel,
         double_sided: true,
         ..Material::default()
     };
