@@ -9,7 +9,7 @@ use blinn_scene::{
     Projection, Reflectance, Reflection, ScalarInput, Scene, View, pose,
 };
 
-/// A polished blue floor before a red wall.
+/// A polished blue floor, whose normals lean towards a red wall.
 fn floor_and_wall() -> Scene {
     let material = |color: Rgb, metallic: f32, roughness: f32| Material {
         base_color: ColorInput::new(color),
@@ -22,9 +22,10 @@ fn floor_and_wall() -> Scene {
         double_sided: true,
         ..Material::default()
     };
-    let mesh = |corners: [[f32; 3]; 4], material: u32| Mesh {
+    let mesh = |corners: [[f32; 3]; 4], normal: Vec3, material: u32| Mesh {
         positions: corners.map(Vec3::from).to_vec(),
         triangles: vec![[0, 1, 2], [0, 2, 3]],
+        normals: vec![normal.normalize(); 4],
         material,
         ..Mesh::default()
     };
@@ -33,7 +34,7 @@ fn floor_and_wall() -> Scene {
     let local = LocalTransform::Matrix(DAffine3::IDENTITY);
     let node = Node { local, visible: true, ..Node::default() };
     Scene {
-        meshes: vec![mesh(floor, 0), mesh(wall, 1)],
+        meshes: vec![mesh(floor, Vec3::new(0.0, 0.03, 1.0), 0), mesh(wall, Vec3::NEG_Y, 1)],
         nodes: vec![node],
         instances: (0..2).map(|mesh| Instance { node: 0, mesh, object: 1, ..Instance::default() }).collect(),
         materials: vec![material(Rgb::Z, 1.0, 0.12), material(Rgb::X, 0.0, 1.0)],
@@ -41,15 +42,15 @@ fn floor_and_wall() -> Scene {
     }
 }
 
-/// A floor seen edge-on: many of the rays of its lobe end below it.
+/// Seen at a slope, many of the rays of the floor's lobe end below it.
 #[test]
 fn a_polished_surface_shows_what_its_rays_find_and_never_itself() {
     let scene = floor_and_wall();
     let posed = pose(&scene, &PoseSettings::default()).unwrap();
     let accel = Accel::build(&posed, &AccelSettings::default()).0;
     let view = View {
-        view_point: Some(DVec3::new(0.0, -5.0, 0.03)),
-        view_dir: Some(DVec3::new(0.0, 1.0, -0.006)),
+        view_point: Some(DVec3::new(0.0, -5.0, 0.25)),
+        view_dir: Some(DVec3::new(0.0, 1.0, -0.05)),
         view_up: Some(DVec3::Z),
         projection: Some(Projection::Perspective),
         ..View::default()
@@ -70,15 +71,15 @@ fn a_polished_surface_shows_what_its_rays_find_and_never_itself() {
     let mut parts = vec![SampleParts::default(); samples.len()];
     let split = LightSplit::All;
     Phong::default().render_parts(&frame, &samples, &sampler, &mut Scratch::default(), split, &mut parts);
-    let mut unknown = 0;
+    let (mut unknown, mut red) = (0, 0);
     for SampleParts { surface, .. } in &parts {
         assert_eq!(surface.albedo, Rgb::Z, "the camera sees the floor");
-        if surface.seen.known < 0.5 {
-            unknown += 1;
-            assert!(surface.seen.known.abs() < 1e-5 && surface.seen.albedo.length() < 1e-5, "{surface:?}");
-        } else {
-            assert!((surface.seen.albedo / surface.seen.known - Rgb::X).length() < 1e-3, "{surface:?}");
-        }
+        let seen = surface.seen;
+        assert!(seen.albedo.z < 1e-5, "the floor does not show itself: {surface:?}");
+        assert!(seen.known.abs() < 1e-5 || (seen.known - 1.0).abs() < 1e-5, "{surface:?}");
+        unknown += u32::from(seen.known < 0.5);
+        // A few rays of the lobe's tail go back past the camera.
+        red += u32::from(seen.albedo.x > 0.99);
     }
-    assert!(0 < unknown && unknown < 64, "{unknown} of 64 rays end below the floor");
+    assert!(unknown > 0 && red > 0, "{unknown} of 64 rays end below the floor, {red} at the wall");
 }
