@@ -64,7 +64,7 @@ fn a_ledger_knows_the_frames_of_a_share_of_a_clip() {
     for i in [1, 2] {
         assert!(share(i).contains("1 done before; images: 0;"));
     }
-    // What another share wrote does not stand for what is missing.
+    // Files of another share do not stand for those that are missing.
     fs::remove_file(at.join("f").join(&last)).unwrap();
     assert!(share(1).contains("1 done before; images: 0;"));
     assert!(share(2).contains("images: 1, "));

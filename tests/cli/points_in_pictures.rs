@@ -56,7 +56,7 @@ fn clipping_planes_cut_points_and_lines() {
             assert_eq!(area > 0.9 * disc, is_seen, "{clip} {left}: {area}");
         }
     }
-    // Of the line between the discs, half is nearer than 8.
+    // Half of the line between the discs is nearer than 8.
     let between = |clip: &str| {
         let picture = render(&at, &format!("{options} --point-size off {clip}"));
         coverage(&picture)

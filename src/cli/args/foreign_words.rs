@@ -244,7 +244,7 @@ mod tests {
 
     #[test]
     fn flags_of_blenders_command_line_are_known() {
-        // Of `blender -b scene.blend -E CYCLES -s 1 -e 48 -o //picture_#### -F PNG -x 1 -t 8 -a`.
+        // Flags of `blender -b scene.blend -E CYCLES -s 1 -e 48 -o //picture_#### -F PNG -x 1 -t 8 -a`.
         let render = built().find_subcommand("render").unwrap().clone();
         for name in ["-b", "-E", "-s", "-e", "-o", "-F", "-x", "-t", "-a", "-f", "-S", "-P", "-y"] {
             let short = name.chars().nth(1);

@@ -11,7 +11,7 @@ use super::{FormatsPlan, RenderPlan, SceneNames};
 use blinn_scene::ViewSampling;
 use blinn_session::DatasetPlan;
 
-/// What a scene has of its own in the plan.
+/// Parts of the plan that differ between scenes.
 #[derive(Clone, Debug, Default, PartialEq, Eq, serde::Serialize)]
 pub struct ScenePlan {
     /// The seed of its random cameras and lights.
@@ -32,7 +32,8 @@ impl RenderPlan {
         Cow::Owned(plan)
     }
 
-    /// What a scene has of its own; `None` if it has the plan of all scenes. It follows from the names of scenes.
+    /// Returns the parts of the plan that are those of one scene, or `None` if it has the plan of all scenes. They follow from
+    /// the names of scenes.
     pub fn scene_plan(&self, scene: &Path) -> Option<ScenePlan> {
         let dataset = self.session.dataset.filter(|_| self.random_per_scene);
         let name = || self.scenes.name(scene);

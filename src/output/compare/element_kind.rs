@@ -1,6 +1,6 @@
 //! The kinds of elements that objects consist of.
 
-/// What an object consists of.
+/// Kind of the elements of an object.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum ElementKind {
     /// Triangles only.

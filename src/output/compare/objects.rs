@@ -21,7 +21,7 @@ pub struct ObjectDifference {
     pub name: String,
     /// Its name in the new scene, if that is another one.
     pub renamed: Option<String>,
-    /// What the object consists of, in both scenes.
+    /// Kind of the elements of the object, in both scenes.
     pub elements: ElementKind,
     /// The kind of difference.
     pub change: ObjectChange,

@@ -21,7 +21,7 @@ const GOODBYE: &str = "Blender quit";
 /// Name the folder for temporary files on all systems.
 const TEMPORARY_VARIABLES: [&str; 3] = ["TMPDIR", "TEMP", "TMP"];
 
-/// What Blender, the C++ library and Python print where there is no more memory.
+/// Messages of Blender, the C++ library and Python where there is no more memory.
 const OUT_OF_MEMORY: [&str; 4] = ["alloc returns null", "bad_alloc", "MemoryError", "annot allocate memory"];
 
 /// Settings of a conversion.
