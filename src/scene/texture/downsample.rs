@@ -61,55 +61,78 @@ impl Size {
     }
 }
 
-/// Computes row `y` of a level of size `fine.half()` from a level of size `fine`, whose texels `one` reads
-/// singly and `four` by four.
-pub(super) fn downsample_row(
-    fine: Size,
-    y: usize,
-    row: &mut [Vec4],
-    one: impl Fn(usize, usize) -> Vec4,
-    four: impl Fn([(usize, usize); 4]) -> [Vec4; 4],
-) {
-    let half = fine.half();
-    let even = fine.width == 2 * half.width && fine.height == 2 * half.height;
-    for (x, mean) in row.iter_mut().enumerate() {
-        *mean = if even {
-            let (x, y) = (2 * x, 2 * y);
-            let [a, b, c, d] = four([(x, y), (x + 1, y), (x, y + 1), (x + 1, y + 1)]);
-            a * 0.25 + b * 0.25 + c * 0.25 + d * 0.25
-        } else {
-            box_mean(fine, (x, y), &one)
-        };
+/// The step from a level to the next smaller one.
+pub(super) struct Downsampling {
+    is_even: bool,
+    /// For each texel of a row and of a column of the smaller level.
+    across: Vec<Taps>,
+    down: Vec<Taps>,
+}
+
+/// Texels along a side that a texel of the smaller level covers: two, or three of an odd side, the outer ones in part.
+struct Taps {
+    first: usize,
+    /// Weights of the first texel and the next two.
+    weights: [f32; 3],
+}
+
+impl Downsampling {
+    /// Prepares the step from a level of size `fine`.
+    pub fn new(fine: Size) -> Downsampling {
+        let half = fine.half();
+        Downsampling {
+            is_even: fine.width == 2 * half.width && fine.height == 2 * half.height,
+            across: taps(fine.width, half.width),
+            down: taps(fine.height, half.height),
+        }
+    }
+
+    /// Computes row `y` of the smaller level. `one` reads texels of the larger level singly, `four` by four.
+    pub fn compute_row(
+        &self,
+        y: usize,
+        row: &mut [Vec4],
+        one: impl Fn(usize, usize) -> Vec4,
+        four: impl Fn([(usize, usize); 4]) -> [Vec4; 4],
+    ) {
+        for (x, mean) in row.iter_mut().enumerate() {
+            *mean = if self.is_even {
+                let (x, y) = (2 * x, 2 * y);
+                let [a, b, c, d] = four([(x, y), (x + 1, y), (x, y + 1), (x + 1, y + 1)]);
+                a * 0.25 + b * 0.25 + c * 0.25 + d * 0.25
+            } else {
+                box_mean(&self.across[x], &self.down[y], &one)
+            };
+        }
     }
 }
 
-/// Returns the mean over the area that texel (x, y) of the smaller level covers: two texels along a side,
-/// or three of an odd side, the outer ones in part.
-fn box_mean(fine: Size, (x, y): (usize, usize), texel: &impl Fn(usize, usize) -> Vec4) -> Vec4 {
-    let half = fine.half();
-    let (first_x, across) = taps(x, fine.width, half.width);
-    let (first_y, down) = taps(y, fine.height, half.height);
+/// Returns the mean over the area that a texel of the smaller level covers.
+fn box_mean(across: &Taps, down: &Taps, texel: &impl Fn(usize, usize) -> Vec4) -> Vec4 {
     let mut sum = Vec4::ZERO;
-    for (j, wy) in down.into_iter().enumerate().filter(|w| w.1 > 0.0) {
-        for (i, wx) in across.into_iter().enumerate().filter(|w| w.1 > 0.0) {
-            sum += texel(first_x + i, first_y + j) * (wx * wy);
+    for (j, wy) in down.weights.into_iter().enumerate().filter(|w| w.1 > 0.0) {
+        for (i, wx) in across.weights.into_iter().enumerate().filter(|w| w.1 > 0.0) {
+            sum += texel(across.first + i, down.first + j) * (wx * wy);
         }
     }
     sum
 }
 
-/// Returns the first texel along a side that texel `i` of the smaller side covers, and the weights of it
-/// and the next two.
-fn taps(i: usize, size: usize, half: usize) -> (usize, [f32; 3]) {
-    if size == 1 {
-        return (0, [1.0, 0.0, 0.0]);
-    }
-    if size == 2 * half {
-        return (2 * i, [0.5, 0.5, 0.0]);
-    }
-    // Texel i covers i·(2 + 1/half) to (i + 1)·(2 + 1/half).
-    let n = size as f32;
-    (2 * i, [(half - i) as f32 / n, half as f32 / n, (i + 1) as f32 / n])
+/// Returns what each texel of the smaller side covers.
+fn taps(size: usize, half: usize) -> Vec<Taps> {
+    let of_texel = |i| {
+        if size == 1 {
+            return Taps { first: 0, weights: [1.0, 0.0, 0.0] };
+        }
+        if size == 2 * half {
+            return Taps { first: 2 * i, weights: [0.5, 0.5, 0.0] };
+        }
+        // Texel i covers i·(2 + 1/half) to (i + 1)·(2 + 1/half).
+        let n = size as f32;
+        let weights = [(half - i) as f32 / n, half as f32 / n, (i + 1) as f32 / n];
+        Taps { first: 2 * i, weights }
+    };
+    (0..half).map(of_texel).collect()
 }
 
 /// The values that a filter averages for a row of the first level.

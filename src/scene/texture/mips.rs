@@ -10,7 +10,7 @@ use std::sync::{Mutex, OnceLock, PoisonError};
 
 use glam::Vec4;
 
-use crate::texture::downsample::{DownsampleFilter, FilterInputs, Size, downsample_row, encode_means};
+use crate::texture::downsample::{DownsampleFilter, Downsampling, FilterInputs, Size, encode_means};
 use crate::texture::max_mip::MaxMip;
 use crate::texture::min_mip::MinMip;
 use crate::texture::srgb::{linear_to_srgb, linear_to_srgb8};
@@ -68,14 +68,15 @@ fn pyramid(image: TexelView, filter: DownsampleFilter) -> Vec<MipLevel> {
         let half = size.half();
         let mut means = vec![Vec4::ZERO; half.width * half.height];
         let is_first = levels.is_empty();
+        let step = Downsampling::new(size);
         let compute_row = |y: usize, row: &mut [Vec4]| {
             if is_first {
                 let inputs = FilterInputs::of_row(image, filter, y);
                 let one = |x, y| inputs.at([(x, y)])[0];
-                downsample_row(size, y, row, one, |texels| inputs.at(texels));
+                step.compute_row(y, row, one, |texels| inputs.at(texels));
             } else {
                 let one = |x: usize, y: usize| finer[y * size.width + x];
-                downsample_row(size, y, row, one, |texels| texels.map(|(x, y)| one(x, y)));
+                step.compute_row(y, row, one, |texels| texels.map(|(x, y)| one(x, y)));
             }
         };
         let rows = Rows { width: half.width, compute: &compute_row };
