@@ -15,18 +15,43 @@ use blinn_core::simd::AutovecKernel;
 #[derive(Clone, Copy, Debug)]
 pub(super) struct LineKey {
     depth: f64,
-    edge: u32,
+    /// As wide as the depth, so that as many lanes hold it.
+    edge: i64,
 }
 
 impl LineKey {
     /// Before all lines.
     const FIRST: LineKey = LineKey { depth: f64::NEG_INFINITY, edge: 0 };
     /// Behind all lines.
-    const LAST: LineKey = LineKey { depth: f64::INFINITY, edge: u32::MAX };
+    const LAST: LineKey = LineKey { depth: f64::INFINITY, edge: i64::MAX };
 
     #[inline(always)]
-    fn is_before(&self, other: &LineKey) -> bool {
-        self.depth.total_cmp(&other.depth).then(self.edge.cmp(&other.edge)).is_lt()
+    fn is_before(self, other: LineKey) -> bool {
+        (self.depth < other.depth) | ((self.depth == other.depth) & (self.edge < other.edge))
+    }
+}
+
+/// A key for each sample of a group.
+#[derive(Clone, Copy)]
+struct LineKeys {
+    depths: [f64; LANES],
+    edges: [i64; LANES],
+}
+
+impl LineKeys {
+    #[inline(always)]
+    fn splat(key: LineKey) -> LineKeys {
+        LineKeys { depths: [key.depth; LANES], edges: [key.edge; LANES] }
+    }
+
+    #[inline(always)]
+    fn get(&self, lane: usize) -> LineKey {
+        LineKey { depth: self.depths[lane], edge: self.edges[lane] }
+    }
+
+    #[inline(always)]
+    fn set(&mut self, lane: usize, key: LineKey) {
+        (self.depths[lane], self.edges[lane]) = (key.depth, key.edge);
     }
 }
 
@@ -43,7 +68,7 @@ pub(super) struct SampleGroup {
     /// A bit for each sample whose next line is searched.
     open: u32,
     /// The line after which the next line of each sample comes.
-    after: [LineKey; LANES],
+    after: LineKeys,
 }
 
 impl SampleGroup {
@@ -55,7 +80,7 @@ impl SampleGroup {
             position: [[0.0; LANES]; 2],
             rounded: [[0.0; LANES]; 2],
             open: 0,
-            after: [LineKey::FIRST; LANES],
+            after: LineKeys::splat(LineKey::FIRST),
         };
         for (i, (sample, position)) in samples.take(LANES).enumerate() {
             group.samples[i] = sample;
@@ -85,7 +110,7 @@ impl SampleGroup {
     /// Searches the line over a sample that comes after a given one.
     pub fn continue_behind(&mut self, lane: usize, key: LineKey) {
         self.open |= 1 << lane;
-        self.after[lane] = key;
+        self.after.set(lane, key);
     }
 }
 
@@ -161,27 +186,31 @@ pub(super) struct FindCoveringLines<'a> {
 
 /// The nearest lines over the samples of a group.
 struct NearestLines {
-    keys: [LineKey; LANES],
+    keys: LineKeys,
     /// The depths of the keys, rounded.
     rounded: [f32; LANES],
-    /// The indices of the lines; the greatest number where there is none.
-    lines: [u32; LANES],
+    /// The indices of the lines; [`NO_LINE`] where there is none.
+    lines: [i64; LANES],
     s: [f64; LANES],
 }
+
+/// In place of the index of a line.
+const NO_LINE: i64 = -1;
 
 impl NearestLines {
     /// Returns no lines: of samples that are not open, all lines come after.
     #[inline(always)]
     fn new(open: u32) -> NearestLines {
         let mut nearest = NearestLines {
-            keys: [LineKey::LAST; LANES],
+            keys: LineKeys::splat(LineKey::LAST),
             rounded: [f32::INFINITY; LANES],
-            lines: [u32::MAX; LANES],
+            lines: [NO_LINE; LANES],
             s: [0.0; LANES],
         };
         for i in 0..LANES {
             if open >> i & 1 == 0 {
-                (nearest.keys[i], nearest.rounded[i]) = (LineKey::FIRST, f32::NEG_INFINITY);
+                nearest.keys.set(i, LineKey::FIRST);
+                nearest.rounded[i] = f32::NEG_INFINITY;
             }
         }
         nearest
@@ -190,11 +219,48 @@ impl NearestLines {
     /// Returns the depth behind which no line is the nearest one of a sample.
     #[inline(always)]
     fn greatest_depth(&self) -> f64 {
-        let mut greatest = f64::NEG_INFINITY;
-        for key in &self.keys {
-            greatest = if key.depth > greatest { key.depth } else { greatest };
+        // By halves, which are lanes.
+        let mut depths = self.keys.depths;
+        let mut count = LANES;
+        while count > 1 {
+            count /= 2;
+            for i in 0..count {
+                let (a, b) = (depths[i], depths[i + count]);
+                depths[i] = if a > b { a } else { b };
+            }
         }
-        greatest
+        depths[0]
+    }
+
+    /// Keeps a line for the samples that it covers, if it is nearer than their nearest one and comes after the last one. Returns
+    /// true if there are such samples.
+    #[inline(always)]
+    fn add(&mut self, number: u32, line: &Line, projector: &Projector, group: &SampleGroup) -> bool {
+        let [x, y] = &group.position;
+        let has_length = line.length2 > 0.0;
+        let mut is_nearer = 0;
+        for i in 0..LANES {
+            let dot = (x[i] - line.start.x) * line.along.x + (y[i] - line.start.y) * line.along.y;
+            let s = if has_length { (dot / line.length2).clamp(0.0, 1.0) } else { 0.0 };
+            let dx = line.start.x + line.along.x * s - x[i];
+            let dy = line.start.y + line.along.y * s - y[i];
+            let linear = line.linear_at(s);
+            let half_width = projector.half_width(linear);
+            // Also true for NaN.
+            let is_covered = !(dx * dx + dy * dy > half_width * half_width);
+            let key = LineKey { depth: projector.depth(linear), edge: i64::from(line.edge) };
+            let (nearest, after) = (self.keys.get(i), group.after.get(i));
+            let is_next = is_covered & key.is_before(nearest) & after.is_before(key);
+            self.keys.depths[i] = if is_next { key.depth } else { nearest.depth };
+            self.keys.edges[i] = if is_next { key.edge } else { nearest.edge };
+            self.lines[i] = if is_next { i64::from(number) } else { self.lines[i] };
+            self.s[i] = if is_next { s } else { self.s[i] };
+            is_nearer |= i64::from(is_next);
+        }
+        for i in 0..LANES {
+            self.rounded[i] = self.keys.depths[i] as f32;
+        }
+        is_nearer != 0
     }
 }
 
@@ -210,7 +276,7 @@ impl AutovecKernel for FindCoveringLines<'_> {
             let mut start = f64::INFINITY;
             for i in 0..LANES {
                 if group.open >> i & 1 == 1 {
-                    start = start.min(group.after[i].depth);
+                    start = start.min(group.after.depths[i]);
                 }
             }
             let mut end = f64::INFINITY;
@@ -224,27 +290,13 @@ impl AutovecKernel for FindCoveringLines<'_> {
                 if greatest < start || may_cover(&line.bounds, group, &nearest.rounded) & group.open == 0 {
                     continue;
                 }
-                let mut s = [0.0; LANES];
-                let mut covered = cover(line, projector, &group.position, &mut s) & group.open;
-                let mut is_nearer = false;
-                while covered != 0 {
-                    let i = covered.trailing_zeros() as usize % LANES;
-                    covered &= covered - 1;
-                    let depth = projector.depth(line.linear_at(s[i]));
-                    let key = LineKey { depth, edge: line.edge };
-                    if key.is_before(&nearest.keys[i]) && group.after[i].is_before(&key) {
-                        (nearest.keys[i], nearest.rounded[i]) = (key, depth as f32);
-                        (nearest.lines[i], nearest.s[i]) = (number, s[i]);
-                        is_nearer = true;
-                    }
-                }
-                if is_nearer {
+                if nearest.add(number, line, projector, group) {
                     end = nearest.greatest_depth();
                 }
             }
             for i in 0..LANES {
-                if nearest.lines[i] != u32::MAX {
-                    let (line, s, key) = (nearest.lines[i] as usize, nearest.s[i], nearest.keys[i]);
+                if nearest.lines[i] != NO_LINE {
+                    let (line, s, key) = (nearest.lines[i] as usize, nearest.s[i], nearest.keys.get(i));
                     found.push(CoveringLine { group: index, lane: i, line, s, key });
                 }
             }
@@ -261,24 +313,6 @@ fn may_cover(bounds: &LineBounds, group: &SampleGroup, nearest: &[f32; LANES]) -
     for i in 0..LANES {
         let is_within = (x[i] >= min[0]) & (x[i] <= max[0]) & (y[i] >= min[1]) & (y[i] <= max[1]);
         bits[i] = u32::from(is_within & (nearest[i] >= *least_depth)) << i;
-    }
-    mask(bits)
-}
-
-/// Sets where on a line the point is that is nearest to each sample, and returns a bit for each sample that the line covers.
-#[inline(always)]
-fn cover(line: &Line, projector: &Projector, [x, y]: &[[f64; LANES]; 2], s: &mut [f64; LANES]) -> u32 {
-    let has_length = line.length2 > 0.0;
-    let mut bits = [0; LANES];
-    for i in 0..LANES {
-        let dot = (x[i] - line.start.x) * line.along.x + (y[i] - line.start.y) * line.along.y;
-        s[i] = if has_length { (dot / line.length2).clamp(0.0, 1.0) } else { 0.0 };
-        let dx = line.start.x + line.along.x * s[i] - x[i];
-        let dy = line.start.y + line.along.y * s[i] - y[i];
-        let half_width = line.half_width_at(projector, s[i]);
-        // Also true for NaN.
-        let is_covered = !(dx * dx + dy * dy > half_width * half_width);
-        bits[i] = u32::from(is_covered) << i;
     }
     mask(bits)
 }
