@@ -1,5 +1,7 @@
 //! The lines of edges near a batch of pixels, prepared for tests against samples.
 
+use std::ops::Range;
+
 use glam::DVec2;
 
 use super::projection::{Projector, Segment};
@@ -10,6 +12,12 @@ const SLACK: f64 = 1e-3;
 
 /// Lines or samples that are tested at once.
 pub(super) const LANES: usize = 16;
+
+/// Returns the bits of all lanes.
+#[inline(always)]
+pub(super) fn mask(bits: [u32; LANES]) -> u32 {
+    bits.iter().fold(0, |mask, bit| mask | bit)
+}
 
 /// The line of an edge.
 #[derive(Clone, Copy, Debug)]
@@ -50,34 +58,45 @@ pub(super) struct BatchLines {
     order: Vec<(f64, u32)>,
 }
 
-/// The lines of a cell.
-#[derive(Clone, Copy)]
-pub(super) struct CellLines {
-    /// Index of the first line.
-    first_line: usize,
-    first_box: usize,
-    box_count: usize,
-}
+/// The lines of a cell: indices of their boxes.
+pub(super) type CellLines = Range<usize>;
 
 /// Bounds of some lines in the picture, with their widths; empty where there are fewer lines.
 #[derive(Clone, Copy)]
 pub(super) struct LineBoxes {
+    /// Index of the first line, which has the least depth.
+    pub first_line: usize,
     /// The least x and y of each line.
-    pub min: [[f32; LANES]; 2],
+    min: [[f32; LANES]; 2],
     /// The greatest.
-    pub max: [[f32; LANES]; 2],
+    max: [[f32; LANES]; 2],
 }
 
 impl LineBoxes {
     /// Returns the bounds of at most [`LANES`] lines.
-    fn new(lines: &[Line]) -> LineBoxes {
+    fn new(first_line: usize, lines: &[Line]) -> LineBoxes {
         let (mut min, mut max) = ([[f32::INFINITY; LANES]; 2], [[f32::NEG_INFINITY; LANES]; 2]);
         for (lane, Line { bounds, .. }) in lines.iter().enumerate() {
             for axis in 0..2 {
                 (min[axis][lane], max[axis][lane]) = (bounds.min[axis], bounds.max[axis]);
             }
         }
-        LineBoxes { min, max }
+        LineBoxes { first_line, min, max }
+    }
+
+    /// Returns a bit for each line whose bounds touch others, of which the least and the greatest x and y are given.
+    #[inline(always)]
+    pub fn touching(&self, [low, high]: [[f32; 2]; 2]) -> u32 {
+        let LineBoxes { min, max, .. } = self;
+        let mut bits = [0; LANES];
+        for i in 0..LANES {
+            let touches = (min[0][i] <= high[0])
+                & (min[1][i] <= high[1])
+                & (max[0][i] >= low[0])
+                & (max[1][i] >= low[1]);
+            bits[i] = u32::from(touches) << i;
+        }
+        mask(bits)
     }
 }
 
@@ -108,9 +127,10 @@ impl BatchLines {
         self.order.sort_unstable_by(|(a, i), (b, j)| a.total_cmp(b).then(i.cmp(j)));
         let (first_line, first_box) = (self.lines.len(), self.boxes.len());
         self.lines.extend(self.order.iter().map(|(_, i)| Line::new(*i, edge(*i), &grid.projector)));
-        self.boxes.extend(self.lines[first_line..].chunks(LANES).map(LineBoxes::new));
-        let box_count = self.boxes.len() - first_box;
-        CellLines { first_line, first_box, box_count }
+        let starts = (first_line..).step_by(LANES);
+        let lines = self.lines[first_line..].chunks(LANES);
+        self.boxes.extend(starts.zip(lines).map(|(first, lines)| LineBoxes::new(first, lines)));
+        first_box..self.boxes.len()
     }
 
     /// Returns all lines.
@@ -118,10 +138,9 @@ impl BatchLines {
         &self.lines
     }
 
-    /// Returns the index of the first line of a cell, and the bounds of its lines.
-    pub fn boxes(&self, cell: CellLines) -> (usize, &[LineBoxes]) {
-        let CellLines { first_line, first_box, box_count } = cell;
-        (first_line, &self.boxes[first_box..first_box + box_count])
+    /// Returns the bounds of all lines.
+    pub fn boxes(&self) -> &[LineBoxes] {
+        &self.boxes
     }
 }
 

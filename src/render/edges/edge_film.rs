@@ -4,7 +4,7 @@ use glam::{DVec2, UVec2};
 
 use super::batch_lines::{BatchLines, LANES, Line};
 use super::edge_selection::EdgeColors;
-use super::line_tests::{CoveringLine, FindCoveringLines, FindNearLines, SampleGroup};
+use super::line_tests::{CoveringLine, FindCoveringLines, SampleGroup};
 use super::sample_order::SampleOrder;
 use super::screen_grid::ScreenGrid;
 use super::{EdgeStyle, HiddenEdges, dashes, premultiplied};
@@ -59,8 +59,6 @@ struct EdgePass<'a> {
 struct BatchMemory {
     order: SampleOrder,
     lines: BatchLines,
-    /// The lines near each group.
-    near: Vec<u32>,
     groups: Vec<SampleGroup>,
     found: Vec<CoveringLine>,
 }
@@ -130,20 +128,14 @@ impl EdgePass<'_> {
         let (simd, projector) = (self.frame.simd(), &self.grid.projector);
         let samples = &scratch.samples;
         self.group_samples(pixels, samples, memory);
-        let BatchMemory { lines, near, groups, found, .. } = memory;
+        let BatchMemory { lines, groups, found, .. } = memory;
         let mut alphas = vec![0.0; samples.len()];
         let mut edges = vec![0; samples.len()];
         // The nearest lines over samples first, then those behind lines that are hidden.
         loop {
             found.clear();
-            let lines = lines.lines();
-            simd.run(FindCoveringLines {
-                lines,
-                near: &near[..],
-                projector,
-                groups: &groups[..],
-                found: &mut *found,
-            });
+            let (lines, boxes) = (lines.lines(), lines.boxes());
+            simd.run(FindCoveringLines { lines, boxes, projector, groups: &groups[..], found: &mut *found });
             if found.is_empty() {
                 return CoveredSamples { alphas, edges };
             }
@@ -179,23 +171,18 @@ impl EdgePass<'_> {
         }
     }
 
-    /// Groups the samples of pixels that lie close together, and keeps the groups that have lines near them.
+    /// Groups the samples of pixels that lie close together.
     fn group_samples(&self, pixels: &[UVec2], samples: &[Sample], memory: &mut BatchMemory) {
-        let BatchMemory { order, lines, near, groups, .. } = memory;
+        let BatchMemory { order, lines, groups, .. } = memory;
         lines.clear();
-        near.clear();
         groups.clear();
         order.sort(self.grid, pixels, samples.iter().map(|sample| self.pixel_position(sample)));
         for (cell, samples) in order.cells() {
             let cell = lines.add_cell(self.grid, cell);
-            let (first, boxes) = lines.boxes(cell);
-            for samples in samples.chunks(LANES) {
-                let mut group = SampleGroup::new(samples.iter().map(|&(_, i)| (i, order.position(i))));
-                self.frame.simd().run(FindNearLines { first, boxes, group: &mut group, near: &mut *near });
-                if !group.near.is_empty() {
-                    groups.push(group);
-                }
-            }
+            groups.extend(samples.chunks(LANES).map(|samples| {
+                let samples = samples.iter().map(|key| (key.index(), order.position(key.index())));
+                SampleGroup::new(cell.clone(), samples)
+            }));
         }
     }
 

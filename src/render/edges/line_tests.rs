@@ -3,11 +3,9 @@
 #[cfg(test)]
 mod tests;
 
-use std::ops::Range;
-
 use glam::DVec2;
 
-use super::batch_lines::{LANES, Line, LineBounds, LineBoxes};
+use super::batch_lines::{CellLines, LANES, Line, LineBounds, LineBoxes, mask};
 use super::projection::Projector;
 use blinn_core::simd::AutovecKernel;
 
@@ -59,8 +57,8 @@ impl LineKeys {
 pub(super) struct SampleGroup {
     /// Indices of the samples.
     pub samples: [u32; LANES],
-    /// The lines near them: a range of a list, nearest first.
-    pub near: Range<usize>,
+    /// The lines of their cell.
+    cell: CellLines,
     /// Positions in pixels from the upper left corner of the picture.
     position: [[f64; LANES]; 2],
     /// The same, rounded.
@@ -72,11 +70,11 @@ pub(super) struct SampleGroup {
 }
 
 impl SampleGroup {
-    /// Makes a group of at most [`LANES`] samples from their indices and positions.
-    pub fn new(samples: impl Iterator<Item = (u32, DVec2)>) -> SampleGroup {
+    /// Makes a group of at most [`LANES`] samples of a cell from their indices and positions.
+    pub fn new(cell: CellLines, samples: impl Iterator<Item = (u32, DVec2)>) -> SampleGroup {
         let mut group = SampleGroup {
             samples: [0; LANES],
-            near: 0..0,
+            cell,
             position: [[0.0; LANES]; 2],
             rounded: [[0.0; LANES]; 2],
             open: 0,
@@ -93,13 +91,24 @@ impl SampleGroup {
         group
     }
 
-    /// Returns the least and the greatest rounded position of samples, while all are open.
+    /// Returns the least and the greatest rounded position of open samples.
     #[inline(always)]
     fn bounds(&self) -> [[f32; 2]; 2] {
-        let count = self.open.count_ones() as usize;
-        let least = |row: &[f32; LANES]| row[..count].iter().copied().fold(f32::INFINITY, f32::min);
-        let most = |row: &[f32; LANES]| row[..count].iter().copied().fold(f32::NEG_INFINITY, f32::max);
-        [self.rounded.each_ref().map(least), self.rounded.each_ref().map(most)]
+        let mut bounds = [[0.0; 2]; 2];
+        for axis in 0..2 {
+            let (mut low, mut high) = ([f32::INFINITY; LANES], [f32::NEG_INFINITY; LANES]);
+            for i in 0..LANES {
+                let is_open = self.open >> i & 1 == 1;
+                low[i] = if is_open { self.rounded[axis][i] } else { low[i] };
+                high[i] = if is_open { self.rounded[axis][i] } else { high[i] };
+            }
+            for x in &mut low {
+                *x = -*x;
+            }
+            bounds[0][axis] = -greatest(low);
+            bounds[1][axis] = greatest(high);
+        }
+        bounds
     }
 
     /// Searches the next line of no sample.
@@ -114,43 +123,18 @@ impl SampleGroup {
     }
 }
 
-/// Adds the lines whose bounds touch those of a group's samples to `near`, in order.
-pub(super) struct FindNearLines<'a> {
-    /// Index of the first line.
-    pub first: usize,
-    /// The bounds of the lines.
-    pub boxes: &'a [LineBoxes],
-    pub group: &'a mut SampleGroup,
-    pub near: &'a mut Vec<u32>,
-}
-
-impl AutovecKernel for FindNearLines<'_> {
-    #[inline(always)]
-    fn run(self) {
-        let FindNearLines { first, boxes, group, near } = self;
-        let [[min_x, min_y], [max_x, max_y]] = group.bounds();
-        let start = near.len();
-        for (block, LineBoxes { min, max }) in boxes.iter().enumerate() {
-            let mut bits = [0; LANES];
-            for i in 0..LANES {
-                let is_near =
-                    (min[0][i] <= max_x) & (min[1][i] <= max_y) & (max[0][i] >= min_x) & (max[1][i] >= min_y);
-                bits[i] = u32::from(is_near) << i;
-            }
-            let mut is_near = mask(bits);
-            while is_near != 0 {
-                near.push((first + block * LANES) as u32 + is_near.trailing_zeros());
-                is_near &= is_near - 1;
-            }
-        }
-        group.near = start..near.len();
-    }
-}
-
-/// Returns the bits of all lanes.
+/// Returns the greatest number, by halves, which are lanes.
 #[inline(always)]
-fn mask(bits: [u32; LANES]) -> u32 {
-    bits.iter().fold(0, |mask, bit| mask | bit)
+fn greatest<T: Copy + PartialOrd>(mut numbers: [T; LANES]) -> T {
+    let mut count = LANES;
+    while count > 1 {
+        count /= 2;
+        for i in 0..count {
+            let (a, b) = (numbers[i], numbers[i + count]);
+            numbers[i] = if a > b { a } else { b };
+        }
+    }
+    numbers[0]
 }
 
 /// A line over a sample.
@@ -178,7 +162,8 @@ impl CoveringLine {
 /// `found`.
 pub(super) struct FindCoveringLines<'a> {
     pub lines: &'a [Line],
-    pub near: &'a [u32],
+    /// The bounds of the lines.
+    pub boxes: &'a [LineBoxes],
     pub projector: &'a Projector,
     pub groups: &'a [SampleGroup],
     pub found: &'a mut Vec<CoveringLine>,
@@ -216,26 +201,10 @@ impl NearestLines {
         nearest
     }
 
-    /// Returns the depth behind which no line is the nearest one of a sample.
-    #[inline(always)]
-    fn greatest_depth(&self) -> f64 {
-        // By halves, which are lanes.
-        let mut depths = self.keys.depths;
-        let mut count = LANES;
-        while count > 1 {
-            count /= 2;
-            for i in 0..count {
-                let (a, b) = (depths[i], depths[i + count]);
-                depths[i] = if a > b { a } else { b };
-            }
-        }
-        depths[0]
-    }
-
     /// Keeps a line for the samples that it covers, if it is nearer than their nearest one and comes after the last one. Returns
     /// true if there are such samples.
     #[inline(always)]
-    fn add(&mut self, number: u32, line: &Line, projector: &Projector, group: &SampleGroup) -> bool {
+    fn add(&mut self, number: usize, line: &Line, projector: &Projector, group: &SampleGroup) -> bool {
         let [x, y] = &group.position;
         let has_length = line.length2 > 0.0;
         let mut is_nearer = 0;
@@ -253,7 +222,7 @@ impl NearestLines {
             let is_next = is_covered & key.is_before(nearest) & after.is_before(key);
             self.keys.depths[i] = if is_next { key.depth } else { nearest.depth };
             self.keys.edges[i] = if is_next { key.edge } else { nearest.edge };
-            self.lines[i] = if is_next { i64::from(number) } else { self.lines[i] };
+            self.lines[i] = if is_next { number as i64 } else { self.lines[i] };
             self.s[i] = if is_next { s } else { self.s[i] };
             is_nearer |= i64::from(is_next);
         }
@@ -267,7 +236,7 @@ impl NearestLines {
 impl AutovecKernel for FindCoveringLines<'_> {
     #[inline(always)]
     fn run(self) {
-        let FindCoveringLines { lines, near, projector, groups, found } = self;
+        let FindCoveringLines { lines, boxes, projector, groups, found } = self;
         for (index, group) in groups.iter().enumerate() {
             if group.open == 0 {
                 continue;
@@ -279,19 +248,27 @@ impl AutovecKernel for FindCoveringLines<'_> {
                     start = start.min(group.after.depths[i]);
                 }
             }
+            let bounds = group.bounds();
+            // The depth behind which no line is the nearest one of a sample.
             let mut end = f64::INFINITY;
-            for &number in &near[group.near.clone()] {
-                let line = &lines[number as usize];
-                let [least, greatest] = line.depths;
-                if least > end {
+            for boxes in &boxes[group.cell.clone()] {
+                if lines[boxes.first_line].depths[0] > end {
                     break;
                 }
-                // Few lines have an open sample within their bounds that no nearer line covers.
-                if greatest < start || may_cover(&line.bounds, group, &nearest.rounded) & group.open == 0 {
-                    continue;
-                }
-                if nearest.add(number, line, projector, group) {
-                    end = nearest.greatest_depth();
+                let mut near = boxes.touching(bounds);
+                while near != 0 {
+                    let number = boxes.first_line + near.trailing_zeros() as usize;
+                    near &= near - 1;
+                    let line = &lines[number];
+                    let [least, greatest_depth] = line.depths;
+                    if least > end {
+                        break;
+                    }
+                    // Few lines have an open sample within their bounds that no nearer line covers.
+                    let may_cover = may_cover(&line.bounds, group, &nearest.rounded) & group.open != 0;
+                    if greatest_depth >= start && may_cover && nearest.add(number, line, projector, group) {
+                        end = greatest(nearest.keys.depths);
+                    }
                 }
             }
             for i in 0..LANES {

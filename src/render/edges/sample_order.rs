@@ -9,11 +9,30 @@ use blinn_core::geometry::morton2;
 /// Places in a pixel, on each side.
 const PLACES_PER_PIXEL: f64 = 4.0;
 
+/// A sample's cell, place and index in one number, which is compared at once.
+#[derive(Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
+pub(super) struct Key(u128);
+
+impl Key {
+    fn new(cell: usize, place: u64, index: u32) -> Key {
+        Key(u128::from(cell as u32) << 96 | u128::from(place) << 32 | u128::from(index))
+    }
+
+    fn cell(self) -> usize {
+        (self.0 >> 96) as usize
+    }
+
+    /// Returns the index of the sample.
+    pub fn index(self) -> u32 {
+        self.0 as u32
+    }
+}
+
 /// The samples of a batch of pixels in order.
 #[derive(Default)]
 pub(super) struct SampleOrder {
-    /// The cell and the place in the picture, and the index of each sample.
-    samples: Vec<((usize, u64), u32)>,
+    /// The cell, the place in the picture and the index of each sample.
+    keys: Vec<Key>,
     positions: Vec<DVec2>,
 }
 
@@ -29,20 +48,20 @@ impl SampleOrder {
                 (first[axis], last[axis]) = (first[axis].min(x), last[axis].max(x));
             }
         }
-        let key = |position: &DVec2| {
+        let key = |(position, index): (&DVec2, u32)| {
             let [x, y] = position.to_array();
             let pixel = UVec2::new((x as u32).clamp(first[0], last[0]), (y as u32).clamp(first[1], last[1]));
             let place = UVec2::new((x * PLACES_PER_PIXEL) as u32, (y * PLACES_PER_PIXEL) as u32);
-            (grid.cell(pixel), morton2(place))
+            Key::new(grid.cell(pixel), morton2(place), index)
         };
-        self.samples.clear();
-        self.samples.extend(self.positions.iter().map(key).zip(0..));
-        self.samples.sort_unstable();
+        self.keys.clear();
+        self.keys.extend(self.positions.iter().zip(0..).map(key));
+        self.keys.sort_unstable();
     }
 
-    /// Returns the samples of each cell: keys and indices.
-    pub fn cells(&self) -> impl Iterator<Item = (usize, &[((usize, u64), u32)])> {
-        self.samples.chunk_by(|((a, _), _), ((b, _), _)| a == b).map(|samples| (samples[0].0.0, samples))
+    /// Returns the samples of each cell.
+    pub fn cells(&self) -> impl Iterator<Item = (usize, &[Key])> {
+        self.keys.chunk_by(|a, b| a.cell() == b.cell()).map(|keys| (keys[0].cell(), keys))
     }
 
     /// Returns the position of a sample.

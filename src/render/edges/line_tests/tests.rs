@@ -80,23 +80,21 @@ fn found_over(
     positions: &[DVec2],
 ) -> Vec<Vec<(f64, u32)>> {
     let (mut order, mut lines) = (SampleOrder::default(), BatchLines::default());
-    let (mut near, mut groups) = (Vec::new(), Vec::new());
+    let mut groups = Vec::new();
     order.sort(grid, pixels, positions.iter().copied());
     for (cell, samples) in order.cells() {
         let cell = lines.add_cell(grid, cell);
-        let (first, boxes) = lines.boxes(cell);
         for samples in samples.chunks(LANES) {
-            let mut group = SampleGroup::new(samples.iter().map(|&(_, i)| (i, order.position(i))));
-            simd.run(FindNearLines { first, boxes, group: &mut group, near: &mut near });
-            groups.push(group);
+            let samples = samples.iter().map(|key| (key.index(), order.position(key.index())));
+            groups.push(SampleGroup::new(cell.clone(), samples));
         }
     }
     let mut over = vec![Vec::new(); positions.len()];
     let mut found = Vec::new();
     loop {
         found.clear();
-        let (lines, projector) = (lines.lines(), &grid.projector);
-        simd.run(FindCoveringLines { lines, near: &near, projector, groups: &groups, found: &mut found });
+        let (lines, boxes, projector) = (lines.lines(), lines.boxes(), &grid.projector);
+        simd.run(FindCoveringLines { lines, boxes, projector, groups: &groups, found: &mut found });
         if found.is_empty() {
             return over;
         }
