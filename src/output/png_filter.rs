@@ -1,7 +1,14 @@
 //! Filters of PNG rows (PNG specification, section 9): the difference of each byte to a prediction from its neighbours.
 
+use std::ops::Range;
+
+use blinn_core::simd::{AutovecKernel, SimdLevel};
+
 /// Bytes that a loop handles at once, for the vectoriser.
 const LANES: usize = 32;
+
+/// Chunks of [`LANES`] bytes whose absolute differences, 128 at most, a lane of 16 bits can add.
+const SUM_CHUNKS: usize = u16::MAX as usize / 128;
 
 /// Predictions of a byte, by their number in the file.
 #[derive(Clone, Copy)]
@@ -22,13 +29,22 @@ const ORDER: [Filter; 4] = [Filter::Up, Filter::Sub, Filter::Average, Filter::Pa
 /// Filters rows one after the other, each by the filter with the least sum of absolute differences (specification,
 /// section 12.7).
 pub(super) struct RowFilter {
+    simd: SimdLevel,
     pixel_bytes: usize,
     /// The row and the one above it, behind a pixel of zeros.
     row: Vec<u8>,
     above: Vec<u8>,
-    /// The number of a filter and the differences: the best ones so far, and room for others.
-    best: Vec<u8>,
-    candidate: Vec<u8>,
+    /// The best differences so far, and room for others.
+    best: Candidate,
+    candidate: Candidate,
+}
+
+/// The differences that a filter leaves.
+struct Candidate {
+    /// The number of the filter and the differences.
+    bytes: Vec<u8>,
+    /// The chunks outside of which all differences are zero.
+    chunks: Range<usize>,
 }
 
 impl RowFilter {
@@ -36,12 +52,14 @@ impl RowFilter {
     pub fn new(pixel_bytes: usize, above: &[u8]) -> RowFilter {
         let mut row = vec![0; pixel_bytes];
         row.extend(above);
+        let candidate = || Candidate { bytes: vec![0; above.len() + 1], chunks: 0..0 };
         RowFilter {
+            simd: SimdLevel::detect(),
             pixel_bytes,
             above: vec![0; row.len()],
             row,
-            best: vec![0; above.len() + 1],
-            candidate: vec![0; above.len() + 1],
+            best: candidate(),
+            candidate: candidate(),
         }
     }
 
@@ -49,9 +67,12 @@ impl RowFilter {
     pub fn filter(&mut self, row: &[u8]) -> &[u8] {
         std::mem::swap(&mut self.above, &mut self.row);
         self.row[self.pixel_bytes..].copy_from_slice(row);
+        let neighbours = Neighbours::new(&self.row, &self.above, self.pixel_bytes);
+        let mut chunks = 0..0;
+        self.simd.run(FindUneven { neighbours, chunks: &mut chunks });
         let mut least = u64::MAX;
         for filter in ORDER {
-            let cost = self.try_filter(filter);
+            let cost = self.try_filter(filter, chunks.clone());
             if cost <= least {
                 least = cost;
                 std::mem::swap(&mut self.best, &mut self.candidate);
@@ -60,28 +81,34 @@ impl RowFilter {
                 break;
             }
         }
-        &self.best
+        &self.best.bytes
     }
 
-    /// Writes the differences of a filter into `candidate`, and returns the sum of their absolute values.
-    fn try_filter(&mut self, filter: Filter) -> u64 {
-        let length = self.row.len() - self.pixel_bytes;
-        let [number, differences @ ..] = &mut self.candidate[..] else { return 0 };
+    /// Writes the differences of a filter into `candidate`, and returns the sum of their absolute values. Those outside of
+    /// `chunks` are zero, whatever the filter.
+    fn try_filter(&mut self, filter: Filter, chunks: Range<usize>) -> u64 {
+        let Candidate { bytes, chunks: filled } = &mut self.candidate;
+        let [number, differences @ ..] = &mut bytes[..] else { return 0 };
         *number = filter as u8;
-        let neighbours = Neighbours {
-            row: &self.row[self.pixel_bytes..],
-            left: &self.row[..length],
-            above: &self.above[self.pixel_bytes..],
-            above_left: &self.above[..length],
-        };
-        match filter {
-            Filter::Sub => neighbours.subtract(differences, |left, _, _| left),
-            Filter::Up => neighbours.subtract(differences, |_, above, _| above),
-            Filter::Average => neighbours.subtract(differences, |left, above, _| mean(left, above)),
-            Filter::Paeth => neighbours.subtract(differences, paeth),
+        if *filled != chunks {
+            differences[bytes_of(filled)].fill(0);
         }
-        sum_of_absolutes(differences)
+        *filled = chunks.clone();
+        let mut sum = 0;
+        self.simd.run(Subtract {
+            filter,
+            neighbours: Neighbours::new(&self.row, &self.above, self.pixel_bytes),
+            chunks,
+            differences,
+            sum: &mut sum,
+        });
+        sum
     }
+}
+
+/// The bytes of whole chunks.
+fn bytes_of(chunks: &Range<usize>) -> Range<usize> {
+    chunks.start * LANES..chunks.end * LANES
 }
 
 /// The bytes of a row, and at the same index those of the pixels beside them.
@@ -92,29 +119,131 @@ struct Neighbours<'r> {
     above_left: &'r [u8],
 }
 
-impl Neighbours<'_> {
-    /// Writes the difference of each byte to what `predict` returns for left, above and above left.
-    #[inline(always)]
-    fn subtract(&self, differences: &mut [u8], predict: impl Fn(u8, u8, u8) -> u8) {
-        let (row, row_rest) = self.row.as_chunks::<LANES>();
-        let (left, left_rest) = self.left.as_chunks::<LANES>();
-        let (above, above_rest) = self.above.as_chunks::<LANES>();
-        let (above_left, above_left_rest) = self.above_left.as_chunks::<LANES>();
-        let (out, out_rest) = differences.as_chunks_mut::<LANES>();
-        for ((((out, row), a), b), c) in out.iter_mut().zip(row).zip(left).zip(above).zip(above_left) {
-            for i in 0..LANES {
-                out[i] = row[i].wrapping_sub(predict(a[i], b[i], c[i]));
-            }
-        }
-        for (i, out) in out_rest.iter_mut().enumerate() {
-            *out = row_rest[i].wrapping_sub(predict(left_rest[i], above_rest[i], above_left_rest[i]));
+impl<'r> Neighbours<'r> {
+    /// The bytes of a row and the one above it, which are behind a pixel of zeros.
+    fn new(row: &'r [u8], above: &'r [u8], pixel_bytes: usize) -> Neighbours<'r> {
+        let length = row.len() - pixel_bytes;
+        Neighbours {
+            row: &row[pixel_bytes..],
+            left: &row[..length],
+            above: &above[pixel_bytes..],
+            above_left: &above[..length],
         }
     }
 }
 
+/// Finds the chunks outside of which every byte equals those that it is predicted from, as where a row and the one above it
+/// show the background. All filters leave zeros there.
+struct FindUneven<'r> {
+    neighbours: Neighbours<'r>,
+    chunks: &'r mut Range<usize>,
+}
+
+impl AutovecKernel for FindUneven<'_> {
+    #[inline(always)]
+    fn run(self) {
+        let Neighbours { row, left, above, above_left } = self.neighbours;
+        let (row, left) = (row.as_chunks::<LANES>().0, left.as_chunks::<LANES>().0);
+        let (above, above_left) = (above.as_chunks::<LANES>().0, above_left.as_chunks::<LANES>().0);
+        let (left, above, above_left) = (&left[..row.len()], &above[..row.len()], &above_left[..row.len()]);
+        let (mut start, mut end) = (0, row.len());
+        while start < end && is_even(&row[start], &left[start], &above[start], &above_left[start]) {
+            start += 1;
+        }
+        while start < end && is_even(&row[end - 1], &left[end - 1], &above[end - 1], &above_left[end - 1]) {
+            end -= 1;
+        }
+        *self.chunks = start..end;
+    }
+}
+
+#[inline(always)]
+fn is_even(row: &[u8; LANES], a: &[u8; LANES], b: &[u8; LANES], c: &[u8; LANES]) -> bool {
+    let mut differing = 0;
+    for i in 0..LANES {
+        differing |= (row[i] ^ a[i]) | (row[i] ^ b[i]) | (row[i] ^ c[i]);
+    }
+    differing == 0
+}
+
+/// Writes the difference of each byte of `chunks`, and behind the last whole chunk, to what a filter predicts.
+struct Subtract<'r> {
+    filter: Filter,
+    neighbours: Neighbours<'r>,
+    chunks: Range<usize>,
+    differences: &'r mut [u8],
+    /// The sum of their absolute values, as bytes with a sign.
+    sum: &'r mut u64,
+}
+
+impl AutovecKernel for Subtract<'_> {
+    #[inline(always)]
+    fn run(self) {
+        // No closures, which would not be compiled with the instructions of the kernel.
+        match self.filter {
+            Filter::Sub => self.subtract(left),
+            Filter::Up => self.subtract(above),
+            Filter::Average => self.subtract(mean),
+            Filter::Paeth => self.subtract(paeth),
+        }
+    }
+}
+
+impl Subtract<'_> {
+    /// Predicts by a function of left, above and above left.
+    #[inline(always)]
+    fn subtract(self, predict: impl Fn(u8, u8, u8) -> u8) {
+        let (row, row_rest) = self.neighbours.row.as_chunks::<LANES>();
+        let (left, left_rest) = self.neighbours.left.as_chunks::<LANES>();
+        let (above, above_rest) = self.neighbours.above.as_chunks::<LANES>();
+        let (above_left, above_left_rest) = self.neighbours.above_left.as_chunks::<LANES>();
+        let (out, out_rest) = self.differences.as_chunks_mut::<LANES>();
+        let Range { mut start, end } = self.chunks;
+        let mut sum = 0;
+        while start < end {
+            let part = start..end.min(start + SUM_CHUNKS);
+            start = part.end;
+            let out = &mut out[part.clone()];
+            let count = out.len();
+            let (row, left) = (&row[part.clone()][..count], &left[part.clone()][..count]);
+            let (above, above_left) = (&above[part.clone()][..count], &above_left[part][..count]);
+            let mut sums = [0u16; LANES];
+            for k in 0..count {
+                let mut differences = [0; LANES];
+                for i in 0..LANES {
+                    differences[i] =
+                        row[k][i].wrapping_sub(predict(left[k][i], above[k][i], above_left[k][i]));
+                }
+                for i in 0..LANES {
+                    sums[i] += u16::from(absolute(differences[i]));
+                }
+                out[k] = differences;
+            }
+            for lane in sums {
+                sum += u64::from(lane);
+            }
+        }
+        for i in 0..out_rest.len() {
+            out_rest[i] = row_rest[i].wrapping_sub(predict(left_rest[i], above_rest[i], above_left_rest[i]));
+            sum += u64::from(absolute(out_rest[i]));
+        }
+        *self.sum = sum;
+    }
+}
+
+#[inline(always)]
+fn left(a: u8, _: u8, _: u8) -> u8 {
+    a
+}
+
+#[inline(always)]
+fn above(_: u8, b: u8, _: u8) -> u8 {
+    b
+}
+
 /// The mean of two bytes, rounded down.
 #[inline(always)]
-fn mean(a: u8, b: u8) -> u8 {
+fn mean(a: u8, b: u8, _: u8) -> u8 {
     (a & b) + ((a ^ b) >> 1)
 }
 
@@ -130,11 +259,10 @@ fn paeth(a: u8, b: u8, c: u8) -> u8 {
     if to_a <= to_b && to_a <= to_c { a } else { nearer }
 }
 
-/// The sum of the absolute values of bytes with a sign.
-fn sum_of_absolutes(bytes: &[u8]) -> u64 {
-    let sum = |bytes: &[u8]| bytes.iter().map(|&b| u64::from((b as i8).unsigned_abs())).sum::<u64>();
-    let (chunks, rest) = bytes.as_chunks::<LANES>();
-    chunks.iter().map(|chunk| sum(chunk)).sum::<u64>() + sum(rest)
+/// The absolute value of a byte with a sign.
+#[inline(always)]
+fn absolute(byte: u8) -> u8 {
+    (byte as i8).unsigned_abs()
 }
 
 #[cfg(test)]
@@ -174,5 +302,40 @@ mod tests {
         assert_eq!((second[0], &second[1..]), (Filter::Up as u8, &[0; 300][..]));
         let flat = filter.filter(&[7; 300]).to_vec();
         assert_eq!((&flat[..4], &flat[4..]), (&[Filter::Sub as u8, 7, 7, 7][..], &[0; 297][..]));
+    }
+
+    /// Rows with a background on both sides, at several widths and places: against each filter by its definition.
+    #[test]
+    fn backgrounds_and_pixels_between_have_the_differences_of_all_pixels() {
+        for (pixel_bytes, width) in [(3, 200), (4, 64), (1, 33), (6, 11), (3, 1)] {
+            let length = pixel_bytes * width;
+            let mut above = vec![0; length];
+            let mut filter = RowFilter::new(pixel_bytes, &above);
+            for y in 0..40 {
+                let inside = (y * 7 % 20 * length / 40)..(length - y * 3 % 17 * length / 40);
+                let shown = |i: usize| y % 5 > 0 && inside.contains(&i);
+                let row: Vec<u8> = (0..length)
+                    .map(|i| if shown(i) { ((i * i + y * y * 31) >> 2) as u8 } else { 60 })
+                    .collect();
+                let at = |of: &[u8], i: usize| i.checked_sub(pixel_bytes).map_or(0, |i| of[i]);
+                let differences = |filter: Filter| -> Vec<u8> {
+                    let predict = |i: usize| match filter {
+                        Filter::Sub => at(&row, i),
+                        Filter::Up => above[i],
+                        Filter::Average => ((u16::from(at(&row, i)) + u16::from(above[i])) / 2) as u8,
+                        Filter::Paeth => paeth(at(&row, i), above[i], at(&above, i)),
+                    };
+                    (0..length).map(|i| row[i].wrapping_sub(predict(i))).collect()
+                };
+                let cost = |bytes: &[u8]| bytes.iter().map(|&b| u64::from(absolute(b))).sum::<u64>();
+                let found = filter.filter(&row).to_vec();
+                let tried = ORDER.map(|filter| (filter as u8, differences(filter)));
+                let least = tried.iter().map(|(_, bytes)| cost(bytes)).min();
+                let chosen = tried.iter().find(|(number, _)| *number == found[0]).unwrap();
+                assert_eq!(chosen.1, found[1..], "{pixel_bytes} {width} {y}");
+                assert_eq!(Some(cost(&found[1..])), least, "{pixel_bytes} {width} {y}");
+                above = row;
+            }
+        }
     }
 }
