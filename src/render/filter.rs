@@ -2,6 +2,8 @@
 //! a sample belongs to one pixel and its offset is drawn from the filter, so that all weights are equal and tiles do not
 //! overlap.
 
+use std::sync::OnceLock;
+
 /// A pixel filter, the same along x and y.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, serde::Serialize)]
 pub enum PixelFilter {
@@ -50,11 +52,19 @@ const INTERVALS: usize = 1024;
 pub struct FilterSampler {
     /// Offsets at equal steps of probability: the inverse of the cumulative distribution.
     inverse_cdf: Box<[f64; INTERVALS + 1]>,
+    /// Width in pixels of the box filter with the same variance.
+    width: f64,
 }
 
 impl FilterSampler {
+    /// The sampler of a filter, which is tabulated once for all pictures.
+    pub fn of(filter: PixelFilter) -> &'static FilterSampler {
+        static SAMPLERS: [OnceLock<FilterSampler>; 4] = [const { OnceLock::new() }; 4];
+        SAMPLERS[filter as usize].get_or_init(|| FilterSampler::new(filter))
+    }
+
     /// Tabulates the inverse of the filter's integral.
-    pub fn new(filter: PixelFilter) -> FilterSampler {
+    fn new(filter: PixelFilter) -> FilterSampler {
         let r = filter.radius();
         let steps = 16 * INTERVALS;
         let x = |i: usize| -r + 2.0 * r * i as f64 / steps as f64;
@@ -74,14 +84,14 @@ impl FilterSampler {
             let f = if b > a { (target - a) / (b - a) } else { 0.0 };
             x(i - 1) + f * 2.0 * r / steps as f64
         };
-        FilterSampler { inverse_cdf: Box::new(std::array::from_fn(inverse)) }
+        let inverse_cdf = Box::new(std::array::from_fn(inverse));
+        let width = box_width(&inverse_cdf);
+        FilterSampler { inverse_cdf, width }
     }
 
     /// Width in pixels of the box filter with the same variance.
     pub fn width(&self) -> f64 {
-        let square = |ends: &[f64]| 0.25 * (ends[0] + ends[1]) * (ends[0] + ends[1]);
-        let variance = self.inverse_cdf.windows(2).map(square).sum::<f64>() / INTERVALS as f64;
-        (12.0 * variance).sqrt()
+        self.width
     }
 
     /// The offset in pixels from the pixel's centre for a number in 0…1.
@@ -99,6 +109,13 @@ impl FilterSampler {
     }
 }
 
+/// Width in pixels of the box filter with the variance of offsets at equal steps of probability.
+fn box_width(offsets: &[f64; INTERVALS + 1]) -> f64 {
+    let square = |ends: &[f64]| 0.25 * (ends[0] + ends[1]) * (ends[0] + ends[1]);
+    let variance = offsets.windows(2).map(square).sum::<f64>() / INTERVALS as f64;
+    (12.0 * variance).sqrt()
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -113,7 +130,7 @@ mod tests {
             (PixelFilter::BlackmanHarris, 1.4394),
         ];
         for (filter, expected) in widths {
-            let width = FilterSampler::new(filter).width();
+            let width = FilterSampler::of(filter).width();
             assert!((width / expected - 1.0).abs() < 2e-3, "{filter:?}: {width}");
         }
     }
@@ -123,7 +140,7 @@ mod tests {
         for filter in
             [PixelFilter::Box, PixelFilter::Tent, PixelFilter::Gaussian, PixelFilter::BlackmanHarris]
         {
-            let sampler = FilterSampler::new(filter);
+            let sampler = FilterSampler::of(filter);
             let n = 100_000;
             let r = filter.radius();
             let mut frequencies = [0f64; 12];

@@ -12,7 +12,7 @@ use blinn_scene::ThinLens;
 pub(super) struct SampleGenerator<'a> {
     settings: &'a RenderSettings,
     pub sampler: LowDiscrepancySampler,
-    filter: FilterSampler,
+    filter: &'static FilterSampler,
     /// Width and height of a pixel on the film: multiplying by them is faster than dividing.
     pixel_size: [f64; 2],
     /// The part of the film that a sample covers.
@@ -23,7 +23,7 @@ pub(super) struct SampleGenerator<'a> {
 
 impl SampleGenerator<'_> {
     pub fn new(settings: &RenderSettings, lens: Option<ThinLens>) -> SampleGenerator<'_> {
-        let filter = FilterSampler::new(settings.filter);
+        let filter = FilterSampler::of(settings.filter);
         SampleGenerator {
             settings,
             sampler: LowDiscrepancySampler { seed: settings.seed, count: settings.samples },

@@ -73,7 +73,7 @@ fn floor() -> Picture {
 
 /// Pixel values of each picture.
 fn draw(pictures: &[Picture], sampler: &dyn Sampler, count: u32, filter: PixelFilter) -> Vec<Vec<f64>> {
-    let filter = FilterSampler::new(filter);
+    let filter = FilterSampler::of(filter);
     let mut values = vec![Vec::new(); pictures.len()];
     for pixel in (0..SIDE * SIDE).map(|i| UVec2::new(i % SIDE, i / SIDE)) {
         let offset = |index, axis| 0.5 + filter.offset(sampler.get(pixel, index, axis));
