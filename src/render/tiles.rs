@@ -104,6 +104,11 @@ pub(super) fn render_pixels(
         colors.clear();
         colors.resize(samples.len(), Rgba::ZERO);
         integrator.render(frame, samples, &generator.sampler, integrator_scratch, colors);
+        if n == 1 {
+            // Added to zero as sums of more are, which makes −0 to 0.
+            means.extend(colors.iter().map(|&color| Rgba::ZERO + color));
+            continue;
+        }
         let mean = |samples: &[Rgba]| samples.iter().fold(Rgba::ZERO, |a, &b| a + b) / n as f32;
         means.extend(colors.chunks_exact(n).map(mean));
     }

@@ -169,14 +169,18 @@ impl<'a> Frame<'a> {
     }
 
     /// The light of the background at a sample; `None` if there is none.
+    #[inline]
     pub(crate) fn background_radiance(&self, sample: &Sample) -> Option<Rgb> {
-        let background = self.background.as_ref()?;
+        self.background.as_ref().map(|background| self.radiance_beyond(background, sample))
+    }
+
+    fn radiance_beyond(&self, background: &Environment, sample: &Sample) -> Rgb {
         let d = self.eye_ray(sample).d.as_dvec3();
         let length = d.length();
         let [x, y] = self.camera.ray_differential(sample.footprint[0], sample.footprint[1]).d;
         // The part of the view rectangle that the sample covers, seen from the eye.
         let solid_angle = x.cross(y).dot(d).abs() / (length * length * length);
-        Some(background.radiance((d / length).as_vec3(), solid_angle as f32))
+        background.radiance((d / length).as_vec3(), solid_angle as f32)
     }
 
     /// False if eye rays between the film positions `low` and `high` certainly hit neither the scene nor the ground, and
