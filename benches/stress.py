@@ -1,9 +1,9 @@
 """Renders 500 scenes, a fifth of them broken, slow or large, on 1, 2, 7 and 64 threads and with --resume after kills, and
 compares images, ledgers and messages with those of one thread: `python3 benches/stress.py PROGRAM [SCENES]`.
 
-A run without kills must have the same messages, line by line, and the same ledger but for seconds and the versions of files. Runs that are killed
-are resumed until they end; then images and the outcome of each scene in the ledger must be the same, and one more --resume must
-have the messages that it has after one thread.
+A run without kills must have the same messages, line by line, and the same ledger but for seconds and the versions of
+files. Runs that are killed are resumed until they end; then images and the outcome of each scene in the ledger must be
+the same, and one more --resume must have the messages that it has after one thread.
 """
 
 import hashlib
