@@ -1,5 +1,7 @@
 //! Cryptomatte layers: the coverage of each pixel by objects and materials, over all samples of the pixel filter.
 
+use std::ops::Range;
+
 use glam::UVec2;
 use rayon::prelude::*;
 
@@ -20,27 +22,39 @@ pub struct Matte {
     pub kind: MatteKind,
     /// Names as in the scene, of ids from 1 on. They may be empty, and may not be unique.
     pub names: Vec<String>,
+    /// The pixels, [`BLOCK_PIXELS`] in each but the last. They are not joined: that would take their memory twice.
+    blocks: Vec<MatteBlock>,
+}
+
+/// The coverage of some pixels in a row of all.
+#[derive(Clone, Debug, Default, PartialEq)]
+struct MatteBlock {
     /// For each pixel the end of its part of `coverages`.
-    ends: Vec<usize>,
+    ends: Vec<u32>,
     /// Ids from 1, with their coverage.
     coverages: Vec<(u32, f32)>,
 }
 
+/// Pixels of a block: a power of two, for looking them up.
+const BLOCK_PIXELS: usize = 1 << 12;
+
 impl Matte {
     /// At most [`MATTE_RANKS`] ids, from 1, with their coverage of pixel `i`, largest first.
     pub fn pixel(&self, i: usize) -> &[(u32, f32)] {
-        let start = i.checked_sub(1).map_or(0, |previous| self.ends[previous]);
-        &self.coverages[start..self.ends[i]]
+        let MatteBlock { ends, coverages } = &self.blocks[i / BLOCK_PIXELS];
+        let nth = i % BLOCK_PIXELS;
+        let start = nth.checked_sub(1).map_or(0, |previous| ends[previous]);
+        &coverages[start as usize..ends[nth] as usize]
     }
 
     /// Number of pixels.
     pub fn len(&self) -> usize {
-        self.ends.len()
+        self.blocks.iter().map(|block| block.ends.len()).sum()
     }
 
     /// True without pixels.
     pub fn is_empty(&self) -> bool {
-        self.ends.is_empty()
+        self.blocks.is_empty()
     }
 }
 
@@ -50,21 +64,18 @@ const BATCH_SAMPLES: usize = 1 << 14;
 /// For each kind the ids that a pixel sees, with the sum of their coverage over its samples.
 type CoverageSums = [Vec<(u32, f64)>; MatteKind::ALL.len()];
 
-/// The part of a [`Matte`] of some pixels.
-#[derive(Default)]
-struct Ranks {
-    /// For each pixel the end of its part of `coverages`.
-    ends: Vec<usize>,
-    coverages: Vec<(u32, f32)>,
-}
-
-impl Ranks {
+impl MatteBlock {
     /// Adds a pixel whose coverages are summed over `samples`.
     fn push(&mut self, mut sums: Vec<(u32, f64)>, samples: usize) {
         sums.sort_by(|a, b| b.1.total_cmp(&a.1).then(a.0.cmp(&b.0)));
         let mean = |&(id, sum): &(u32, f64)| (id, (sum / samples as f64) as f32);
         self.coverages.extend(sums.iter().take(MATTE_RANKS).map(mean));
-        self.ends.push(self.coverages.len());
+        self.ends.push(self.coverages.len() as u32);
+    }
+
+    fn shrink_to_fit(&mut self) {
+        self.ends.shrink_to_fit();
+        self.coverages.shrink_to_fit();
     }
 }
 
@@ -79,40 +90,48 @@ pub fn render_mattes(
 ) -> Result<Vec<Matte>, Cancelled> {
     let generator = SampleGenerator::new(settings, frame.camera.lens);
     let window = settings.window();
-    let columns: Vec<u32> = (window.x..window.x + window.width).collect();
+    let width = window.width as usize;
+    let pixels: Vec<Range<usize>> = block_ranges(width * window.height as usize);
     let samples_per_pixel = generator.samples_per_pixel();
     let batch_pixels = (BATCH_SAMPLES / samples_per_pixel).max(1);
-    let rows: Vec<[Ranks; MatteKind::ALL.len()]> = (window.y..window.y + window.height)
+    let blocks: Vec<[MatteBlock; MatteKind::ALL.len()]> = pixels
         .into_par_iter()
-        .map_init(<(Scratch, Vec<Sample>)>::default, |(scratch, samples), y| {
-            let mut row = <[Ranks; MatteKind::ALL.len()]>::default();
-            for batch in columns.chunks(batch_pixels) {
+        .with_max_len(1)
+        .map_init(<(Scratch, Vec<Sample>)>::default, |(scratch, samples), block_pixels| {
+            let mut blocks = <[MatteBlock; MatteKind::ALL.len()]>::default();
+            let position =
+                |i: usize| UVec2::new(window.x + (i % width) as u32, window.y + (i / width) as u32);
+            let positions: Vec<UVec2> = block_pixels.map(position).collect();
+            for batch in positions.chunks(batch_pixels) {
                 if monitor.is_cancelled() {
                     break;
                 }
-                let pixels: Vec<UVec2> = batch.iter().map(|&x| UVec2::new(x, y)).collect();
-                generator.generate(frame.simd(), &pixels, samples);
-                for sums in sum_coverage(frame, samples, pixels.len(), scratch) {
-                    let kinds = row.iter_mut().zip(sums);
-                    kinds.for_each(|(ranks, sums)| ranks.push(sums, samples_per_pixel));
+                generator.generate(frame.simd(), batch, samples);
+                for sums in sum_coverage(frame, samples, batch.len(), scratch) {
+                    let kinds = blocks.iter_mut().zip(sums);
+                    kinds.for_each(|(block, sums)| block.push(sums, samples_per_pixel));
                 }
             }
-            row
+            blocks.iter_mut().for_each(MatteBlock::shrink_to_fit);
+            blocks
         })
         .collect();
     if monitor.is_cancelled() {
         return Err(Cancelled);
     }
-    let matte = |(k, &kind): (usize, &MatteKind)| {
-        let mut ends = Vec::with_capacity(rows.len() * columns.len());
-        let mut coverages = Vec::with_capacity(rows.iter().map(|row| row[k].coverages.len()).sum());
-        for Ranks { ends: row_ends, coverages: row_coverages } in rows.iter().map(|row| &row[k]) {
-            ends.extend(row_ends.iter().map(|end| coverages.len() + end));
-            coverages.extend_from_slice(row_coverages);
-        }
-        Matte { kind, names: names(frame.posed.scene, kind), ends, coverages }
-    };
-    Ok(MatteKind::ALL.par_iter().enumerate().map(matte).collect())
+    let mut mattes = MatteKind::ALL.map(|kind| {
+        let blocks = Vec::with_capacity(blocks.len());
+        Matte { kind, names: names(frame.posed.scene, kind), blocks }
+    });
+    for of_kinds in blocks {
+        mattes.iter_mut().zip(of_kinds).for_each(|(matte, block)| matte.blocks.push(block));
+    }
+    Ok(mattes.into())
+}
+
+/// Divides `pixels` pixels among blocks.
+fn block_ranges(pixels: usize) -> Vec<Range<usize>> {
+    (0..pixels).step_by(BLOCK_PIXELS).map(|start| start..pixels.min(start + BLOCK_PIXELS)).collect()
 }
 
 /// Sums the coverage of each pixel over its samples.
