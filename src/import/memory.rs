@@ -56,6 +56,11 @@ impl MemoryBudget {
         MemoryBudget { watch: options.memory.clone(), ..MemoryBudget::new(options.limits.memory_bytes) }
     }
 
+    /// Returns the bytes charged so far.
+    pub fn charged(&self) -> u64 {
+        self.charged.load(Ordering::Relaxed)
+    }
+
     /// Charges memory that is about to be allocated. Fails if the limit is exceeded.
     pub fn charge(&self, bytes: u64) -> Result<(), LoadError> {
         // Clamped to 2^60, so that concurrent charges do not wrap around.

@@ -146,8 +146,9 @@ fn used_primitives(doc: &Document<'_>, nodes: &[SceneNode]) -> Result<Vec<Primit
             let size = primitive::max_size(doc, json);
             vertices = vertices.saturating_add(size.vertices);
             triangles = triangles.saturating_add(size.triangles);
-            let bytes = size.vertices.saturating_mul(primitive::vertex_bytes(json));
-            vertex_bytes = vertex_bytes.saturating_add(bytes);
+            let bytes = size.vertices.saturating_mul(primitive::vertex_bytes(doc, json));
+            let lists = primitive::round_list_bytes(doc, json);
+            vertex_bytes = vertex_bytes.saturating_add(bytes).saturating_add(lists);
             indices = indices.saturating_add(primitive::index_count(doc, json));
             out.push(PrimitiveId { mesh, primitive: index });
         }

@@ -1,6 +1,7 @@
 //! Colours of vertices and instances: linear RGB or RGBA.
 
 use ::gltf::json::accessor::ComponentType;
+use ::gltf::json::validation::Checked;
 use glam::{Vec3, Vec4};
 
 use super::accessor::{Accessor, Elements};
@@ -14,6 +15,15 @@ const MAX_COLOR: f32 = 10.0;
 
 /// Deviations from 0 to 1 without a warning.
 const ROUNDING: f32 = 1e-3;
+
+/// Returns true for an accessor whose colours are normalized once they exceed 1.
+pub(super) fn may_be_unmarked(accessor: &::gltf::json::Accessor) -> bool {
+    let kind = match accessor.component_type {
+        Checked::Valid(kind) => kind.0,
+        Checked::Invalid => return true,
+    };
+    !accessor.normalized && matches!(kind, ComponentType::U8 | ComponentType::U16)
+}
 
 /// Warning of integer colours that are read as normalized.
 pub(super) const UNMARKED: &str = "integer colours are not marked as normalized; used them as normalized";

@@ -2,6 +2,7 @@
 
 use std::collections::HashMap;
 
+use ::gltf::json::accessor::Type;
 use ::gltf::json::mesh::{Mode, Primitive, Semantic};
 use ::gltf::json::validation::Checked;
 use ::gltf::json::{self as gltf, Index};
@@ -9,6 +10,7 @@ use glam::{Vec3, Vec4};
 
 use super::accessor::{Accessor, Elements};
 use super::attributes::{Attributes, normalize, open_positions};
+use super::color;
 use super::document::Document;
 use super::draco;
 use super::draco::DecodedPrimitive;
@@ -21,7 +23,7 @@ use crate::error::{LoadError, Warnings};
 use crate::smooth::split_vertices;
 use blinn_scene::Mesh;
 
-/// Least bytes of a vertex that is not read straight into the scene.
+/// Least bytes of a vertex of a Draco stream.
 const MIN_CONVERTED_VERTEX: u64 = 64;
 
 /// A primitive of the file, by its indices.
@@ -73,20 +75,38 @@ pub(super) fn max_size(doc: &Document<'_>, primitive: &Primitive) -> MeshSize {
 }
 
 /// Peak bytes of a vertex: its attributes in the scene, and what they are converted from.
-pub(super) fn vertex_bytes(primitive: &Primitive) -> u64 {
-    let bytes = |semantic: &Checked<Semantic>| match semantic {
+pub(super) fn vertex_bytes(doc: &Document<'_>, primitive: &Primitive) -> u64 {
+    let bytes = |(semantic, accessor): (&Checked<Semantic>, &Index<gltf::Accessor>)| match semantic {
         Checked::Valid(Semantic::Positions | Semantic::Normals) => 12,
         Checked::Valid(Semantic::Tangents) => 16,
         Checked::Valid(Semantic::TexCoords(_)) => 8,
-        Checked::Valid(Semantic::Colors(0) | Semantic::Joints(_) | Semantic::Weights(_)) => 32,
+        Checked::Valid(Semantic::Colors(0)) => {
+            let accessor = doc.root().accessors.get(accessor.value());
+            // Other colours are read with three components first, or twice.
+            let is_read_once =
+                accessor.is_some_and(|a| a.type_ == Checked::Valid(Type::Vec4) && !color::may_be_unmarked(a));
+            if is_read_once { 16 } else { 32 }
+        }
+        Checked::Valid(Semantic::Joints(_) | Semantic::Weights(_)) => 32,
         _ => 0,
     };
-    let attributes: u64 = primitive.attributes.keys().map(bytes).sum();
-    // Decoded streams, and lists of the vertices of points and lines, are in memory beside the mesh.
-    if draco::is_compressed(primitive) || !topology::is_surface(mode(primitive)) {
+    let attributes: u64 = primitive.attributes.iter().map(bytes).sum();
+    // Decoded streams are in memory beside the mesh.
+    if draco::is_compressed(primitive) {
         attributes.saturating_mul(2).max(MIN_CONVERTED_VERTEX)
     } else {
         attributes
+    }
+}
+
+/// Bytes of the lists of the vertices that points and lines use, beside indices and lines.
+pub(super) fn round_list_bytes(doc: &Document<'_>, primitive: &Primitive) -> u64 {
+    let lines = max_size(doc, primitive).triangles;
+    match mode(primitive) {
+        Mode::Points => index_count(doc, primitive).saturating_mul(4),
+        // Both ends of each line.
+        Mode::Lines | Mode::LineLoop | Mode::LineStrip => lines.saturating_mul(8),
+        Mode::Triangles | Mode::TriangleStrip | Mode::TriangleFan => 0,
     }
 }
 

@@ -32,6 +32,13 @@ const CORNER_UVS: [&str; 1] = ["texcoord"];
 const TEXTURE: [&str; 1] = ["texnumber"];
 const EDGE_ENDS: [&str; 2] = ["vertex1", "vertex2"];
 
+/// Bytes of attributes and indices in the mesh.
+const POSITION: u64 = 12;
+const NORMAL: u64 = 12;
+const COLOR: u64 = 16;
+const UV: u64 = 8;
+const INDEX: u64 = 4;
+
 /// The reason why the rows of an element end early.
 pub(super) enum RowError {
     /// The file ends after this number of rows.
@@ -122,6 +129,22 @@ pub(super) fn skip_rows(
 /// Returns the number of rows to reserve memory for: no more than the file can have.
 pub(super) fn expected_rows(element: &Element, encoding: Encoding, remaining: usize) -> u64 {
     element.rows.min((remaining / element.min_row_bytes(encoding)) as u64 + 1)
+}
+
+/// Returns the bytes of a row of an element in the mesh. Faces count as triangles.
+pub(super) fn row_bytes(element: &Element) -> u64 {
+    let has = |names: &[&str], bytes: u64| if element.has(names) { bytes } else { 0 };
+    match element.name.as_str() {
+        "vertex" => {
+            let [normals, colors, uvs] = [VERTEX_COLUMNS[3], VERTEX_COLUMNS[6], VERTEX_COLUMNS[10]];
+            POSITION + has(normals, NORMAL) + has(colors, COLOR) + has(uvs, UV)
+        }
+        "face" => {
+            3 * INDEX + has(FACE_COLORS[0], COLOR) + has(&CORNER_UVS, 3 * UV) + has(&TEXTURE, 2 * INDEX)
+        }
+        "edge" => 2 * INDEX + has(FACE_COLORS[0], COLOR),
+        _ => 0,
+    }
 }
 
 impl Content {

@@ -18,8 +18,8 @@ use crate::polygons::polygon_mesh::Part;
 use crate::polygons::polygon_scene::{PolygonFile, build_scene};
 use blinn_core::cancellation::Cancelled;
 use blinn_scene::{Scene, SourceFormat};
-use elements::{Content, RowError, expected_rows, skip_rows};
-use header::{Encoding, Header};
+use elements::{Content, RowError, expected_rows, row_bytes, skip_rows};
+use header::{Element, Encoding, Header};
 use values::Values;
 
 /// Properties of 3D Gaussian splats.
@@ -48,7 +48,7 @@ pub(super) fn load(
     let header = header::parse(bytes)?;
     check_positions(&header)?;
     let budget = MemoryBudget::of_import(options);
-    check_size(&header, bytes, options, &budget)?;
+    let charged = charge_rows(&header, bytes, options, &budget)?;
     let mut warnings = Warnings::default();
     let mut content = read(&header, bytes, DVec3::ZERO, options, &mut warnings)?;
     let origin = match content.mesh.faces {
@@ -87,6 +87,7 @@ pub(super) fn load(
     }
     let materials = obj::textured_materials(&files, folder, &options.limits, &budget, &mut warnings)?;
     let generator = generator(&header);
+    budget.charge((mesh.bytes() + mesh.meshes_bytes()).saturating_sub(charged))?;
     let file = PolygonFile { mesh, origin, format: SourceFormat::Ply, generator, materials };
     let scene = build_scene(file, options, &mut warnings)?;
     Ok((scene, warnings.into_vec()))
@@ -101,18 +102,19 @@ fn check_positions(header: &Header) -> Result<(), LoadError> {
     }
 }
 
-/// Checks the numbers in the header before memory is allocated.
-fn check_size(
+/// Checks the numbers in the header, and charges the file and its rows, before memory is allocated. Returns the bytes charged
+/// for rows: faces count as triangles until their corners are known.
+fn charge_rows(
     header: &Header,
     bytes: &[u8],
     options: &LoadOptions,
     budget: &MemoryBudget,
-) -> Result<(), LoadError> {
+) -> Result<u64, LoadError> {
+    let remaining = bytes.len() - header.bytes;
+    let expected = |element: &Element| expected_rows(element, header.encoding, remaining);
     let rows = |name: &str| {
         let elements = header.elements.iter().filter(|element| element.name == name);
-        let rows =
-            elements.map(|element| expected_rows(element, header.encoding, bytes.len() - header.bytes));
-        rows.fold(0, u64::saturating_add)
+        elements.map(expected).fold(0, u64::saturating_add)
     };
     let (faces, edges) = (rows("face"), rows("edge"));
     // Lines have vertices of their own.
@@ -120,7 +122,10 @@ fn check_size(
     LoadError::check_limit("vertices", vertices, options.limits.vertices)?;
     LoadError::check_limit("triangles", faces, options.limits.triangles)?;
     budget.charge(bytes.len() as u64)?;
-    budget.charge_meshes(vertices, faces)
+    let of_rows = header.elements.iter().map(|element| expected(element).saturating_mul(row_bytes(element)));
+    let of_rows = of_rows.fold(0, u64::saturating_add);
+    budget.charge(of_rows)?;
+    Ok(of_rows)
 }
 
 /// Reads the values. A file that ends early has its first vertices and faces.

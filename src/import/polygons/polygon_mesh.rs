@@ -107,8 +107,7 @@ impl PolygonMesh {
         if self.parts.is_empty() {
             self.parts.push(Part::default());
         }
-        // Colours of vertices are finer than those of faces.
-        if self.colors.windows(2).any(|pair| pair[0] != pair[1]) {
+        if !self.has_face_colors() {
             self.face_colors = Vec::new();
         }
         let (face_colors, colors) = self.corner_colors();
@@ -158,6 +157,11 @@ impl PolygonMesh {
             out.push((*part, mesh));
         }
         Ok(out)
+    }
+
+    /// Returns true if the colours of faces are seen: those of vertices are finer, unless all are the same.
+    pub(super) fn has_face_colors(&self) -> bool {
+        !self.face_colors.is_empty() && self.colors.windows(2).all(|pair| pair[0] == pair[1])
     }
 
     fn check_corners(&self) -> Result<(), LoadError> {

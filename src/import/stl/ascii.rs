@@ -6,11 +6,16 @@ use super::StlFile;
 use super::welder::Welder;
 use crate::error::{LoadError, Warnings};
 use crate::files::escape::printable;
+use crate::memory::MemoryBudget;
 use crate::polygons::polygon_mesh::{Part, PolygonMesh};
 use blinn_core::cancellation::CancelToken;
 
 /// Number of lines between two looks at the cancellation.
 const CANCEL_INTERVAL: usize = 1 << 16;
+
+/// Bytes of a corner in the mesh, with its share of the number of the facet's part, and corners that are charged at once.
+const CORNER: u64 = 6;
+const CHARGED_CORNERS: usize = 1 << 12;
 
 /// Returns true if a file begins as text does: `solid`, and then a facet or the end. Binary files may begin with `solid`, too.
 pub(super) fn is_text(head: &[u8]) -> bool {
@@ -24,11 +29,13 @@ pub(super) fn is_text(head: &[u8]) -> bool {
 pub(super) fn parse(
     file: &[u8],
     origin: DVec3,
+    budget: &MemoryBudget,
     cancel: &CancelToken,
     warnings: &mut Warnings,
 ) -> Result<StlFile, LoadError> {
     let mut mesh = PolygonMesh::default();
-    let mut welder = Welder::new(origin);
+    let mut welder = Welder::new(origin, budget);
+    let mut charged_corners = 0;
     // The first corner of the facet that is being read.
     let mut first = None;
     let mut degenerate = 0u64;
@@ -47,12 +54,16 @@ pub(super) fn parse(
         match keyword.as_str() {
             "vertex" => {
                 first.get_or_insert(mesh.corners.len());
+                if mesh.corners.len() == charged_corners {
+                    budget.charge(CORNER * CHARGED_CORNERS as u64)?;
+                    charged_corners += CHARGED_CORNERS;
+                }
                 match position(words) {
                     Some((position, has_comma)) => {
                         if has_comma {
                             decimal_comma.get_or_insert(i);
                         }
-                        welder.push_corner(position, &mut mesh);
+                        welder.push_corner(position, &mut mesh)?;
                     }
                     // The file ends within the line.
                     None if lines.peek().is_none() => break,
@@ -86,7 +97,7 @@ pub(super) fn parse(
     if degenerate > 0 {
         warnings.add("", format!("ignored {degenerate} facets with fewer than three vertices"));
     }
-    Ok(StlFile { mesh, generator: String::new() })
+    Ok(StlFile { mesh, generator: String::new(), charged_table: welder.charged_table() })
 }
 
 /// Begins an object and its part.

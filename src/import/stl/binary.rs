@@ -9,6 +9,7 @@ use super::StlFile;
 use super::welder::Welder;
 use crate::error::{LoadError, Warnings};
 use crate::files::escape::printable;
+use crate::memory::MemoryBudget;
 use crate::polygons::polygon_mesh::PolygonMesh;
 use blinn_core::cancellation::CancelToken;
 use blinn_scene::srgb_to_linear;
@@ -19,6 +20,9 @@ const START: usize = HEADER + 4;
 const FACET: usize = 50;
 /// Marks a facet with a colour (VisCAM) or with that of the header (Magics).
 const MARK: u16 = 1 << 15;
+/// Bytes of the corners and the colour of a facet in the mesh.
+const CORNERS: u64 = 12;
+const COLOR: u64 = 16;
 /// Number of facets between two looks at the cancellation.
 const CANCEL_INTERVAL: usize = 1 << 16;
 
@@ -47,6 +51,7 @@ pub(super) fn facet_count(file: &[u8]) -> u64 {
 pub(super) fn parse(
     file: &[u8],
     origin: DVec3,
+    budget: &MemoryBudget,
     cancel: &CancelToken,
     warnings: &mut Warnings,
 ) -> Result<StlFile, LoadError> {
@@ -68,9 +73,11 @@ pub(super) fn parse(
     let facets = facets.as_chunks::<FACET>().0;
     let attribute = |facet: &[u8; FACET]| u16::from_le_bytes([facet[48], facet[49]]);
     let has_colors = default.is_some() || facets.iter().any(|facet| attribute(facet) & MARK != 0);
+    budget.charge(count * (CORNERS + if has_colors { COLOR } else { 0 }))?;
     let mut mesh = PolygonMesh::default();
     mesh.corners.reserve_exact(3 * facets.len());
-    let mut welder = Welder::new(origin);
+    mesh.face_colors.reserve_exact(if has_colors { facets.len() } else { 0 });
+    let mut welder = Welder::new(origin, budget);
     for (i, facet) in facets.iter().enumerate() {
         if i % CANCEL_INTERVAL == 0 {
             cancel.check()?;
@@ -80,7 +87,7 @@ pub(super) fn parse(
         for corner in facet[12..48].as_chunks::<12>().0 {
             let axis =
                 |k: usize| f32::from_le_bytes([corner[k], corner[k + 1], corner[k + 2], corner[k + 3]]);
-            welder.push_corner(Vec3::new(axis(0), axis(4), axis(8)).as_dvec3(), &mut mesh);
+            welder.push_corner(Vec3::new(axis(0), axis(4), axis(8)).as_dvec3(), &mut mesh)?;
         }
         mesh.push_face(first);
         if has_colors {
@@ -90,7 +97,7 @@ pub(super) fn parse(
     let text = header.split(|byte| *byte == 0).next().unwrap_or_default();
     let text = String::from_utf8_lossy(text).into_owned();
     let generator = printable(text.split("COLOR=").next().unwrap_or_default().trim());
-    Ok(StlFile { mesh, generator })
+    Ok(StlFile { mesh, generator, charged_table: welder.charged_table() })
 }
 
 /// Returns the colour of facets that Materialise Magics writes into the header.

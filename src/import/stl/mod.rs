@@ -27,6 +27,8 @@ struct StlFile {
     mesh: PolygonMesh,
     /// The text in the header of a binary file.
     generator: String,
+    /// Bytes charged for what was freed after parsing.
+    charged_table: u64,
 }
 
 /// Returns true if a file of `bytes` bytes begins as STL files do. Only a binary file whose size fits its number of facets is
@@ -46,7 +48,7 @@ pub(super) fn load(
     folder: &SceneFolder,
     options: &LoadOptions,
 ) -> Result<(Scene, Vec<Warning>), LoadError> {
-    let budget = MemoryBudget::of_import(options);
+    let mut budget = MemoryBudget::of_import(options);
     budget.charge(bytes.len() as u64)?;
     let has_binary_size = binary::has_exact_size(bytes, bytes.len() as u64);
     let mut decoded = None;
@@ -59,23 +61,24 @@ pub(super) fn load(
     let length = bytes.len() as u64;
     let facets = if is_text { length / MIN_FACET_TEXT } else { binary::facet_count(bytes) };
     LoadError::check_limit("triangles", facets, options.limits.triangles)?;
-    budget.charge_meshes(facets, facets)?;
     let mut warnings = Warnings::default();
-    let parse = |origin: DVec3, warnings: &mut Warnings| {
-        if is_text {
-            ascii::parse(bytes, origin, &options.cancel, warnings)
-        } else {
-            binary::parse(bytes, origin, &options.cancel, warnings)
-        }
+    let parse = |origin: DVec3, budget: &MemoryBudget, warnings: &mut Warnings| {
+        let parse = if is_text { ascii::parse } else { binary::parse };
+        parse(bytes, origin, budget, &options.cancel, warnings)
     };
-    let mut file = parse(DVec3::ZERO, &mut warnings)?;
+    let before = budget.charged();
+    let mut file = parse(DVec3::ZERO, &budget, &mut warnings)?;
     let origin = far_centre(file.mesh.corner_positions());
     if let Some(origin) = origin {
+        // Free the first result before the second is parsed.
         drop(file);
+        budget = MemoryBudget::of_import(options);
+        budget.charge(before)?;
         warnings = Warnings::default();
-        file = parse(origin, &mut warnings)?;
+        file = parse(origin, &budget, &mut warnings)?;
     }
-    let StlFile { mesh, generator } = file;
+    let StlFile { mesh, generator, charged_table } = file;
+    budget.charge(mesh.meshes_bytes().saturating_sub(charged_table))?;
     if mesh.faces == 0 {
         let message = format!("the file has no faces to render{}", warnings.into_ending());
         return Err(LoadError::invalid("STL", message));

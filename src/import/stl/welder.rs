@@ -4,23 +4,62 @@ use std::collections::HashMap;
 
 use glam::{DVec3, Vec3};
 
+use crate::error::LoadError;
+use crate::memory::MemoryBudget;
 use crate::polygons::polygon_mesh::PolygonMesh;
 
+/// Vertices whose memory is charged at once.
+const CHARGED_VERTICES: usize = 1 << 12;
+/// Bytes of a position in the mesh, and in a slot of the hash table with its number and a byte of the hash.
+const POSITION: u64 = 12;
+const SLOT: u64 = 17;
+
 /// Numbers positions in the order of their first use.
-#[derive(Default)]
-pub(super) struct Welder {
+pub(super) struct Welder<'b> {
     vertices: HashMap<[u32; 3], u32>,
     origin: DVec3,
+    budget: &'b MemoryBudget,
+    /// Number of vertices whose memory is charged, and the bytes charged for the hash table.
+    charged_vertices: usize,
+    charged_table: u64,
 }
 
-impl Welder {
-    /// Creates a welder of positions relative to `origin`.
-    pub fn new(origin: DVec3) -> Welder {
-        Welder { vertices: HashMap::new(), origin }
+/// Returns the bytes of a hash table for `vertices` vertices while it grows from half of its size.
+fn table_bytes(vertices: usize) -> u64 {
+    // At most seven of eight slots are used, and their number is a power of two.
+    let slots = (vertices as u64 * 8).div_ceil(7).next_power_of_two();
+    SLOT * (slots + slots / 2)
+}
+
+impl<'b> Welder<'b> {
+    /// Creates a welder of positions relative to `origin`, which charges vertices to `budget`.
+    pub fn new(origin: DVec3, budget: &'b MemoryBudget) -> Welder<'b> {
+        Welder { vertices: HashMap::new(), origin, budget, charged_vertices: 0, charged_table: 0 }
+    }
+
+    /// Returns the bytes charged for what ends with the welder.
+    pub fn charged_table(&self) -> u64 {
+        self.charged_table
+    }
+
+    /// Charges further vertices before they are added.
+    #[cold]
+    fn charge(&mut self) -> Result<(), LoadError> {
+        self.charged_vertices += CHARGED_VERTICES;
+        let table = table_bytes(self.charged_vertices);
+        self.budget.charge(POSITION * CHARGED_VERTICES as u64 + table - self.charged_table)?;
+        self.charged_table = table;
+        Ok(())
     }
 
     /// Adds a corner to the mesh.
-    pub fn push_corner(&mut self, position: DVec3, mesh: &mut PolygonMesh) {
+    ///
+    /// # Errors
+    /// Its vertex takes more memory than allowed.
+    pub fn push_corner(&mut self, position: DVec3, mesh: &mut PolygonMesh) -> Result<(), LoadError> {
+        if self.vertices.len() == self.charged_vertices {
+            self.charge()?;
+        }
         // Adding zero turns -0 into 0.
         let position = (position - self.origin).as_vec3() + Vec3::ZERO;
         let vertex = *self.vertices.entry(position.to_array().map(f32::to_bits)).or_insert_with(|| {
@@ -28,5 +67,6 @@ impl Welder {
             mesh.positions.len() as u32 - 1
         });
         mesh.corners.push(vertex);
+        Ok(())
     }
 }
