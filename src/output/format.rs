@@ -116,6 +116,19 @@ impl ImageFormat {
         }
     }
 
+    /// Upper estimate of the bytes per pixel that encoding takes beside the picture: display colours, what the encoder
+    /// keeps, and the file. Layers in the file are left out.
+    pub fn encoding_bytes(self, depth: BitDepth) -> u64 {
+        match self {
+            // Linear light is encoded as it is.
+            ImageFormat::Exr => 20,
+            ImageFormat::Png if depth == BitDepth::Sixteen => 28,
+            ImageFormat::Png => 9,
+            ImageFormat::Jpeg(_) => 12,
+            ImageFormat::Webp => 40,
+        }
+    }
+
     /// Returns true if the image file holds the layers. Otherwise they are written to files beside it.
     pub fn supports_layers(self) -> bool {
         self == ImageFormat::Exr

@@ -6,13 +6,14 @@ use crate::memory::limit_bytes;
 use crate::options::Options;
 use crate::plan::SessionPlan;
 use blinn_accel::{FlattenBudget, MAX_STORED_TRIANGLES};
-use blinn_render::Denoise;
-use blinn_scene::{Mesh, Scene};
+use blinn_render::{Denoise, MATTE_RANKS};
+use blinn_scene::{AlphaMode, Image, Material, Mesh, Scene};
 
-/// The program itself, its threads and their working memory.
-pub(crate) const PROGRAM: u64 = 40 << 20;
-/// Per triangle in a BVH, while it is built.
-const BVH_TRIANGLE: u64 = 112;
+/// The program itself, and a thread with its working memory.
+const CODE: u64 = 32 << 20;
+const THREAD: u64 = 1 << 20;
+/// Per triangle in a BVH, while it is built: 105 where triangles lie in a regular grid, 87 to 103 in others.
+const BVH_TRIANGLE: u64 = 108;
 /// Per triangle that a build stores beside.
 const STORED_TRIANGLE: u64 = 48;
 /// Per triangle in a BVH that is kept for the next time.
@@ -20,6 +21,8 @@ const KEPT_BVH_TRIANGLE: u64 = 88;
 /// Per point and line in a BVH, and its sort.
 const BVH_POINT: u64 = 24;
 const BVH_LINE: u64 = 36;
+/// Per texel of an image whose mip maps are computed: the colours of two levels.
+const MIPS_TEXEL: u64 = 5;
 /// Per pixel: the picture of the edges.
 const EDGES_PIXEL: u64 = 16;
 /// Per instance at one time: its transform, and its part of the top-level BVH while that is built.
@@ -30,12 +33,22 @@ const NODE: u64 = 112;
 const DEFORMED_VERTEX: u64 = 64;
 /// Per vertex for the bounds of an animation clip. Each morph target adds one byte.
 const CLIP_BOUNDS_VERTEX: u64 = 16;
-/// Per pixel: film, display colour and encoded image.
-const PIXEL: u64 = 64;
-/// Per pixel and AOV channel: film, and preview or encoded channel.
-const AOV_CHANNEL: u64 = 12;
-/// Per pixel for cryptomattes while they are collected and ranked.
-const CRYPTOMATTE_PIXEL: u64 = 256;
+/// Per pixel of the film.
+const FILM_PIXEL: u64 = 16;
+/// Per pixel while an image of an unknown format is encoded, such as a frame of a video.
+const ENCODING_PIXEL: u64 = 48;
+/// Per pixel and AOV channel: film, and the channel of a file that holds layers.
+const AOV_CHANNEL: u64 = 4;
+const ENCODED_CHANNEL: u64 = 5;
+/// Per pixel while the preview of a layer is encoded.
+const PREVIEW_PIXEL: u64 = 28;
+/// Per pixel and Cryptomatte: the end of its ids, and each id with its coverage.
+const MATTE_PIXEL: u64 = 4;
+const MATTE_ID: u64 = 8;
+/// Per pixel of a picture whose noise may be removed, and at most per pixel of the rows that are filtered at once.
+const NOISY_PIXEL: u64 = 24;
+const NOISY_ROW_PIXEL: u64 = 300;
+const NOISY_ROWS: u64 = 160;
 
 /// Rows of a picture with a depth of field that are filtered at once, and bytes per pixel of them.
 const LENS_ROWS: u64 = 168;
@@ -59,7 +72,12 @@ pub fn check_memory(plan: &SessionPlan, scene: &Scene, frames: usize) -> Result<
             "rendering needs about {needed} of memory, but {bound}, or use a smaller `size` or fewer AOVs"
         )));
     }
-    Ok(needed.saturating_sub(PROGRAM))
+    Ok(needed.saturating_sub(program_bytes()))
+}
+
+/// Bytes of the program itself with the threads of the current pool.
+pub(crate) fn program_bytes() -> u64 {
+    CODE + THREAD * rayon::current_num_threads() as u64
 }
 
 /// Upper bound in bytes for rendering `frames` frames of a loaded scene.
@@ -83,22 +101,49 @@ fn estimate(plan: &SessionPlan, scene: &Scene, frames: usize) -> u64 {
     let kept = (kept_frames + neighbours) * (KEPT_BVH_TRIANGLE * triangles + rounds + posed);
     let images = if frames > 1 { 2 } else { 1 };
     let edges = plan.options.edges.style().map_or(0, |style| edge_bytes(scene, &style));
-    let stored = STORED_TRIANGLE * stored_triangles(scene, triangles);
+    let stored = STORED_TRIANGLE * stored_triangles(scene, plan.build.flatten, triangles);
     let built = BVH_TRIANGLE * triangles + stored + rounds + posed + kept;
     // A single picture's edges are found after its BVHs are built.
     let drawn = match kept {
         0 => built.max(KEPT_BVH_TRIANGLE * triangles + rounds + posed + edges),
         _ => built + edges,
     };
-    (PROGRAM + scene.memory_size() + drawn.max(clip_bounds))
+    (program_bytes() + scene.memory_size() + mips_bytes(scene) + drawn.max(clip_bounds))
         .saturating_add(image_bytes(plan, scene).saturating_mul(images))
 }
 
-/// Upper bound of the triangles that builds store, of `triangles` in all BVHs: builds of many compute them again.
-fn stored_triangles(scene: &Scene, triangles: u64) -> u64 {
-    let meshes = scene.instances.iter().map(|instance| &scene.meshes[instance.mesh as usize]);
-    let stored = meshes.map(|mesh| (mesh.triangles.len() as u64).min(MAX_STORED_TRIANGLES));
-    stored.fold(0, u64::saturating_add).min(triangles)
+/// Upper bound of the triangles that a build stores, of `triangles` in all BVHs. BVHs are built one after the other, and
+/// those of many triangles compute them again.
+fn stored_triangles(scene: &Scene, flatten: FlattenBudget, triangles: u64) -> u64 {
+    let mut drawn = vec![0u64; scene.meshes.len()];
+    for mesh in scene.instances.iter().map(|instance| instance.mesh as usize) {
+        drawn[mesh] += scene.meshes[mesh].triangles.len() as u64;
+    }
+    let is_static = scene.animations.is_empty() && deformed_vertices(scene) == 0;
+    // All meshes that are drawn once share a BVH, with those of few triangles. Others have one of their own.
+    let (mut shared, mut flattened, mut largest) = (0u64, 0u64, 0u64);
+    for (mesh, drawn) in scene.meshes.iter().zip(drawn) {
+        let own = mesh.triangles.len() as u64;
+        if is_static && drawn == own {
+            shared += own;
+        } else if drawn > 0 && own <= MAX_STORED_TRIANGLES {
+            flattened += if drawn <= flatten.static_triangles { drawn } else { 0 };
+            largest = largest.max(if is_static { own } else { MAX_STORED_TRIANGLES });
+        }
+    }
+    if shared <= MAX_STORED_TRIANGLES {
+        let flattened = flattened.min(flatten.static_triangles);
+        largest = largest.max((shared + flattened).min(MAX_STORED_TRIANGLES));
+    }
+    largest.min(triangles)
+}
+
+/// Bytes of the colours from which mip maps are computed: each thread may compute those of an image.
+fn mips_bytes(scene: &Scene) -> u64 {
+    let texels = |image: &Image| u64::from(image.width) * u64::from(image.height);
+    let mut texels: Vec<u64> = scene.images.iter().map(texels).collect();
+    texels.sort_unstable_by(|a, b| b.cmp(a));
+    MIPS_TEXEL * texels.iter().take(rayon::current_num_threads()).sum::<u64>()
 }
 
 /// Bytes of deformed vertices and instances at one time.
@@ -155,11 +200,37 @@ fn image_bytes(plan: &SessionPlan, scene: &Scene) -> u64 {
     let (width, height) = options.size_for(scene);
     let full = u64::from(width) * u64::from(height);
     let pixels = options.crop.map_or(full, |c| u64::from(c.width) * u64::from(c.height));
-    let channels: u64 = options.aovs.aovs.iter().map(|aov| AOV_CHANNEL * aov.channel_count() as u64).sum();
-    let cryptomatte = if options.aovs.cryptomatte { CRYPTOMATTE_PIXEL } else { 0 };
+    let channels: u64 = options.aovs.aovs.iter().map(|aov| aov.channel_count() as u64).sum();
+    let layers = match (channels, options.aovs.cryptomatte) {
+        (0, false) => 0,
+        _ if plan.holds_layers => (AOV_CHANNEL + ENCODED_CHANNEL) * channels,
+        _ => AOV_CHANNEL * channels + PREVIEW_PIXEL,
+    };
+    let mattes = if options.aovs.cryptomatte { matte_bytes(plan, scene) } else { 0 };
     let edges = if options.edges.style().is_some() { EDGES_PIXEL } else { 0 };
-    let lens = if has_lens_filter(options, scene) { u64::from(width) * LENS_ROWS * LENS_PIXEL } else { 0 };
-    pixels.saturating_mul(PIXEL + channels + cryptomatte + edges).saturating_add(lens)
+    let encoding = plan.encoding_bytes.unwrap_or(ENCODING_PIXEL);
+    let filtered = if has_lens_filter(options, scene) {
+        u64::from(width) * LENS_ROWS * LENS_PIXEL
+    } else if options.samples > 1 && options.denoise != Denoise::Off {
+        (NOISY_PIXEL * pixels).min(u64::from(width) * NOISY_ROWS * NOISY_ROW_PIXEL)
+    } else {
+        0
+    };
+    pixels.saturating_mul(FILM_PIXEL + encoding + layers + mattes + edges).saturating_add(filtered)
+}
+
+/// Bytes per pixel of the Cryptomattes of an image.
+fn matte_bytes(plan: &SessionPlan, scene: &Scene) -> u64 {
+    let options = &plan.options;
+    let is_opaque = |material: &Material| material.alpha_mode != AlphaMode::Blend;
+    // A sample sees one surface, or several one behind the other.
+    let seen = match scene.materials.iter().all(is_opaque) {
+        true => options.samples.max(1) as usize,
+        false => MATTE_RANKS,
+    };
+    let copies = if plan.holds_layers { 2 } else { 1 };
+    let matte = |names: usize| MATTE_PIXEL + copies * MATTE_ID * names.min(seen).min(MATTE_RANKS) as u64;
+    matte(scene.objects.len()) + matte(scene.materials.len())
 }
 
 /// True if what the lens of a camera blurs may be filtered.

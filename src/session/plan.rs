@@ -23,6 +23,8 @@ pub struct SessionPlan {
     pub cameras: Option<Arc<CameraList>>,
     /// True if layers are stored in the images themselves, false for files beside them.
     pub holds_layers: bool,
+    /// Bytes per pixel that encoding an image takes; `None` if its format is not known.
+    pub encoding_bytes: Option<u64>,
     /// Memory limit in bytes for a scene and its images. `None` for the memory of the machine.
     pub max_memory: Option<u64>,
 }
@@ -37,6 +39,7 @@ impl SessionPlan {
             dataset: None,
             cameras: None,
             holds_layers: true,
+            encoding_bytes: None,
             max_memory: None,
         }
     }

@@ -31,7 +31,7 @@ impl SessionPlan {
     /// program itself.
     pub fn capacity(&self) -> Capacity {
         let memory =
-            load_limits(self.max_memory).memory_bytes.saturating_sub(crate::memory_estimate::PROGRAM);
+            load_limits(self.max_memory).memory_bytes.saturating_sub(crate::memory_estimate::program_bytes());
         Capacity { threads: rayon::current_num_threads(), memory }
     }
 }

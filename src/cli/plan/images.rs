@@ -49,6 +49,7 @@ impl RenderPlan {
             session: SessionPlan {
                 build: build_settings()?,
                 holds_layers: outputs.holds_aovs(),
+                encoding_bytes: outputs.encoding_bytes(),
                 max_memory: policy.max_memory,
                 ..session
             },

@@ -204,6 +204,14 @@ impl Outputs {
         matches!(self.kind, OutputKind::Images(ImageKind { format, .. }) if format.supports_layers())
     }
 
+    /// Bytes per pixel that encoding an image takes, if all go to files of one format.
+    pub fn encoding_bytes(&self) -> Option<u64> {
+        match self.kind {
+            OutputKind::Images(ImageKind { format, depth, .. }) => Some(format.encoding_bytes(depth)),
+            _ => None,
+        }
+    }
+
     /// The image, if its files exist and their fingerprints match the settings and the current input files.
     pub fn up_to_date(
         &self,
