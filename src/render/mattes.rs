@@ -166,3 +166,26 @@ fn names(scene: &Scene, kind: MatteKind) -> Vec<String> {
         MatteKind::Material => scene.materials.iter().map(|m| m.name.clone()).collect(),
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn pixels_are_found_in_their_blocks() {
+        let count = 2 * BLOCK_PIXELS + 3;
+        let ids = |i: usize| (1..=(i % 3) as u32).map(|id| (id, 1.0 / f64::from(id)));
+        let block = |pixels: Range<usize>| {
+            let mut block = MatteBlock::default();
+            pixels.for_each(|i| block.push(ids(i).collect(), 1));
+            block
+        };
+        let blocks = block_ranges(count).into_iter().map(block).collect();
+        let matte = Matte { kind: MatteKind::Object, names: Vec::new(), blocks };
+        assert_eq!(matte.len(), count);
+        for i in 0..count {
+            let expected: Vec<(u32, f32)> = ids(i).map(|(id, coverage)| (id, coverage as f32)).collect();
+            assert_eq!(matte.pixel(i), expected, "pixel {i}");
+        }
+    }
+}

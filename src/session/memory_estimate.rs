@@ -250,3 +250,30 @@ pub fn format_bytes(bytes: u64) -> String {
         None => format!("{bytes} bytes"),
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use blinn_scene::Instance;
+
+    use super::*;
+
+    #[test]
+    fn one_build_at_a_time_stores_triangles_unless_they_are_many() {
+        const HALF: usize = MAX_STORED_TRIANGLES as usize / 2;
+        let stored = |meshes: &[(usize, usize)]| {
+            let mut scene = Scene::default();
+            for &(triangles, uses) in meshes {
+                let instance = Instance { mesh: scene.meshes.len() as u32, ..Instance::default() };
+                scene.instances.extend(std::iter::repeat_n(instance, uses));
+                scene.meshes.push(Mesh { triangles: vec![[0; 3]; triangles], ..Mesh::default() });
+            }
+            let triangles = bvh_triangles(&scene, FlattenBudget::ZERO);
+            stored_triangles(&scene, FlattenBudget::ZERO, triangles) as usize
+        };
+        assert_eq!(stored(&[(HALF, 1)]), HALF);
+        assert_eq!(stored(&[(HALF, 1), (HALF, 1)]), 2 * HALF);
+        assert_eq!(stored(&[(HALF, 1), (HALF, 1), (1, 1)]), 0);
+        assert_eq!(stored(&[(HALF, 2), (HALF - 1, 3), (7, 1)]), HALF);
+        assert_eq!(stored(&[(2 * HALF + 1, 5)]), 0);
+    }
+}

@@ -142,3 +142,21 @@ fn text_may_be_utf16() {
     let error = load(&little("\u{feff}no triangles")).unwrap_err();
     assert!(error.to_string().contains("neither text that begins with 'solid'"), "{error}");
 }
+
+/// Text is charged by the facets that it has, and vertices before they are added.
+#[test]
+fn memory_is_charged_by_what_a_file_has() {
+    let facet = |i: usize| {
+        format!(
+            "facet normal 0.000000e+00 0.000000e+00 1.000000e+00\n outer loop\n  vertex {i} 0 0\n  \
+             vertex {i} 1.000000e+00 0\n  vertex {i}.500000 0.000000e+00 0\n endloop\nendfacet\n"
+        )
+    };
+    let text = format!("solid\n{}endsolid\n", (0..4000).map(facet).collect::<String>());
+    let with = |more: usize| {
+        let limits = Limits { memory_bytes: (text.len() + more) as u64, ..Limits::default() };
+        load_bytes(text.as_bytes(), Path::new("a.stl"), &LoadOptions { limits, ..LoadOptions::default() })
+    };
+    assert_eq!(with(1_000_000).unwrap().0.meshes[0].triangles.len(), 4000);
+    assert!(matches!(with(100_000), Err(LoadError::Limit { .. })));
+}
