@@ -10,7 +10,7 @@ use blinn_render::{Denoise, MATTE_RANKS};
 use blinn_scene::{AlphaMode, Image, Material, Mesh, Scene};
 
 /// The program itself, and a thread with its working memory.
-const CODE: u64 = 32 << 20;
+const CODE: u64 = 40 << 20;
 const THREAD: u64 = 1 << 20;
 /// Per triangle in a BVH, while it is built: 105 where triangles lie in a regular grid, 87 to 103 in others.
 const BVH_TRIANGLE: u64 = 108;
@@ -45,10 +45,9 @@ const PREVIEW_PIXEL: u64 = 28;
 /// Per pixel and Cryptomatte: the end of its ids, and each id with its coverage.
 const MATTE_PIXEL: u64 = 4;
 const MATTE_ID: u64 = 8;
-/// Per pixel of a picture whose noise may be removed, and at most per pixel of the rows that are filtered at once.
-const NOISY_PIXEL: u64 = 24;
-const NOISY_ROW_PIXEL: u64 = 300;
+/// Rows of a picture from which noise may be removed that are filtered at once, and bytes per pixel of them.
 const NOISY_ROWS: u64 = 160;
+const NOISY_PIXEL: u64 = 300;
 
 /// Rows of a picture with a depth of field that are filtered at once, and bytes per pixel of them.
 const LENS_ROWS: u64 = 168;
@@ -211,8 +210,9 @@ fn image_bytes(plan: &SessionPlan, scene: &Scene) -> u64 {
     let encoding = plan.encoding_bytes.unwrap_or(ENCODING_PIXEL);
     let filtered = if has_lens_filter(options, scene) {
         u64::from(width) * LENS_ROWS * LENS_PIXEL
-    } else if options.samples > 1 && options.denoise != Denoise::Off {
-        (NOISY_PIXEL * pixels).min(u64::from(width) * NOISY_ROWS * NOISY_ROW_PIXEL)
+    } else if options.samples > 1 && options.denoise != Denoise::Off && options.adaptive.is_none() {
+        // If the light has noise is known once the scene is posed.
+        u64::from(width) * u64::from(height).min(NOISY_ROWS) * NOISY_PIXEL
     } else {
         0
     };

@@ -197,12 +197,12 @@ fn the_command_line_overrides_a_config_file() {
     }
     refused(&at, &format!("render {scene} --config none.toml"), "none.toml");
     // A bad value is reported with its place in the file.
-    fs::write(at.join("e.toml"), "size = \"1\"\nview = \"dark\"").unwrap();
+    fs::write(at.join("e.toml"), "size = \"1x\"\nview = \"dark\"").unwrap();
     refused(&at, &format!("render {scene} --config e.toml"), "blinn: --config e.toml: invalid value");
     refused(
         &at,
-        &format!("render {scene} --config e.toml --view agx --size 2"),
-        "blinn: invalid value '2' for '--size <WxH>': ",
+        &format!("render {scene} --config e.toml --view agx --size 2x"),
+        "blinn: invalid value '2x' for '--size <WxH>': ",
     );
     // All frames of a clip, with and without a list.
     fs::write(at.join("f.toml"), "frames = true\nfps = 2\nsize = \"16x9\"").unwrap();

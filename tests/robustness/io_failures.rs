@@ -258,8 +258,8 @@ fn a_full_standard_error_is_ignored() {
         (format!("render {one} {two} {size} --progress plain -v --perf -o {{stem}}.png"), 0),
         (format!("render missing.glb {one} {two} {size} --progress json -o {{stem}}.png"), 1),
         (format!("info missing.glb {one}"), 1),
-        (format!("render {one} --size 8"), 2),
-        ("render --progress openjd --size 8".to_string(), 2),
+        (format!("render {one} --size 8x"), 2),
+        ("render --progress openjd --size 8x".to_string(), 2),
         (format!("bench {one} --size 8x8 --rounds 1 --threads 1"), 0),
     ] {
         let full = fs::OpenOptions::new().write(true).open("/dev/full").unwrap();

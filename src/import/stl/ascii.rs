@@ -13,7 +13,7 @@ use blinn_core::cancellation::CancelToken;
 /// Number of lines between two looks at the cancellation.
 const CANCEL_INTERVAL: usize = 1 << 16;
 
-/// Bytes of a corner in the mesh, with its share of the number of the facet's part, and corners that are charged at once.
+/// Bytes of a corner in the mesh, with its share of the number of the facet's part, and corners that are charged at first.
 const CORNER: u64 = 6;
 const CHARGED_CORNERS: usize = 1 << 12;
 
@@ -55,8 +55,9 @@ pub(super) fn parse(
             "vertex" => {
                 first.get_or_insert(mesh.corners.len());
                 if mesh.corners.len() == charged_corners {
-                    budget.charge(CORNER * CHARGED_CORNERS as u64)?;
-                    charged_corners += CHARGED_CORNERS;
+                    let more = charged_corners.max(CHARGED_CORNERS);
+                    budget.charge(CORNER * more as u64)?;
+                    charged_corners += more;
                 }
                 match position(words) {
                     Some((position, has_comma)) => {

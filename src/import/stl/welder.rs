@@ -8,7 +8,7 @@ use crate::error::LoadError;
 use crate::memory::MemoryBudget;
 use crate::polygons::polygon_mesh::PolygonMesh;
 
-/// Vertices whose memory is charged at once.
+/// Vertices whose memory is charged at first. Later as many again are, as lists grow.
 const CHARGED_VERTICES: usize = 1 << 12;
 /// Bytes of a position in the mesh, and in a slot of the hash table with its number and a byte of the hash.
 const POSITION: u64 = 12;
@@ -45,9 +45,10 @@ impl<'b> Welder<'b> {
     /// Charges further vertices before they are added.
     #[cold]
     fn charge(&mut self) -> Result<(), LoadError> {
-        self.charged_vertices += CHARGED_VERTICES;
+        let more = self.charged_vertices.max(CHARGED_VERTICES);
+        self.charged_vertices += more;
         let table = table_bytes(self.charged_vertices);
-        self.budget.charge(POSITION * CHARGED_VERTICES as u64 + table - self.charged_table)?;
+        self.budget.charge(POSITION * more as u64 + table - self.charged_table)?;
         self.charged_table = table;
         Ok(())
     }
