@@ -78,22 +78,7 @@ pub(crate) fn add_area_lights(
                 batch.soa.lane_mut(first).0.clear_current_light();
                 continue;
             }
-            let count = LANES.min(batch.points.len() - first);
-            let u = points_of_block(frame, batch, stream, dimension, first, count);
-            let (block, _) = batch.soa.lane(first);
-            match source {
-                Source::Area(light) => {
-                    frame.simd().run(SampleAreaLight { light, u: &u, points: &mut points });
-                }
-                Source::Emitters(emitters) => {
-                    let choice = SampleDimension::EmitterChoice;
-                    let choice = points_of_block(frame, batch, stream, choice, first, count)[0];
-                    points.sample_emitters(frame.posed, emitters, block, count, &choice, &u);
-                }
-                Source::Environment(environment) => {
-                    points.sample_environment(frame.posed, environment, block, count, &u);
-                }
-            }
+            source.sample(frame, batch, stream, dimension, first, &mut points);
             let (block, _) = batch.soa.lane_mut(first);
             frame.simd().run(AddLightPoints {
                 block,
@@ -107,12 +92,7 @@ pub(crate) fn add_area_lights(
                 without_bumps: exact_environment.is_some(),
                 incident: &mut incident,
             });
-            let from = shadow.rays.len();
-            incident.push_shadow_rays(first, incident.lit_mask(count), &mut shadow.rays);
-            for ray in &shadow.rays[from..] {
-                let source = batch.excluded_triangle(ray.point, ray.light_in_front);
-                shadow.traced_rays.push(ray.origin, vec3(&points.p, ray.point % LANES), source);
-            }
+            push_shadow_rays(batch, first, &incident, &points, shadow);
         }
         if terms.has_shadows {
             shadow.trace(frame);
@@ -161,6 +141,32 @@ impl<'a> Source<'a> {
         !matches!(self, Source::Environment(_))
     }
 
+    /// Samples a point of the source for each point of a block.
+    fn sample(
+        &self,
+        frame: &Frame,
+        batch: &ShadingBatch,
+        stream: SampleStream,
+        dimension: SampleDimension,
+        first: usize,
+        points: &mut LightPoints,
+    ) {
+        let count = LANES.min(batch.points.len() - first);
+        let u = points_of_block(frame, batch, stream, dimension, first, count);
+        let (block, _) = batch.soa.lane(first);
+        match *self {
+            Source::Area(light) => frame.simd().run(SampleAreaLight { light, u: &u, points }),
+            Source::Emitters(emitters) => {
+                let choice = SampleDimension::EmitterChoice;
+                let choice = points_of_block(frame, batch, stream, choice, first, count)[0];
+                points.sample_emitters(frame.posed, emitters, block, count, &choice, &u);
+            }
+            Source::Environment(environment) => {
+                points.sample_environment(frame.posed, environment, block, count, &u);
+            }
+        }
+    }
+
     fn environment(&self) -> Option<&'a Environment> {
         match self {
             Source::Environment(environment) => Some(environment),
@@ -204,6 +210,23 @@ fn points_of_block(
         *position = stream.sequence_position(path(i), 1);
     }
     stream.points_of_lanes(frame.simd(), dimension, &positions, count, |i| stream.get_2d(path(i), dimension))
+}
+
+/// Adds the shadow rays from the points of a block that face the points of a light source.
+fn push_shadow_rays(
+    batch: &ShadingBatch,
+    first: usize,
+    incident: &IncidentLight,
+    points: &LightPoints,
+    shadow: &mut ShadowBuffers,
+) {
+    let count = LANES.min(batch.points.len() - first);
+    let from = shadow.rays.len();
+    incident.push_shadow_rays(first, incident.lit_mask(count), &mut shadow.rays);
+    for ray in &shadow.rays[from..] {
+        let source = batch.excluded_triangle(ray.point, ray.light_in_front);
+        shadow.traced_rays.push(ray.origin, vec3(&points.p, ray.point % LANES), source);
+    }
 }
 
 /// Hides lights behind an opaque ground.
