@@ -32,10 +32,10 @@ mod texture_files;
 mod texture_map;
 mod textured_materials;
 mod textures;
+mod used_materials;
 mod vertex_numbering;
 mod welding;
 
-use std::collections::HashMap;
 use std::io::{self, Read};
 
 use glam::{DAffine3, DMat3, DVec3};
@@ -50,19 +50,19 @@ use crate::polygons::far_centre::far_centre;
 use crate::polygons::used_vertices::UsedVertices;
 use crate::unlit_rounds::show_unlit;
 use blinn_core::cancellation::CancelToken;
-use blinn_core::geometry::Rgb;
 use blinn_scene::{
     BlenderVersion, FileDigest, HashingReader, Instance, LocalTransform, Mesh, Node, Scene, Source,
-    SourceFormat, named_color,
+    SourceFormat,
 };
 use fast_parser::ParsedChunks;
 use geometry::ObjGeometry;
 use line_chunks::CHUNK_BYTES;
 use material_libraries::MaterialLibraries;
 use meshes::MeshKey;
-use mtl::{MtlContext, MtlMaterial};
+use mtl::MtlContext;
 use rounds::RoundGroup;
 use textures::TextureLibrary;
+use used_materials::{UsedMaterials, color_of_name};
 
 pub(super) use colors::to_linear as displayed_to_linear;
 pub(super) use textured_materials::{TexturedMaterials, textured_materials};
@@ -206,15 +206,9 @@ fn build_scene(
     }
     let has_colors = colors::has_colors(&geometry.colors);
     colors::to_linear(&mut geometry.colors, &mut warnings);
-    // JSCAD writes CSS names of colours, "default" for faces without a colour, and no MTL.
-    let by_jscad = generator.ends_with("JSCAD");
-    let jscad_color = |name: &str| match name {
-        "default" if by_jscad => Some(Rgb::ONE),
-        _ if by_jscad => named_color(name),
-        _ => None,
-    };
-    let defined: Vec<String> =
-        geometry.materials.iter().filter(|name| jscad_color(name).is_none()).cloned().collect();
+    let names = std::mem::take(&mut geometry.materials);
+    let is_defined = |name: &&String| color_of_name(name, &generator).is_none();
+    let defined: Vec<String> = names.iter().filter(is_defined).cloned().collect();
     let libraries = MaterialLibraries::read(
         &geometry.libraries,
         &defined,
@@ -223,10 +217,9 @@ fn build_scene(
         MtlContext { generator: &generator, colors: options.mtl_colors },
         &mut warnings,
     );
-    let used: Vec<Option<&MtlMaterial>> =
-        geometry.materials.iter().map(|name| libraries.material(name)).collect();
-    let mtls: Vec<&MtlMaterial> = used.iter().flatten().copied().collect();
-    let mut images = TextureLibrary::load(&mtls, folder, &options.limits, budget, &mut warnings)?;
+    let mut materials = UsedMaterials::new(names, &libraries);
+    let mut images =
+        TextureLibrary::load(&materials.defined(), folder, &options.limits, budget, &mut warnings)?;
 
     let mut scene = Scene {
         source: Source {
@@ -243,31 +236,19 @@ fn build_scene(
     options.cancel.check()?;
     let smooths_all =
         options.normals == NormalMode::Auto && smooths_everything(&geometry, &scene.source.generator);
-    let names = std::mem::take(&mut geometry.materials);
     let mut used_vertices = UsedVertices::new(geometry.positions.len());
     let rounds = round_meshes(&mut geometry, &options.limits, &mut used_vertices)?;
     let mut meshes = meshes::build_meshes(geometry, &options.limits, &mut used_vertices)?;
     scene.source.loose_vertices = used_vertices.unused() as u64;
     meshes.extend(rounds);
-    // Materials in order of first use; `None` is the material of faces without a name.
-    let mut material_of: HashMap<Option<u32>, u32> = HashMap::new();
     let keeps_normal_side = scene.source.blender_version() >= Some(CONSISTENT_NORMALS);
     let mut black = 0;
     let mut nonfinite_uvs = 0;
     for (i, (key, mut mesh)) in meshes.into_iter().enumerate() {
         options.cancel.check()?;
-        let mtl = key.material.and_then(|m| used[m as usize]);
-        // `usemtl` names a part even if no library defines the material.
-        let name = key.material.map_or("", |m| names[m as usize].as_str());
-        let slot = key.material.filter(|_| !name.is_empty());
-        mesh.material = *material_of.entry(slot).or_insert_with(|| {
-            scene.materials.push(match mtl {
-                Some(mtl) => material::build_material(mtl, &mut images, &mut warnings),
-                None => material::undefined_material(name, jscad_color(name)),
-            });
-            scene.materials.len() as u32 - 1
-        });
-        if mtl.is_some_and(|m| m.writer.is_blender()) && !mesh.colors.is_empty() {
+        let Scene { source, materials: built, .. } = &mut scene;
+        mesh.material = materials.index(key.material, &source.generator, &mut images, built, &mut warnings);
+        if materials.mtl(key.material).is_some_and(|m| m.writer.is_blender()) && !mesh.colors.is_empty() {
             // Blender exports colours that its materials do not use.
             mesh.colors = Vec::new();
             warnings.add("", "ignored vertex colours: Blender's materials do not use them");
