@@ -2,7 +2,7 @@
 
 use crate::error::SessionError;
 use crate::log::SessionLog;
-use crate::notice::Notice;
+use crate::notice::{DepthOverflow, Notice};
 use blinn_render::AovLayer;
 use blinn_render::integrator::Aov;
 
@@ -21,5 +21,5 @@ pub fn check_depth_range(
         return Ok(());
     }
     let largest = largest as f32;
-    log.warn(Notice::DepthOverflow { frame, farthest, step, largest })
+    log.warn(Notice::DepthOverflow(DepthOverflow { frame, farthest, step, largest }))
 }

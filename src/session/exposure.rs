@@ -6,7 +6,7 @@ use crate::clip_bounds::log_clip_bounds;
 use crate::error::SessionError;
 use crate::image_size::natural_size;
 use crate::light_advice::LightAdvice;
-use crate::notice::Notice;
+use crate::notice::{LackOfLight, Notice};
 use crate::options::Exposure;
 use crate::posed_frame::{PosedFrame, SceneSetup};
 use crate::surroundings::is_enclosed;
@@ -96,7 +96,7 @@ pub(crate) fn resolve_exposure(
             is_enclosed: start.accel.as_ref().is_some_and(|accel| is_enclosed(&start.posed, accel, eye)),
             ..LightAdvice::of_lighting(lit)
         };
-        log.warn(Notice::NothingLit { sources: lit.description.clone(), lost_lights, advice })?;
+        log.warn(Notice::NothingLit(LackOfLight { sources: lit.description.clone(), lost_lights, advice }))?;
         return Ok(METERED);
     };
     // Blender's files near mid-grey are exposed as their author saw them.

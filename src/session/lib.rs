@@ -90,7 +90,7 @@ pub use log::{NoticeLog, SessionLog};
 pub use memory_estimate::{check_memory, format_bytes};
 pub use memory_limit::load_limits;
 pub use named_options::NamedOptions;
-pub use notice::{EnclosedLight, Notice, pictures_without_pose};
+pub use notice::{DepthOverflow, EnclosedLight, LackOfLight, Notice, pictures_without_pose};
 pub use option_names::with_option_names;
 pub use option_table::{Effect, Heading, OptionDef, option_defs};
 pub use options::{

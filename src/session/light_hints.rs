@@ -5,7 +5,7 @@ use rayon::prelude::*;
 
 use crate::exposure::ResolvedExposure;
 use crate::light_advice::LightAdvice;
-use crate::notice::{EnclosedLight, Notice};
+use crate::notice::{EnclosedLight, LackOfLight, Notice};
 use crate::surroundings::{is_enclosed, surroundings};
 use blinn_accel::Accel;
 use blinn_core::geometry::Rgba;
@@ -60,7 +60,11 @@ impl ImageLight<'_> {
                 ..*self.advice
             };
             let lost_lights = frame.posed.scene.lost_light_names();
-            remarks.push(Notice::DarkImage { sources: self.sources.to_string(), lost_lights, advice });
+            remarks.push(Notice::DarkImage(LackOfLight {
+                sources: self.sources.to_string(),
+                lost_lights,
+                advice,
+            }));
         }
         if self.view == ViewTransform::Standard && !is_metered && is_white(pixels, ev) {
             remarks.push(Notice::WhiteImage);

@@ -42,28 +42,14 @@ pub enum Notice {
         radius: f64,
     },
     /// The metered camera sees nothing that is lit.
-    NothingLit {
-        /// The light sources.
-        sources: String,
-        /// Names of empty nodes that were probably area lights.
-        lost_lights: Vec<String>,
-        /// The options that help.
-        advice: LightAdvice,
-    },
+    NothingLit(LackOfLight),
     /// The file's lights are requested, but it has none, and nothing else lights the scene.
     NoLights {
         /// Names of empty nodes that were probably area lights.
         lost_lights: Vec<String>,
     },
     /// Nearly all of a picture is black.
-    DarkImage {
-        /// The light sources.
-        sources: String,
-        /// Names of empty nodes that were probably area lights.
-        lost_lights: Vec<String>,
-        /// The options that help.
-        advice: LightAdvice,
-    },
+    DarkImage(LackOfLight),
     /// Half of a picture or more is white.
     WhiteImage,
     /// The noise of a picture of a single sample per pixel is not removed.
@@ -79,16 +65,7 @@ pub enum Notice {
     /// Metal or glass is black, because nothing surrounds the scene.
     NothingToReflect,
     /// Depths beyond those that 16 bits hold.
-    DepthOverflow {
-        /// The frame's number.
-        frame: i64,
-        /// The largest depth, in metres.
-        farthest: f32,
-        /// Metres per step.
-        step: f64,
-        /// The largest depth that can be stored, in metres.
-        largest: f32,
-    },
+    DepthOverflow(DepthOverflow),
     /// An image shows nothing.
     EmptyImage {
         /// The frame's number.
@@ -152,6 +129,60 @@ pub struct EnclosedLight {
     pub object: String,
 }
 
+impl fmt::Display for EnclosedLight {
+    fn fmt(&self, f: &mut fmt::Formatter) -> fmt::Result {
+        let EnclosedLight { light, object } = self;
+        write!(
+            f,
+            "the light '{light}' is inside '{object}', which shadows it on all sides; hide the object (`hide`), or give it \
+             an emissive or transmissive material"
+        )
+    }
+}
+
+/// The light of a scene that is too dark, and what helps.
+#[derive(Clone, Debug, PartialEq)]
+pub struct LackOfLight {
+    /// The light sources.
+    pub sources: String,
+    /// Names of empty nodes that were probably area lights.
+    pub lost_lights: Vec<String>,
+    /// The options that help.
+    pub advice: LightAdvice,
+}
+
+impl fmt::Display for LackOfLight {
+    fn fmt(&self, f: &mut fmt::Formatter) -> fmt::Result {
+        write!(f, "lights: {}; ", self.sources)?;
+        write_lost_lights(f, &self.lost_lights)?;
+        write!(f, "{}", self.advice)
+    }
+}
+
+/// Depths beyond those that 16 bits hold.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct DepthOverflow {
+    /// The frame's number.
+    pub frame: i64,
+    /// The largest depth, in metres.
+    pub farthest: f32,
+    /// Metres per step.
+    pub step: f64,
+    /// The largest depth that can be stored, in metres.
+    pub largest: f32,
+}
+
+impl fmt::Display for DepthOverflow {
+    fn fmt(&self, f: &mut fmt::Formatter) -> fmt::Result {
+        let DepthOverflow { frame, farthest, step, largest } = self;
+        write!(
+            f,
+            "frame {frame} has depths up to {farthest} m, but 16 bits in units of {step} m hold at most {largest} m; \
+             farther points are stored as 65535; set a larger `depth-unit`, or `scale` if the file is not in metres"
+        )
+    }
+}
+
 /// The options that light a dark scene.
 const OTHER_LIGHTS: &str = "use `lights three-point`, `hdri studio` or `ambient`";
 
@@ -206,32 +237,22 @@ impl fmt::Display for Notice {
             Notice::NothingCastsShadows => {
                 f.write_str("`ground shadow` shows nothing: no light casts shadows; add a light or `ao`")
             }
-            Notice::NothingLit { sources, lost_lights, advice } => {
-                write!(f, "the camera sees nothing that is lit; the exposure is 0; lights: {sources}; ")?;
-                write_lost_lights(f, lost_lights)?;
-                write!(f, "{advice}")
+            Notice::NothingLit(light) => {
+                write!(f, "the camera sees nothing that is lit; the exposure is 0; {light}")
             }
             Notice::NoLights { lost_lights } => {
                 f.write_str("`lights file` has no effect: no light of the file is shown; ")?;
                 write_lost_lights(f, lost_lights)?;
                 f.write_str(OTHER_LIGHTS)
             }
-            Notice::DarkImage { sources, lost_lights, advice } => {
-                write!(f, "the picture is dark; lights: {sources}; ")?;
-                write_lost_lights(f, lost_lights)?;
-                write!(f, "{advice}")
-            }
+            Notice::DarkImage(light) => write!(f, "the picture is dark; {light}"),
             Notice::WhiteImage => f.write_str(
                 "most of the picture is white; use `exposure auto`, or a lower `exposure` or `light-scale`",
             ),
             Notice::NoisySample => f.write_str(
                 "the picture is grainy, because noise is removed from two samples per pixel on; use `samples 4` or more",
             ),
-            Notice::EnclosedLight(EnclosedLight { light, object }) => write!(
-                f,
-                "the light '{light}' is inside '{object}', which shadows it on all sides; hide the object (`hide`), or \
-                 give it an emissive or transmissive material"
-            ),
+            Notice::EnclosedLight(light) => light.fmt(f),
             Notice::NearPlane { near } => write!(
                 f,
                 "the near plane of the file's camera clips a part of the scene, which is nearer than {near} m; use `clip off`"
@@ -250,11 +271,7 @@ impl fmt::Display for Notice {
                 "metal and glass show black where they reflect no other surface, because nothing surrounds the scene; use \
                  `hdri studio` or `ambient`",
             ),
-            Notice::DepthOverflow { frame, farthest, step, largest } => write!(
-                f,
-                "frame {frame} has depths up to {farthest} m, but 16 bits in units of {step} m hold at most {largest} m; \
-                 farther points are stored as 65535; set a larger `depth-unit`, or `scale` if the file is not in metres"
-            ),
+            Notice::DepthOverflow(overflow) => overflow.fmt(f),
             Notice::EmptyImage { frame, reason } => write!(f, "frame {frame} shows nothing: {reason}"),
             Notice::Camera(text) => write!(f, "camera: {text}"),
             Notice::CameraList { count, file } => write!(f, "cameras: {count} from {}", file.display()),
@@ -292,7 +309,7 @@ mod tests {
 
     #[test]
     fn dark_pictures_name_sources_and_options() {
-        let notice = Notice::DarkImage {
+        let notice = Notice::DarkImage(LackOfLight {
             sources: "1 from the file (raw)".into(),
             lost_lights: vec!["Area".into()],
             advice: LightAdvice {
@@ -301,7 +318,7 @@ mod tests {
                 has_environment: true,
                 ..LightAdvice::default()
             },
-        };
+        });
         assert_eq!(
             notice.to_string(),
             "the picture is dark; lights: 1 from the file (raw); 'Area' without content may be area lights, which \
@@ -321,7 +338,7 @@ mod tests {
         );
         let advice = LightAdvice { is_metered: true, ..LightAdvice::default() };
         let sources = "2 from the file (raw)".into();
-        let notice = Notice::NothingLit { sources, lost_lights: names(0), advice };
+        let notice = Notice::NothingLit(LackOfLight { sources, lost_lights: names(0), advice });
         assert_eq!(
             notice.to_string(),
             "the camera sees nothing that is lit; the exposure is 0; lights: 2 from the file (raw); use \
