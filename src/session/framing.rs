@@ -5,6 +5,8 @@ use glam::DVec3;
 
 use crate::dataset_views::depth_step;
 use crate::error::SessionError;
+use crate::log::SessionLog;
+use crate::notice::Notice;
 use crate::options::OcclusionSampling;
 use crate::plan::SessionPlan;
 use blinn_render::integrator::AmbientOcclusion;
@@ -63,5 +65,28 @@ impl Framing {
             },
             depth_step: depth_step(plan, posed, size)?,
         })
+    }
+
+    /// Reports the camera of all images, or the list of their cameras.
+    ///
+    /// # Errors
+    /// The log treats warnings as errors.
+    pub fn log_cameras(&self, plan: &SessionPlan, log: &dyn SessionLog) -> Result<(), SessionError> {
+        if let Some(cameras) = &plan.cameras {
+            let file = cameras.path().to_path_buf();
+            if cameras.without_pose() > 0 {
+                log.warn(Notice::CamerasWithoutPose { count: cameras.without_pose(), file: file.clone() })?;
+            }
+            log.note(Notice::CameraList { count: cameras.len(), file });
+            return Ok(());
+        }
+        log.note(Notice::Camera(self.notes.description.clone()));
+        for warning in &self.notes.warnings {
+            log.warn(Notice::View(warning.clone()))?;
+        }
+        for hint in &self.notes.hints {
+            log.hint(Notice::View(hint.clone()));
+        }
+        Ok(())
     }
 }

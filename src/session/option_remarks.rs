@@ -7,6 +7,7 @@ use crate::light_hints::shows_surroundings;
 use crate::log::SessionLog;
 use crate::notice::Notice;
 use crate::options::Options;
+use crate::plan::SessionPlan;
 use crate::round_sizes::RoundWidth;
 use blinn_render::integrator::{MaterialOverrides, Stage};
 use blinn_scene::{GroundKind, LightSet, Material, PosedScene, ResolvedLighting};
@@ -45,6 +46,34 @@ pub(crate) fn remark_on_options(
     }
     if let Some(large) = large_rounds(options, posed) {
         log.hint(large);
+    }
+    Ok(())
+}
+
+/// Warns of options of an environment where none lights the scene.
+///
+/// # Errors
+/// Such an environment is the background.
+pub(crate) fn check_environment(
+    plan: &SessionPlan,
+    lit: &ResolvedLighting,
+    log: &dyn SessionLog,
+) -> Result<(), SessionError> {
+    let options = &plan.options;
+    if lit.rig.sky.is_some() {
+        return Ok(());
+    }
+    if options.environment_blur().is_some() {
+        return Err(SessionError::Option(
+            "`background hdri`: no environment lights the scene; add `hdri FILE`, `hdri studio` or `hdri sky`"
+                .into(),
+        ));
+    }
+    if options.lighting.adjusts_environment() {
+        log.warn(Notice::NoEnvironment { options: "`hdri-rotate` and `hdri-strength` have" })?;
+    }
+    if plan.dataset.is_some_and(|dataset| dataset.sampling.random_environment) {
+        log.warn(Notice::NoEnvironment { options: "`random-hdri` has" })?;
     }
     Ok(())
 }

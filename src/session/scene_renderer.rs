@@ -23,7 +23,8 @@ use crate::log::SessionLog;
 use crate::memory_estimate::bvh_triangles;
 use crate::near_plane::cuts_picture;
 use crate::notice::Notice;
-use crate::option_remarks::{asks_for_file_lights, remark_on_options};
+use crate::option_remarks::{asks_for_file_lights, check_environment, remark_on_options};
+use crate::options::Options;
 use crate::picture_edges::{blank, empty_drawing, is_blank, picture_edges};
 use crate::picture_layers::{light_layers, normalize_layers};
 use crate::plan::SessionPlan;
@@ -37,7 +38,7 @@ use blinn_output::{CropWindow, IdNames, Picture};
 use blinn_render::display::{Display, Look, ViewTransform};
 use blinn_render::integrator::{Aov, Frame, NeighbourFrames, Phong, Stage};
 use blinn_render::{
-    AdaptiveSampling, AovLayer, EdgeCache, ProgressMonitor, RenderMemory, RenderSettings, draw_edges,
+    AdaptiveSampling, AovLayer, EdgeCache, Pixels, ProgressMonitor, RenderMemory, RenderSettings, draw_edges,
     render_light_layers, render_mattes, render_moving_aovs, render_with_memory,
 };
 use blinn_scene::{
@@ -125,24 +126,7 @@ impl<'a> SceneRenderer<'a> {
         check_crop(&settings)?;
         let framing =
             log_clip_bounds(log, &first.posed, || Framing::new(&plan, &first.posed, (width, height)))??;
-        match &plan.cameras {
-            Some(cameras) => {
-                let file = cameras.path().to_path_buf();
-                if cameras.without_pose() > 0 {
-                    let count = cameras.without_pose();
-                    log.warn(Notice::CamerasWithoutPose { count, file: file.clone() })?;
-                }
-                log.note(Notice::CameraList { count: cameras.len(), file });
-            }
-            None => {
-                log.note(Notice::Camera(framing.notes.description.clone()));
-                let mut warnings = framing.notes.warnings.iter();
-                warnings.try_for_each(|warning| log.warn(Notice::View(warning.clone())))?;
-                for hint in &framing.notes.hints {
-                    log.hint(Notice::View(hint.clone()));
-                }
-            }
-        }
+        framing.log_cameras(&plan, log)?;
         cancel.check()?;
         let camera = framing.camera;
         let lit = options.lighting.resolve(&first.posed, &camera);
@@ -152,16 +136,7 @@ impl<'a> SceneRenderer<'a> {
         }
         let lighting = fixed_lighting(options.lighting.clone(), &lit);
         let clip_duration = clip_duration(scene, &animation)?;
-        let background_blur = options.environment_blur();
-        if background_blur.is_some() && lit.rig.sky.is_none() {
-            return Err(no_background());
-        }
-        if lit.rig.sky.is_none() && options.lighting.adjusts_environment() {
-            log.warn(Notice::NoEnvironment { options: "`hdri-rotate` and `hdri-strength` have" })?;
-        }
-        if lit.rig.sky.is_none() && plan.dataset.is_some_and(|dataset| dataset.sampling.random_environment) {
-            log.warn(Notice::NoEnvironment { options: "`random-hdri` has" })?;
-        }
+        check_environment(&plan, &lit, log)?;
         let cancel = cancel.clone();
         let mut setup = SceneSetup {
             plan: plan.clone(),
@@ -171,7 +146,7 @@ impl<'a> SceneRenderer<'a> {
             clip_duration,
             framing,
             lighting,
-            background_blur,
+            background_blur: options.environment_blur(),
             unlit_scale: 1.0,
         };
         let exposure = resolve_exposure(&setup, first, &lit)?;
@@ -191,9 +166,8 @@ impl<'a> SceneRenderer<'a> {
         if uses_near_plane && cuts_picture(&setup, first, camera, &settings)? {
             log.hint(Notice::NearPlane { near: camera.clip.near });
         }
-        let view = options.view_transform.unwrap_or_else(|| ViewTransform::default_for(&scene.source));
-        let look = options.look.unwrap_or_default();
-        if look != Look::None && view != ViewTransform::Agx {
+        let display = display(options, scene, ev);
+        if display.look != Look::None && display.view != ViewTransform::Agx {
             log.warn(Notice::LookWithoutAgx)?;
         }
         Ok(SceneRenderer {
@@ -201,13 +175,7 @@ impl<'a> SceneRenderer<'a> {
             exposure,
             settings,
             id_names: id_names(&plan, scene),
-            display: Display {
-                ev,
-                view,
-                look,
-                gamma: options.gamma.unwrap_or(1.0) as f32,
-                background: options.fixed_background(),
-            },
+            display,
             aov_world: aov_world(&plan),
             memory: RenderMemory::default(),
             edges: EdgeCache::default(),
@@ -374,28 +342,8 @@ impl<'a> SceneRenderer<'a> {
             true => empty_drawing(&frame, settings, edges.as_ref(), cancel)?,
             false => empty_reason(&frame, settings, &pixels, cancel)?,
         };
-        if empty.is_none()
-            && edges.as_ref().is_some_and(is_blank)
-            && !self.has_edge_remark.swap(true, Ordering::Relaxed)
-        {
-            log.hint(Notice::NoEdges);
-        }
-        if empty.is_none()
-            && !options.edges.alone
-            && options.stage == Stage::Phong
-            && !self.has_light_remarks.swap(true, Ordering::Relaxed)
-        {
-            let light = ImageLight {
-                sources: &self.sources,
-                advice: &self.advice,
-                exposure: &self.exposure,
-                lighting: &self.setup.lighting,
-                view: self.display.view,
-            };
-            light.remarks(&frame, &pixels).into_iter().for_each(|notice| log.hint(notice));
-            if settings.keeps_noise(&frame) {
-                log.hint(Notice::NoisySample);
-            }
+        if empty.is_none() {
+            self.remark_on_image(&frame, settings, &pixels, edges.as_ref());
         }
         let start = Instant::now();
         let scene_to_world = DAffine3::from_mat3(self.aov_world) * frame.scene_to_world;
@@ -436,6 +384,37 @@ impl<'a> SceneRenderer<'a> {
         let picture = Picture { layers, mattes, crop_window, depth_step, ..picture };
         Ok(RenderedImage { picture, empty, view: None })
     }
+
+    /// Remarks on the edges and the light of the first image that shows something.
+    fn remark_on_image(
+        &self,
+        frame: &Frame,
+        settings: &RenderSettings,
+        pixels: &Pixels,
+        edges: Option<&Pixels>,
+    ) {
+        let SceneSetup { plan, log, lighting, .. } = &self.setup;
+        if edges.is_some_and(is_blank) && !self.has_edge_remark.swap(true, Ordering::Relaxed) {
+            log.hint(Notice::NoEdges);
+        }
+        if plan.options.edges.alone
+            || plan.options.stage != Stage::Phong
+            || self.has_light_remarks.swap(true, Ordering::Relaxed)
+        {
+            return;
+        }
+        let light = ImageLight {
+            sources: &self.sources,
+            advice: &self.advice,
+            exposure: &self.exposure,
+            lighting,
+            view: self.display.view,
+        };
+        light.remarks(frame, pixels).into_iter().for_each(|notice| log.hint(notice));
+        if settings.keeps_noise(frame) {
+            log.hint(Notice::NoisySample);
+        }
+    }
 }
 
 /// A rendered image.
@@ -453,6 +432,17 @@ fn aov_world(plan: &SessionPlan) -> DMat3 {
     let listed = plan.cameras.as_ref().map(|cameras| cameras.world_up());
     let up = plan.dataset.map(|dataset| dataset.up).or(listed);
     up.map_or(DMat3::IDENTITY, WorldUp::rotation)
+}
+
+/// How images of a scene are displayed.
+fn display(options: &Options, scene: &Scene, ev: f64) -> Display {
+    Display {
+        ev,
+        view: options.view_transform.unwrap_or_else(|| ViewTransform::default_for(&scene.source)),
+        look: options.look.unwrap_or_default(),
+        gamma: options.gamma.unwrap_or(1.0) as f32,
+        background: options.fixed_background(),
+    }
 }
 
 /// The names for id layers, if there are any beside images.
@@ -487,11 +477,4 @@ fn turn_light<'f>(mut frame: Frame<'f>, rotation: &LightRotation) -> Frame<'f> {
         frame.sky = frame.environment.as_ref().map(Environment::ambient_irradiance);
     }
     frame
-}
-
-fn no_background() -> SessionError {
-    SessionError::Option(
-        "`background hdri`: no environment lights the scene; add `hdri FILE`, `hdri studio` or `hdri sky`"
-            .into(),
-    )
 }
