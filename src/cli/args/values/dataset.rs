@@ -1,5 +1,6 @@
 //! Parsers of formats and categories of datasets.
 
+use blinn_core::closest_name::did_you_mean;
 use blinn_scene::Glob;
 use blinn_session::values::glob;
 
@@ -55,8 +56,9 @@ pub fn dataset_formats(text: &str) -> Result<DatasetFormats, String> {
         match FORMATS.into_iter().find(|(known, _)| *known == name) {
             Some((_, format)) => formats.push(format),
             None => {
-                let known = FORMATS.map(|(name, _)| name).join(", ");
-                return Err(format!("unknown format '{name}': expected {known}"));
+                let known = FORMATS.map(|(name, _)| name);
+                let hint = did_you_mean(name, known);
+                return Err(format!("unknown format '{name}'{hint}; expected {}", known.join(", ")));
             }
         }
     }
@@ -122,7 +124,7 @@ mod tests {
         assert!(
             formats("nerf,kitti")
                 .unwrap_err()
-                .contains("'kitti': expected nerf, colmap, colmap-bin, bop, coco")
+                .contains("'kitti'; expected nerf, colmap, colmap-bin, bop, coco")
         );
         assert!(formats("coco,coco-polygons").unwrap_err().contains("choose one"));
         assert!(formats("colmap-bin,nerf,colmap").unwrap_err().contains("choose one"));
