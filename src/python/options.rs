@@ -8,7 +8,7 @@ use pyo3::types::{PyBool, PyDict, PyString};
 
 use super::errors::value_error;
 use blinn_accel::AccelSettings;
-use blinn_core::closest_name::did_you_mean;
+use blinn_core::closest_name::closest_name;
 use blinn_render::integrator::Aov;
 use blinn_session::{
     Heading, NamedOptions, OptionDef, SessionError, SessionPlan, option_defs, simd_level, values,
@@ -111,8 +111,11 @@ fn unknown(key: &str, set: OptionSet) -> PyErr {
     }
     let keywords = set.keywords();
     let parameters: &[&str] = if set == OptionSet::Render { &RENDER_PARAMETERS } else { &["name"] };
-    let hint = did_you_mean(key, keywords.iter().map(String::as_str).chain(parameters.iter().copied()));
-    PyTypeError::new_err(format!("unknown option '{key}'; options: {}{hint}", keywords.join(", ")))
+    let names = keywords.iter().map(String::as_str).chain(parameters.iter().copied());
+    PyTypeError::new_err(match closest_name(key, names) {
+        Some(name) => format!("unknown option '{key}'; did you mean '{name}'?"),
+        None => format!("unknown option '{key}'; options: {}", keywords.join(", ")),
+    })
 }
 
 /// Sets an option. True stands for an option without value; None and False for no option; a sequence of sequences or
