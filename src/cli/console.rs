@@ -8,8 +8,8 @@ use anyhow::{Context, Error, Result};
 
 use super::files::similar_file;
 use super::message_style::{Level, MessageStyle};
+use super::option_words::with_flags;
 use blinn_import::LoadError;
-use blinn_session::{with_option_names, without_error_codes};
 
 /// True for the file name `-`, which stands for standard output.
 pub fn is_stdout(name: &Path) -> bool {
@@ -80,14 +80,6 @@ pub fn scene_error(scene: &Path, error: &Error) -> String {
     };
     let similar = if error.chain().any(is_missing) { similar_file(scene) } else { String::new() };
     if text.contains(&path) { text + &similar } else { format!("{path}: {text}{similar}") }
-}
-
-/// A message of the library with its options as flags: `` `clip off` `` becomes `--clip off`; without error codes.
-pub fn with_flags(text: &str) -> String {
-    with_option_names(&without_error_codes(text), |name, value| match value {
-        Some(value) => format!("--{name} {value}"),
-        None => format!("--{name}"),
-    })
 }
 
 /// The error that a warning becomes with `--strict`.

@@ -1,11 +1,12 @@
 //! The parts of the command line that the Python module uses: the program itself, the properties that `blinn info` prints,
-//! and the handling of panics.
+//! its words for options, and the handling of panics.
 
 use std::ffi::OsString;
 
 use super::{Host, run_arguments};
 
 pub use super::info::scene_properties;
+pub use super::option_words::{OptionWord, set_option_word};
 pub use super::run::panics::{catch as catch_panic, install_hook as install_panic_hook};
 
 /// Runs the program with the given arguments, its name first, inside a process of another program. Returns the exit

@@ -7,10 +7,9 @@ use anyhow::Result;
 use serde_json::{Map, Value, json};
 
 use super::args::{InfoArgs, named_options};
-use super::console::{
-    print_error, print_stdout, print_warning, scene_error, single_line, strict_error, with_flags,
-};
+use super::console::{print_error, print_stdout, print_warning, scene_error, single_line, strict_error};
 use super::exporters::{self, Exporter, version_of};
+use super::option_words::with_flags;
 use super::plan::scene_list;
 use super::run::panics;
 use super::scene_file::load_scene_file;

@@ -15,6 +15,7 @@ mod light_sources;
 mod material_info;
 mod material_layers;
 mod message_style;
+mod option_words;
 mod packaging;
 mod pager;
 mod part_info;

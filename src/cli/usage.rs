@@ -2,7 +2,8 @@
 
 use std::ffi::OsString;
 
-use super::console::{eprint_line, print_error, single_line, with_flags};
+use super::console::{eprint_line, print_error, single_line};
+use super::option_words::with_flags;
 use blinn_session::SessionError;
 
 /// Exit code of a wrong command line.

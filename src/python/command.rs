@@ -4,10 +4,17 @@ use std::ffi::OsString;
 
 use pyo3::prelude::*;
 
+use super::log::keyword;
+
 /// Runs the command line program and returns its exit code.
 ///
 /// It handles signals like the program. Call it in a process of its own: it ends the process when it is interrupted.
+/// With `keywords`, messages name options as arguments of functions.
 #[pyfunction]
-pub fn main(py: Python<'_>, argv: Vec<OsString>) -> u8 {
+#[pyo3(signature = (argv, *, keywords = false))]
+pub fn main(py: Python<'_>, argv: Vec<OsString>, keywords: bool) -> u8 {
+    if keywords {
+        blinn_cli::embed::set_option_word(keyword);
+    }
     py.detach(|| blinn_cli::embed::run_program(argv))
 }

@@ -28,12 +28,20 @@ impl SessionLog for WarningLog {
 
 /// A message of the library with its options as keyword arguments: `` `clip off` `` becomes `clip='off'`.
 pub fn with_keywords(text: &str) -> String {
-    with_option_names(&without_error_codes(text), |name, value| {
-        // Layers are an argument of their own.
-        let name = if name == "aov" { "layers".to_string() } else { name.replace('-', "_") };
-        match value {
-            Some(value) => format!("{name}='{value}'"),
-            None => name,
-        }
-    })
+    with_option_names(&without_error_codes(text), keyword)
+}
+
+/// An option as a keyword argument.
+pub fn keyword(name: &str, value: Option<&str>) -> String {
+    let name = match name {
+        // Arguments of their own.
+        "aov" => "layers".to_string(),
+        "dataset" => "formats".to_string(),
+        "output" => "name".to_string(),
+        _ => name.replace('-', "_"),
+    };
+    match value {
+        Some(value) => format!("{name}='{value}'"),
+        None => name,
+    }
 }

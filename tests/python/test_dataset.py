@@ -73,10 +73,10 @@ def test_resumed_datasets_write_only_what_is_missing(models: Path, tmp_path: Pat
 
 def test_errors_are_exceptions(models: Path, tmp_path: Path, quad: blinn.Scene) -> None:
     cube = models / "tests/cube.obj"
-    with pytest.raises(ValueError, match="did you mean --samples"):
+    with pytest.raises(ValueError, match="unexpected argument smaples: did you mean samples"):
         blinn.write_dataset(cube, tmp_path, views=1, smaples=3)
-    with pytest.raises(ValueError, match="kitti"):
-        blinn.write_dataset(cube, tmp_path, views=1, formats="kitti")
+    with pytest.raises(ValueError, match="'cocoo' for formats: unknown format 'cocoo'; did you mean 'coco'"):
+        blinn.write_dataset(cube, tmp_path, views=1, formats="cocoo")
     with pytest.raises(blinn.RenderError, match="missing.glb"):
         blinn.write_dataset([cube, tmp_path / "missing.glb"], tmp_path / "b", views=1, **SMALL)
     assert "cube/0001.png" in names(tmp_path / "b"), "others are written"
@@ -86,6 +86,19 @@ def test_errors_are_exceptions(models: Path, tmp_path: Path, quad: blinn.Scene) 
         blinn.write_dataset([], tmp_path, views=1)
     with pytest.raises(ValueError, match="time 0"):
         blinn.write_dataset(blinn.load(cube, scale=2), tmp_path, views=1)
+
+
+def test_messages_name_keywords(models: Path, tmp_path: Path) -> None:
+    cube = models / "tests/cube.obj"
+    with pytest.warns(blinn.SceneWarning) as caught:
+        blinn.write_dataset(cube, tmp_path, views=1, caustics=True, look="punchy", **SMALL)
+    text = "\n".join(str(warning.message) for warning in caught)
+    assert "caustics has no effect without indirect" in text
+    assert "add view='agx'" in text
+    assert "--" not in text
+    with pytest.raises(ValueError, match="name") as error:
+        blinn.write_dataset(cube, tmp_path, views=1, name="x.mp4", **SMALL)
+    assert "--" not in str(error.value) and "-o" not in str(error.value)
 
 
 def test_depths_of_pictures_are_metric(quad: blinn.Scene, tmp_path: Path) -> None:

@@ -8,7 +8,7 @@ use clap::builder::PossibleValuesParser;
 use clap::parser::ValueSource;
 use clap::{Arg, ArgAction, ArgMatches, Args, Command, Error, FromArgMatches, value_parser};
 
-use crate::console::with_flags;
+use crate::option_words::with_flags;
 use crate::usage::UsageError;
 use blinn_session::{Effect, Heading, NamedOptions, OptionDef, Options, option_defs};
 

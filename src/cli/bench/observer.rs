@@ -1,6 +1,7 @@
 //! Reports the progress of a benchmark on standard error.
 
-use crate::console::{eprint_line, print_warning, single_line, strict_error, with_flags};
+use crate::console::{eprint_line, print_warning, single_line, strict_error};
+use crate::option_words::with_flags;
 use crate::run::signals::HeldInterrupt;
 use crate::warning_filter::WarningFilter;
 use blinn_bench::{BenchObserver, Workload};

@@ -4,7 +4,7 @@ use std::path::Path;
 
 use anyhow::Result;
 
-use crate::console::with_flags;
+use crate::option_words::with_flags;
 use crate::plan::RenderPlan;
 use crate::scene_file::load_scene_file;
 use blinn_core::cancellation::CancelToken;

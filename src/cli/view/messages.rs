@@ -4,7 +4,7 @@ use serde::Deserialize;
 use serde_json::{Value, json};
 
 use super::state::ViewState;
-use crate::console::with_flags;
+use crate::option_words::with_flags;
 
 /// A message of the page.
 #[derive(Clone, Debug, Deserialize)]

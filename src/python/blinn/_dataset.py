@@ -18,6 +18,9 @@ from ._scene import Scene
 # Options whose value is a list of names.
 JOINED = ["lights"]
 
+# The command with messages that name keywords.
+COMMAND = "import sys; from blinn._blinn import main; sys.exit(main(['blinn', *sys.argv[1:]], keywords=True))"
+
 Scenes = Union[str, "os.PathLike[str]", Scene, Iterable[Union[str, "os.PathLike[str]", Scene]]]
 
 
@@ -146,7 +149,7 @@ def _run(command: list[str], callback: Callable[[float], object] | None) -> list
     messages: list[str] = []
     with tempfile.TemporaryFile() as paths:
         process = subprocess.Popen(
-            [sys.executable, "-m", "blinn", *command], stdin=subprocess.DEVNULL, stdout=paths, stderr=subprocess.PIPE
+            [sys.executable, "-c", COMMAND, *command], stdin=subprocess.DEVNULL, stdout=paths, stderr=subprocess.PIPE
         )
         assert process.stderr is not None
         try:

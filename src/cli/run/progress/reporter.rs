@@ -17,8 +17,9 @@ use super::trace::Trace;
 use super::work_progress::WorkProgress;
 use super::written_files::WrittenFiles;
 use crate::args::{LogArgs, PathsArg, ProgressArg};
-use crate::console::{eprint_line, print_stdout, single_line, with_flags};
+use crate::console::{eprint_line, print_stdout, single_line};
 use crate::message_style::{Level, MessageStyle};
+use crate::option_words::with_flags;
 use crate::summary::Summary;
 use blinn_session::format_bytes;
 

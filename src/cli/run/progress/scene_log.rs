@@ -10,7 +10,8 @@ use anyhow::Result;
 
 use super::message::Message;
 use super::reporter::Reporter;
-use crate::console::{strict_error, with_flags};
+use crate::console::strict_error;
+use crate::option_words::with_flags;
 use crate::warning_filter::WarningFilter;
 use blinn_import::Warning;
 use blinn_session::{Notice, SessionError, SessionLog};
