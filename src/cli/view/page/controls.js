@@ -183,7 +183,7 @@ export class Controls {
     }
     $("yfov").disabled = !isFree || camera.projection !== "perspective";
     if (isFree) this.#showSlider("yfov", camera.yfov, `${Math.round(camera.yfov)}°`);
-    else $("yfov-text").textContent = "of the file";
+    else $("yfov-text").textContent = "of the file’s camera";
     $("camera-facts").hidden = !isFree;
     if (isFree) {
       const { azimuth, elevation, distance } = camera;
