@@ -33,8 +33,8 @@ impl Remedy {
                 "export it as .glb or .stl from a CAD program, for example FreeCAD (File > Export > glTF)"
             }
             Remedy::Convert => {
-                "export it as .glb or .stl from the CAD program or slicer, or convert it with Python, as \
-                 docs/how-to/cad-files.md shows"
+                "export it as .glb or .stl from the CAD program or slicer, or convert it with the Python packages cascadio \
+                 (STEP) and trimesh (3MF): docs/how-to/cad-files.md has a script"
             }
             Remedy::Extract => "extract it and name the .gltf, .glb, .obj, .stl or .ply file in it",
             Remedy::Picture => {
