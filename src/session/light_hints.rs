@@ -66,7 +66,11 @@ impl ImageLight<'_> {
                 advice,
             }));
         }
-        if self.view == ViewTransform::Standard && !is_metered && is_white(pixels, ev) {
+        let is_shaded =
+            |material: &Material| !matches!(material.reflectance, Reflectance::Unlit | Reflectance::Unshaded);
+        // Exposure does not change what shows its own colour.
+        let shows_light = frame.posed.materials.iter().any(is_shaded);
+        if self.view == ViewTransform::Standard && !is_metered && shows_light && is_white(pixels, ev) {
             remarks.push(Notice::WhiteImage);
         }
         remarks

@@ -333,6 +333,10 @@ fn white_pictures_and_caustics_alone_are_remarked_on() {
     assert!(render("--sun 0,0,-1,50").contains("most of the picture is white; use --exposure auto"));
     assert!(!render("--sun 0,0,-1,.5").contains("white"));
     assert!(!render("--sun 0,0,-1,50 --exposure auto").contains("white"));
+    // Exposure does not change points without normals.
+    let header = "ply\nformat ascii 1.0\nelement vertex 3\nproperty float x\nproperty float y\nproperty float z\nend_header\n";
+    fs::write(at.join("points.ply"), format!("{header}0 0 0\n1 0 0\n0 1 1\n")).unwrap();
+    assert!(!runs(&at, "render points.ply -o a.png --size 32x24").contains("white"));
     assert!(render("--caustics").contains("--caustics has no effect without --indirect"));
     assert!(!render("--caustics --indirect 1").contains("has no effect"));
 }
