@@ -33,7 +33,7 @@ fn messages_are_coloured_where_the_environment_asks_for_it() {
         String::from_utf8(command.output().unwrap().stderr).unwrap()
     };
     let force = ("CLICOLOR_FORCE", "1");
-    for line in ["render missing.glb", "render --quux", "render missing.glb --size 1"] {
+    for line in ["render missing.glb", "render --quux", "render missing.glb --size 1x"] {
         assert!(messages(&[], line).starts_with("blinn: "), "{line}");
         assert!(messages(&[force], line).starts_with("\x1b[1;31merror:\x1b[0m "), "{line}");
         assert!(messages(&[force, ("NO_COLOR", "1")], line).starts_with("blinn: "), "{line}");
@@ -87,7 +87,7 @@ fn wrong_command_lines_are_exit_2() {
         (vec!["render"], "SCENE"),
         (vec!["render", scene, "--not-a-flag"], "--not-a-flag"),
         (vec!["render", scene, "--siz", "8x8"], "--siz"),
-        (vec!["render", scene, "--size", "8"], "1280x720"),
+        (vec!["render", scene, "--size", "8x"], "1280x720"),
         (vec!["render", scene, "-s", "0"], "0"),
         (vec!["render", scene, "-o", "{name}.png"], "unknown placeholder {name}: expected {stem}"),
         (vec!["render", scene, "-o", "a.tiff"], ".png, .exr, .jpg, .webp, .gif"),

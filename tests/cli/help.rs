@@ -146,14 +146,21 @@ fn usage_errors_are_one_line_with_a_hint() {
             "invalid value 'gaus' for '--filter <FILTER>'; [possible values: box, tent, gaussian, blackman-harris]; \
              tip: a similar value exists: 'gaussian'",
         ),
-        ("render a.glb --size 100", "'100' for '--size <WxH>': expected WIDTHxHEIGHT, such as 1280x720"),
+        (
+            "render a.glb --size 100px",
+            "'100px' for '--size <WxH>': expected WIDTHxHEIGHT, such as 1280x720, or one number for both",
+        ),
+        (
+            "render a.glb --edges",
+            "a value is required for '--edges <KINDS>' but none was supplied: Draw edges over the picture: feature",
+        ),
         ("render a.glb --threads x", "'x' for '--threads <THREADS>': expected a whole number"),
         ("render a.glb --threads -1", "'-1' for '--threads <THREADS>': -1 is not in 1..=1024"),
         ("render a.glb --zoom -1", "'-1' for '--zoom <F>': must be greater than zero"),
         ("render a.glb --clip -1,2", "'-1,2' for '--clip <NEAR,FAR|off>': "),
         ("render a.glb --crop -1,0,2,2", "'-1,0,2,2' for '--crop <X,Y,W,H>': "),
         ("render a.glb --ambient -1,0,0", "'-1,0,0' for '--ambient <COLOR>': "),
-        ("render a.glb --resolution 100", "expected WIDTHxHEIGHT"),
+        ("render a.glb --resolution 100px", "expected WIDTHxHEIGHT"),
         ("turntable a.glb --frames=1-3", "'1-3' for '--count <N>': expected the number of frames"),
         ("turntable a.glb --frames=1-3", "--only 1-3"),
         ("turntable a.glb --count 0", "'0' for '--count <N>': expected the number of frames"),
@@ -265,7 +272,7 @@ fn usage_errors_are_reported_to_openjd_too() {
     fs::write(at.join("c.toml"), "progress = \"openjd\"\nquux = 1\n").unwrap();
     for line in [
         "render a.glb --quux --progress openjd",
-        "render a.glb --progress=openjd --size 100",
+        "render a.glb --progress=openjd --size 100px",
         "turntable a.glb --only 99 --progress=openjd",
         "render a.glb --config c.toml --progress openjd",
     ] {

@@ -187,7 +187,7 @@ fn the_command_line_overrides_a_config_file() {
     assert!(read("d.png") == read("a.png"));
     for (text, message) in [
         ("sizes = 3", "'sizes' is not an option of render"),
-        ("size = \"1\"", "1280x720"),
+        ("size = \"1x\"", "1280x720"),
         ("size = true", "'size' cannot be true"),
         ("a = 1\nb = = 2", "line 2"),
         ("config = \"c.toml\"", "'config' is not an option"),

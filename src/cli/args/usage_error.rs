@@ -23,7 +23,12 @@ pub fn message(error: &Error, argv: &[OsString], command_line: &[OsString]) -> S
         (ErrorKind::ArgumentConflict, _) => {
             clap_message(error) + elevation_of_views(error).unwrap_or_default()
         }
-        _ => clap_message(error) + &named_direction(error).unwrap_or_default(),
+        (ErrorKind::InvalidValue, Some(flag)) => {
+            clap_message(error)
+                + &help_of_missing(error, flag, argv)
+                + &named_direction(error).unwrap_or_default()
+        }
+        _ => clap_message(error),
     };
     let is_value_error = matches!(error.kind(), ErrorKind::InvalidValue | ErrorKind::ValueValidation);
     let is_from_file = |flag: &str| contains_flag(argv, flag) && !contains_flag(command_line, flag);
@@ -33,6 +38,21 @@ pub fn message(error: &Error, argv: &[OsString], command_line: &[OsString]) -> S
         }
         _ => text,
     }
+}
+
+/// The help of a flag whose value is missing, unless clap lists all values.
+fn help_of_missing(error: &Error, flag: &str, argv: &[OsString]) -> String {
+    let is_missing = context(error, ContextKind::InvalidValue).is_some_and(|value| value.is_empty());
+    let has_choices =
+        matches!(error.get(ContextKind::ValidValue), Some(ContextValue::Strings(texts)) if !texts.is_empty());
+    if !is_missing || has_choices {
+        return String::new();
+    }
+    let (root, name) = (help::full(), flag_name(flag));
+    let commands = command_path(&root, argv, name);
+    let flag = commands.last().and_then(|command| find_flag(command, name.trim_start_matches('-')));
+    let help = flag.and_then(|flag| flag.get_help()).map(|help| help.to_string()).unwrap_or_default();
+    help.lines().next().map(|line| format!(": {line}")).unwrap_or_default()
 }
 
 /// The hint for a direction as the value of --view, which is the view transform.

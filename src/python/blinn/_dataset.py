@@ -127,10 +127,8 @@ def _flags(key: str, value: Any) -> list[str]:
         return [flag]
     if isinstance(value, (str, os.PathLike)):
         return [f"{flag}={os.fspath(value)}"]
-    if key == "size" and not isinstance(value, (int, str)):
+    if key == "size" and hasattr(value, "__iter__"):
         return [f"{flag}={'x'.join(str(int(side)) for side in value)}"]
-    if key == "size":
-        return [f"{flag}={value}x{value}"]
     if key not in JOINED and isinstance(value, list) and value and not isinstance(value[0], (int, float)):
         return [part for item in value for part in _flags(key, item)]
     if hasattr(value, "__iter__"):

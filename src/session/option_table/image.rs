@@ -45,7 +45,7 @@ pub static IMAGE: &[OptionDef] = &[
         name: "size",
         alias: Some("resolution"),
         value_name: "WxH",
-        help: "Width and height in pixels [default: 1280x720, or the aspect ratio of the file's camera]",
+        help: "Width and height in pixels, or one number for both [default: 1280x720, or the aspect ratio of the file's camera]",
         effect: Effect::Value(|options, text| store(&mut options.size, values::size(text).map(Some))),
         ..BASE
     },

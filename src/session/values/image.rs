@@ -36,10 +36,10 @@ pub fn image_background(text: &str) -> Result<ImageBackground, String> {
     background_or(text, &["transparent", "hdri"]).map(ImageBackground::Fixed)
 }
 
-/// `WxH` or `W,H` in pixels.
+/// `WxH`, `W,H`, or one number for both, in pixels.
 pub fn size(text: &str) -> Result<(u32, u32), String> {
-    let form = || "expected WIDTHxHEIGHT, such as 1280x720".to_string();
-    let (width, height) = text.split_once(['x', 'X', ',']).ok_or_else(form)?;
+    let form = || "expected WIDTHxHEIGHT, such as 1280x720, or one number for both".to_string();
+    let (width, height) = text.split_once(['x', 'X', ',']).unwrap_or((text, text));
     let side = |s: &str| s.trim().parse::<u32>().map_err(|_| form());
     let (w, h) = (side(width)?, side(height)?);
     if w == 0 || h == 0 || w > 65_536 || h > 65_536 || u64::from(w) * u64::from(h) > 1 << 29 {
@@ -102,6 +102,8 @@ mod tests {
     fn sizes_and_crops_are_whole_pixels() {
         assert_eq!(size("1280x720").unwrap(), (1280, 720));
         assert_eq!(size("64,32").unwrap(), (64, 32));
+        assert_eq!(size("256").unwrap(), (256, 256));
+        assert!(size("").is_err() && size("64x").is_err() && size("64px").is_err());
         assert!(size("0x10").is_err() && size("100000x1").is_err() && size("65536x65536").is_err());
         assert_eq!(crop("1,2,3,4").unwrap(), PixelRect { x: 1, y: 2, width: 3, height: 4 });
         assert!(crop("1,2,0,4").is_err() && crop("-1,2,3,4").is_err() && crop("1.5,2,3,4").is_err());

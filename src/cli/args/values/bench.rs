@@ -70,6 +70,7 @@ mod tests {
     fn sizes_are_a_list_without_duplicates() {
         assert_eq!(sizes("480x270,64X32,480x270").unwrap(), [(480, 270), (64, 32)]);
         assert_eq!(sizes("640,360").unwrap(), [(640, 360)]);
-        assert!(sizes("480x270,").is_err() && sizes("").is_err() && sizes("1x1,2").is_err());
+        assert_eq!(sizes("1x1,2").unwrap(), [(1, 1), (2, 2)]);
+        assert!(sizes("480x270,").is_err() && sizes("").is_err() && sizes("1x1,x").is_err());
     }
 }
