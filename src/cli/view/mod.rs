@@ -32,6 +32,7 @@ mod view_scene;
 mod visibility;
 
 use std::ffi::OsString;
+use std::io::{IsTerminal, stderr};
 use std::path::PathBuf;
 use std::sync::{Arc, Mutex};
 use std::thread;
@@ -56,6 +57,9 @@ use start_flags::StartFlags;
 
 /// Maximum number of scenes of a page.
 const MAX_SCENES: usize = 10_000;
+
+/// The hint on a terminal.
+const OPEN: &str = "open the address in a browser, or add `open`; Ctrl-C ends the program";
 
 /// Shows a scene until the process ends. `argv` is the command line.
 pub fn run(args: &ViewArgs, argv: &[OsString]) -> Result<Summary, UsageError> {
@@ -107,9 +111,12 @@ fn serve(args: &ViewArgs, plans: PicturePlans) -> Result<()> {
     let server = Server::bind(args.server.port.unwrap_or(0), access(&args.server), hub.clone())?;
     let renderer = Renderer::new(hub.clone(), plans)?;
     let url = server.url()?;
+    let is_terminal = stderr().is_terminal() && !args.server.open;
     let is_reached_by_flags = args.server.base_url.is_some() || !args.server.allow_host.is_empty();
     let hint = remote::hint(server.port()?, |name| std::env::var(name).ok())
-        .filter(|_| !args.common.quiet && !is_reached_by_flags);
+        .filter(|_| !is_reached_by_flags)
+        .or_else(|| is_terminal.then(|| OPEN.to_string()))
+        .filter(|_| !args.common.quiet);
     let watched = renderer.watched();
     thread::Builder::new().name("files".into()).spawn(move || watch(&watched, &hub))?;
     thread::Builder::new().name("server".into()).spawn(move || server.run())?;
