@@ -10,7 +10,7 @@ use base64::Engine;
 use base64::prelude::BASE64_STANDARD;
 
 use super::comparison::{Comparison, Heading, ShownPicture, ViewComparison};
-use super::length::LengthUnit;
+use super::length::{LengthUnit, corner_texts};
 use super::text::{amount_text, object_text, value_text};
 use blinn_output::compare::{JsonDifference, ObjectDifference};
 use blinn_output::{Overwrite, PAGE_STYLE, encode_png, escape_html, write_atomically};
@@ -229,24 +229,22 @@ fn object_table(objects: &[ObjectDifference], unit: LengthUnit) -> String {
     if objects.is_empty() {
         return String::new();
     }
-    let mut out =
+    let name = unit.name();
+    let mut out = format!(
         "<section class=\"card whole\" aria-labelledby=\"objects\">\n<h2 id=\"objects\">Objects</h2>\n<div class=\"scrolls\">\
-                   <table>\n<thead><tr><th scope=\"col\">Name</th><th scope=\"col\">Change</th>\
-                   <th scope=\"col\">From</th><th scope=\"col\">To</th></tr></thead>\n<tbody>\n"
-            .to_string();
+         <table>\n<thead><tr><th scope=\"col\">Name</th><th scope=\"col\">Change</th>\
+         <th scope=\"col\">Lowest corner ({name}, y up)</th><th scope=\"col\">Highest corner ({name}, y up)</th></tr></thead>\n\
+         <tbody>\n"
+    );
     for object in objects {
-        let corner = |v: glam::DVec3| {
-            if object.bounds.is_empty() {
-                return String::new();
-            }
-            v.to_array().map(|x| format!("{}", x as f32)).join(", ")
+        let [min, max] = match object.bounds.is_empty() {
+            true => Default::default(),
+            false => corner_texts(&object.bounds),
         };
         out += &format!(
-            "<tr><th scope=\"row\">{}</th><td>{}</td><td>{}</td><td>{}</td></tr>\n",
+            "<tr><th scope=\"row\">{}</th><td>{}</td><td>{min}</td><td>{max}</td></tr>\n",
             escape_html(&object.name),
             escape_html(&object_text(object, unit)),
-            corner(object.bounds.min),
-            corner(object.bounds.max)
         );
     }
     out + "</tbody>\n</table></div>\n</section>\n"

@@ -14,6 +14,16 @@ pub enum LengthUnit {
     Unknown,
 }
 
+impl LengthUnit {
+    /// The unit of coordinates.
+    pub fn name(self) -> &'static str {
+        match self {
+            LengthUnit::Metre => "m",
+            LengthUnit::Unknown => "units",
+        }
+    }
+}
+
 /// Returns a length with two significant digits and its unit: `1.0 mm`.
 pub fn length_text(length: f64, unit: LengthUnit) -> String {
     if !length.is_finite() {
@@ -34,22 +44,31 @@ pub fn length_text(length: f64, unit: LengthUnit) -> String {
     }
 }
 
-/// Returns the corners of a box, with a hundredth of its size as the last digit: `from 1.00, 2.00, 0.00 to 1.50, 2.50, 0.00
-/// m (y up)`.
+/// Returns the corners of a box: `from 1.00, 2.00, 0.00 to 1.50, 2.50, 0.00 m (y up)`.
 pub fn bounds_text(bounds: &Aabb, unit: LengthUnit) -> String {
+    let [min, max] = corner_texts(bounds);
+    format!("from {min} to {max} {} (y up)", unit.name())
+}
+
+/// Returns the lowest and the highest corner of a box, with a hundredth of its size as the last digit.
+pub fn corner_texts(bounds: &Aabb) -> [String; 2] {
     let size = bounds.extent().max_element();
     let size = if size > 0.0 { size } else { bounds.max.abs().max_element() };
     let digits = if size > 0.0 { (2.0 - libm::floor(libm::log10(size))).clamp(0.0, 12.0) } else { 0.0 };
     let corner = |v: DVec3| {
-        // -0 is 0.
         let digits = digits as usize;
-        v.to_array().map(|x| format!("{:.digits$}", x + 0.0)).join(", ")
+        v.to_array().map(|x| rounded(x, digits)).join(", ")
     };
-    let unit = match unit {
-        LengthUnit::Metre => "m",
-        LengthUnit::Unknown => "units",
-    };
-    format!("from {} to {} {unit} (y up)", corner(bounds.min), corner(bounds.max))
+    [corner(bounds.min), corner(bounds.max)]
+}
+
+/// A number with so many digits after the point. -0 is 0.
+fn rounded(x: f64, digits: usize) -> String {
+    let text = format!("{x:.digits$}");
+    match text.strip_prefix('-') {
+        Some(zero) if zero.chars().all(|c| matches!(c, '0' | '.')) => zero.to_string(),
+        _ => text,
+    }
 }
 
 /// A number with two significant digits, in scientific notation where many zeros would be needed.
@@ -96,6 +115,8 @@ mod tests {
         let bounds = Aabb { min: DVec3::new(25.25, -5.0, 0.0), max: DVec3::new(33.259, 5.0, 0.0) };
         let text = bounds_text(&bounds, LengthUnit::Unknown);
         assert_eq!(text, "from 25.2, -5.0, 0.0 to 33.3, 5.0, 0.0 units (y up)");
+        let foot = Aabb { min: DVec3::new(-0.13, -3.7e-9, -0.0), max: DVec3::new(0.13, 0.029999997, 0.13) };
+        assert_eq!(corner_texts(&foot), ["-0.130, 0.000, 0.000", "0.130, 0.030, 0.130"]);
         let small = Aabb { min: DVec3::splat(0.001), max: DVec3::splat(0.0045) };
         let text = bounds_text(&small, LengthUnit::Metre);
         assert_eq!(text, "from 0.00100, 0.00100, 0.00100 to 0.00450, 0.00450, 0.00450 m (y up)");
