@@ -207,15 +207,15 @@ fn write_lost_lights(f: &mut fmt::Formatter, names: &[String]) -> fmt::Result {
     f.write_str(" without content may be area lights, which Blender's exporter leaves out; ")
 }
 
+fn write_non_finite(f: &mut fmt::Formatter, count: u64, elements: &str) -> fmt::Result {
+    write!(f, "ignored {count} {elements} with coordinates that are not finite numbers or beyond ±1e18")
+}
+
 impl fmt::Display for Notice {
     fn fmt(&self, f: &mut fmt::Formatter) -> fmt::Result {
         match self {
-            Notice::NonFiniteTriangles(count) => {
-                write!(f, "ignored {count} triangles with coordinates that are not finite numbers or beyond ±1e18")
-            }
-            Notice::NonFiniteRounds(count) => {
-                write!(f, "ignored {count} points and lines with coordinates that are not finite numbers or beyond ±1e18")
-            }
+            Notice::NonFiniteTriangles(count) => write_non_finite(f, *count, "triangles"),
+            Notice::NonFiniteRounds(count) => write_non_finite(f, *count, "points and lines"),
             Notice::NothingToDraw => {
                 f.write_str("nothing to render: no node of the scene has a mesh with triangles, points or lines")
             }
