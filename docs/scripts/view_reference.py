@@ -17,6 +17,8 @@ import PyOpenColorIO as ocio
 
 LOOKS = ["Very Low Contrast", "Low Contrast", "Medium Low Contrast", "Base Contrast", "Medium High Contrast",
          "High Contrast", "Very High Contrast", "Punchy", "Greyscale"]
+FILMIC_LOOKS = ["Very Low Contrast", "Low Contrast", "Medium Low Contrast", "Medium Contrast", "Medium High Contrast",
+                "High Contrast", "Very High Contrast"]
 
 
 def shown(config, view, rgb, look=""):
@@ -77,6 +79,16 @@ def filmic_colours():
     return short(grey + edges + below.tolist()) + bright
 
 
+def filmic_look_colours():
+    """Greys, colours below the light that fades to white, and any above it; black, out of gamut, beyond the range."""
+    rng = np.random.default_rng(11)
+    grey = [[0.18 * 2.0**e] * 3 for e in range(-10, 8)]
+    below = (8.0 * 2.0 ** rng.uniform(-10.0, 0.0, (20, 3))).tolist()
+    bright = rng.random((17, 3)) ** 3 * 2.0 ** rng.uniform(4.0, 8.0, (17, 1))
+    edges = [[0.0, 0.0, 0.0], [-1.0, -1.0, -1.0], [0.3, -0.05, 0.1], [14.0, 0.0, 0.01], [1e30, 1e30, 1e30]]
+    return short(grey + below + bright.tolist() + edges)
+
+
 def neutral_colours():
     """Nodes of Blender's table, where it equals Khronos's formula."""
     nodes = [(26, 26, 26), (20, 22, 19), (27, 10, 5), (29, 26, 15), (30, 30, 30),
@@ -99,6 +111,13 @@ def main():
         encoded = [[round(float(v), 6) for v in row] for row in shown(config, "AgX", rows, f"AgX - {look}")]
         lines += [f"{look},{numbers(i)},{numbers(o)}\n" for i, o in zip(rows, encoded)]
     (folder / "looks.csv").write_text("".join(lines))
+    lines = []
+    rows = filmic_look_colours()
+    for view in ("Filmic", "Standard"):
+        for look in FILMIC_LOOKS:
+            encoded = [[round(float(v), 6) for v in row] for row in shown(config, view, rows, look)]
+            lines += [f"{view},{look},{numbers(i)},{numbers(o)}\n" for i, o in zip(rows, encoded)]
+    (folder / "filmic_looks.csv").write_text("".join(lines))
 
 
 def numbers(values):

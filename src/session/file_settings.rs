@@ -93,10 +93,13 @@ impl Options {
     }
 }
 
-/// The look of a file; `None` if blinn's view has none like it.
+/// The look of a file; `None` if its view transform is not supported or has none of this name.
 fn file_look(settings: &FileSettings, name: &str) -> Option<Look> {
-    let look = Look::of_blender(name)?;
-    (look == Look::None || settings.view_transform.as_deref() == Some("AgX")).then_some(look)
+    let view = settings.view_transform.as_deref().and_then(view_transform);
+    match name {
+        "" | "None" => Some(Look::None),
+        _ => Look::of_blender(name, view?),
+    }
 }
 
 /// The view transform that Blender calls `name`.

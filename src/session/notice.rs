@@ -6,6 +6,7 @@ use std::path::PathBuf;
 use crate::empty_reason::{EmptyReason, NO_EDGES};
 use crate::frames::Chunk;
 use crate::light_advice::LightAdvice;
+use blinn_render::display::{Look, ViewTransform};
 
 /// Something that a user should know about the images of a scene.
 #[derive(Clone, Debug, PartialEq)]
@@ -30,8 +31,8 @@ pub enum Notice {
     NothingCastsShadows,
     /// Caustics need light that bounces between surfaces.
     CausticsAlone,
-    /// A look with another view transform than AgX.
-    LookWithoutAgx,
+    /// The view transform of an image does not have the look.
+    LookOfOtherViews(Look),
     /// An image has no edges of the kinds that are drawn.
     NoEdges,
     /// Points or lines are as large as the scene.
@@ -211,6 +212,15 @@ fn write_non_finite(f: &mut fmt::Formatter, count: u64, elements: &str) -> fmt::
     write!(f, "ignored {count} {elements} with coordinates that are not finite numbers or beyond ±1e18")
 }
 
+/// The view transforms that have a look, as a message suggests them.
+fn views_of(look: Look) -> &'static str {
+    match [ViewTransform::Agx, ViewTransform::Filmic].map(|view| look.is_of(view)) {
+        [true, false] => "`view agx`",
+        [false, _] => "`view filmic`",
+        [true, true] => "`view agx` or `view filmic`",
+    }
+}
+
 impl fmt::Display for Notice {
     fn fmt(&self, f: &mut fmt::Formatter) -> fmt::Result {
         match self {
@@ -226,7 +236,11 @@ impl fmt::Display for Notice {
             Notice::NoEnvironment { options } => {
                 write!(f, "{options} no effect: no environment lights the scene")
             }
-            Notice::LookWithoutAgx => f.write_str("`look` has no effect: the view transform is not agx; add `view agx`"),
+            Notice::LookOfOtherViews(look) => write!(
+                f,
+                "`look` has no effect: the view transform does not have this look; add {}",
+                views_of(*look)
+            ),
             Notice::CausticsAlone => f.write_str("`caustics` has no effect without `indirect`"),
             Notice::NoEdges => f.write_str(NO_EDGES),
             Notice::LargeRounds { option, radius } => write!(

@@ -35,7 +35,7 @@ use blinn_accel::{AccelSettings, Preset};
 use blinn_core::cancellation::CancelToken;
 use blinn_output::datasets::WorldUp;
 use blinn_output::{CropWindow, IdNames, Picture};
-use blinn_render::display::{Display, Look, ViewTransform};
+use blinn_render::display::{Display, ViewTransform};
 use blinn_render::integrator::{Aov, Frame, NeighbourFrames, Phong, Stage};
 use blinn_render::{
     AdaptiveSampling, AovLayer, EdgeCache, Pixels, ProgressMonitor, RenderMemory, RenderSettings, draw_edges,
@@ -167,8 +167,8 @@ impl<'a> SceneRenderer<'a> {
             log.hint(Notice::NearPlane { near: camera.clip.near });
         }
         let display = display(options, scene, ev);
-        if display.look != Look::None && display.view != ViewTransform::Agx {
-            log.warn(Notice::LookWithoutAgx)?;
+        if !display.look.is_of(display.view) {
+            log.warn(Notice::LookOfOtherViews(display.look))?;
         }
         Ok(SceneRenderer {
             setup,

@@ -64,6 +64,20 @@ def look(scene):
     scene.view_settings.look = "AgX - Punchy"
 
 
+def filmic(scene):
+    scene.view_settings.view_transform = "Filmic"
+
+
+def look_of_filmic(scene):
+    filmic(scene)
+    scene.view_settings.look = "Very High Contrast"
+
+
+def look_of_standard(scene):
+    scene.view_settings.view_transform = "Standard"
+    scene.view_settings.look = "High Contrast"
+
+
 def gamma(scene):
     scene.view_settings.gamma = 1.6
 
@@ -147,6 +161,8 @@ CASES = {
     "film exposure": (film_exposure, None),
     "view transform": (view_transform, None),
     "look": (look, view_transform),
+    "look of Filmic": (look_of_filmic, filmic),
+    "look of Standard": (look_of_standard, None),
     "gamma": (gamma, None),
     "depth of field": (depth_of_field, None),
     "angle of a sun": (light_radius, None),

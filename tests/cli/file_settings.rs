@@ -45,6 +45,26 @@ fn settings_of_the_file_equal_flags_and_flags_take_precedence() {
         (view(json!({"exposure": 1, "filmExposure": 2})), "--exposure 2", "--exposure auto"),
         (view(json!({"transform": "AgX"})), "--view agx", "--view raw"),
         (view(json!({"transform": "Filmic"})), "--view filmic", "--view agx"),
+        (
+            view(json!({"transform": "Filmic", "look": "High Contrast"})),
+            "--view filmic --look high-contrast",
+            "--view filmic --look none",
+        ),
+        (
+            view(json!({"transform": "Filmic", "look": "Medium Contrast"})),
+            "--view filmic --look medium-contrast",
+            "--view standard --look very-low-contrast",
+        ),
+        (
+            view(json!({"transform": "Standard", "look": "Low Contrast"})),
+            "--view standard --look low-contrast",
+            "--view agx",
+        ),
+        (
+            view(json!({"transform": "AgX", "look": "AgX - High Contrast"})),
+            "--view agx --look high-contrast",
+            "--view filmic --look high-contrast",
+        ),
         (view(json!({"transform": "Khronos PBR Neutral"})), "--view pbr-neutral", "--view standard"),
         (json!({"filmTransparent": true}), "--background transparent", "--background 1,0,0"),
         (json!({"lightUnits": "standard"}), "--light-units standard --exposure auto", "--light-units raw"),
@@ -130,6 +150,34 @@ fn what_is_not_supported_is_one_warning() {
     let expected = "ignored settings of the file that are not supported: view transform 'False Color', look 'High Contrast'\n";
     assert_eq!(messages.matches(expected).count(), 1, "{messages}");
     assert!(!runs(&at, "render a.glb --size 8x8 --view agx --orbit 0,0").contains("False Color"));
+}
+
+#[test]
+fn looks_of_other_views_are_named() {
+    let (_dir, at) = folder();
+    for (transform, look) in
+        [("Filmic", "AgX - Punchy"), ("AgX", "Medium Contrast"), ("Raw", "High Contrast")]
+    {
+        let file = with_settings(&json!({"view": {"transform": transform, "look": look}}));
+        fs::write(at.join("a.glb"), file.glb()).unwrap();
+        let messages = runs(&at, "render a.glb --size 8x8");
+        let expected = format!("ignored settings of the file that are not supported: look '{look}'\n");
+        assert_eq!(messages.matches(&expected).count(), 1, "{transform}: {messages}");
+    }
+    fs::write(at.join("b.glb"), scene().glb()).unwrap();
+    for (flags, views) in [
+        ("--view filmic --look punchy", "--view agx"),
+        ("--view agx --look medium-contrast", "--view filmic"),
+        ("--view raw --look low-contrast", "--view agx or --view filmic"),
+    ] {
+        let messages = runs(&at, &format!("render b.glb --size 8x8 {flags}"));
+        let expected =
+            format!("--look has no effect: the view transform does not have this look; add {views}\n");
+        assert_eq!(messages.matches(&expected).count(), 1, "{flags}: {messages}");
+    }
+    for flags in ["--view filmic --look very-high-contrast", "--view standard --look medium-contrast"] {
+        assert!(!runs(&at, &format!("render b.glb --size 8x8 {flags}")).contains("--look"), "{flags}");
+    }
 }
 
 /// A triangle that moves to the right, in two seconds.

@@ -96,8 +96,8 @@ class RenderOptions(TypedDict, total=False):
     view: Literal["auto", "standard", "agx", "filmic", "pbr-neutral", "raw"] | None
     """View transform from linear light to display colours; auto is agx for Blender's glTF files, filmic before Blender 4.0, else standard."""
 
-    look: Literal["none", "very-low-contrast", "low-contrast", "medium-low-contrast", "base-contrast", "medium-high-contrast", "high-contrast", "very-high-contrast", "punchy", "greyscale"] | None
-    """Look of the view transform agx: Blender's, by its contrast [default: that of the file, else none]"""
+    look: Literal["none", "very-low-contrast", "low-contrast", "medium-low-contrast", "medium-contrast", "base-contrast", "medium-high-contrast", "high-contrast", "very-high-contrast", "punchy", "greyscale"] | None
+    """Look of the view transform, as in Blender: all but medium-contrast with agx; those named by contrast, except base-contrast, with filmic, standard and pbr-neutral [default: that of the file, else none]"""
 
     gamma: Number | None
     """Gamma of the display: encoded colours are raised to the power 1/F, backgrounds are not [default: that of the file, else 1]"""

@@ -14,6 +14,7 @@
 
 use std::sync::OnceLock;
 
+use crate::display::agx_look;
 use crate::display::agx_space::{
     EGAMUT_TO_REC2020, INSET, MID_GREY, Matrix, SCENE_TO_EGAMUT, axis, dot, guard_rec2020, min_channel, mul,
 };
@@ -130,7 +131,7 @@ fn lut() -> &'static Lut3d<NODES> {
 /// Maps scene-linear Rec.709 to display-linear Rec.709 in 0…1, with a look. NaN becomes black, infinity white.
 pub(super) fn agx(simd: SimdLevel, rgb: &RgbBatch, look: Look) -> RgbBatch {
     let mut out = [[0.0; BATCH]; 3];
-    simd.run(Agx { rgb: &look.apply(rgb), lut: lut(), powers: powers(), out: &mut out });
+    simd.run(Agx { rgb: &agx_look::apply(look, rgb), lut: lut(), powers: powers(), out: &mut out });
     out
 }
 
@@ -191,7 +192,7 @@ fn to_light(powers: &[f32; STEPS + 1], values: &[f32; BATCH]) -> [f32; BATCH] {
 
 #[cfg(test)]
 mod tests {
-    use super::super::reference;
+    use super::super::{ViewTransform, reference};
     use super::*;
     use blinn_scene::linear_to_srgb;
 
@@ -223,7 +224,8 @@ mod tests {
         let colors = reference::looks();
         assert_eq!(colors.len(), 9 * 35);
         for (look, color) in colors {
-            close_with(Look::of_blender(look).unwrap(), 0.05, color.linear, color.encoded);
+            let look = Look::of_blender(look, ViewTransform::Agx).unwrap();
+            close_with(look, 0.05, color.linear, color.encoded);
         }
     }
 

@@ -1,4 +1,4 @@
-//! Blender's Filmic view transform without a look, the default before version 4.0.
+//! Blender's Filmic view transform without a look, the default before version 4.0. `filmic_look` has the looks.
 //!
 //! Filmic takes the logarithm of the light, fades colours that are brighter than 6 stops above mid grey towards white, and
 //! applies a contrast curve to 16.5 stops. The fading is exact (2e-4/255 at the nodes of Blender's table), and the curve,
@@ -14,7 +14,7 @@ use crate::display::lut3d::log2;
 use blinn_scene::srgb_to_linear;
 
 /// log2 of the light at both ends of the curve: 10 stops below mid grey, 6.5 above.
-const LOG2: [f32; 2] = [-12.473_931, 4.026_069];
+pub(super) const LOG2: [f32; 2] = [-12.473_931, 4.026_069];
 /// Light from which, and at which entirely, colours are white: 6 and 15 stops above mid grey.
 const FADE: [f64; 2] = [0.18 * 64.0, 0.18 * 32768.0];
 const FADE_POWER: f64 = 1.1;
@@ -40,9 +40,9 @@ pub(super) fn filmic(light: &RgbBatch) -> RgbBatch {
 }
 
 /// Returns how far a colour with this largest channel is faded to white.
-fn fade(peak: f32) -> f32 {
+pub(super) fn fade(peak: f32) -> f32 {
     let share = (f64::from(peak) - FADE[0]) / (FADE[1] - FADE[0]);
-    libm::pow(share.min(1.0), FADE_POWER) as f32
+    libm::pow(share.clamp(0.0, 1.0), FADE_POWER) as f32
 }
 
 /// Returns the display-linear value of light, by a table over its logarithm.

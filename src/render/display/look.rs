@@ -1,198 +1,72 @@
-//! Looks of Blender's AgX: contrast, saturation and shadows, changed before the view transform.
+//! Looks of Blender's view transforms, by name.
 //!
-//! They work on the logarithm of light in AgX's inset primaries, 0 to 1 over the 25 stops of its table, after colours outside of
-//! Rec.2020 are moved into it by a table of 37³ nodes. The constants are those of Blender 5.0's `config.ocio` (facts); the operators
-//! are OpenColorIO's: `GradingPrimaryTransform` of style log, `CDLTransform` and the shadows of `GradingToneTransform`.
+//! AgX has looks of its own (`agx_look`). The other views have those of Filmic (`filmic_look`).
 
-use std::sync::OnceLock;
+use crate::display::ViewTransform;
 
-use glam::{DMat3, DVec3};
-
-use crate::display::agx_space::{self, EGAMUT_TO_REC2020, INSET, Matrix, SCENE_TO_EGAMUT};
-use crate::display::batch::{BATCH, RgbBatch};
-use crate::display::lut3d::{LOG2, Lut3d, log2};
-
-/// A look of AgX.
+/// A look: a change of light before the view transform. Those named by contrast differ between AgX and the other views.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, serde::Serialize)]
 pub enum Look {
     /// The view transform alone.
     #[default]
     None,
-    /// Contrast 0.7, saturation 1.15.
+    /// Contrast 0.7 and saturation 1.15 of AgX, 0.35 of Filmic.
     VeryLowContrast,
-    /// Contrast 0.8, saturation 1.1.
+    /// Contrast 0.8 and saturation 1.1 of AgX, 0.48 of Filmic.
     LowContrast,
-    /// Contrast 0.9, saturation 1.05.
+    /// Contrast 0.9 and saturation 1.05 of AgX, 0.6 of Filmic.
     MediumLowContrast,
-    /// Contrast 1: only colours outside of Rec.2020 change.
+    /// Contrast 0.7 of Filmic, which it has without a look as well. AgX has none of this name.
+    MediumContrast,
+    /// Contrast 1 of AgX only: colours outside of Rec.2020 change.
     BaseContrast,
-    /// Contrast 1.2.
+    /// Contrast 1.2 of AgX, 0.85 of Filmic.
     MediumHighContrast,
-    /// Contrast 1.4, saturation 0.95.
+    /// Contrast 1.4 and saturation 0.95 of AgX, 0.99 of Filmic.
     HighContrast,
-    /// Contrast 1.57, saturation 0.9.
+    /// Contrast 1.57 and saturation 0.9 of AgX, 1.2 of Filmic.
     VeryHighContrast,
-    /// Darker, with deep shadows.
+    /// AgX only: darker, with deep shadows.
     Punchy,
-    /// Black and white.
+    /// AgX only: black and white.
     Greyscale,
 }
 
-/// The logarithm of light that contrast does not change.
-const CONTRAST_PIVOT: f32 = 0.4;
-/// Luminance weights of OpenColorIO's saturation.
-const SATURATION_LUMA: [f32; 3] = [0.2126, 0.7152, 0.0722];
-/// Luminance weights of the inset primaries.
-const GREY_LUMA: [f32; 3] = [0.258_923_54, 0.610_498_55, 0.130_577_93];
-/// Punchy: slopes of the shadows, one curve after the other, and the power of all.
-const PUNCHY_SLOPES: [f32; 2] = [0.2, 0.35];
-const PUNCHY_POWER: f32 = 1.0912;
-/// Punchy: where the slope begins to change, and where shadows begin.
-const SHADOWS: [f32; 2] = [0.1, 0.4];
+/// What precedes the names of AgX's looks in Blender.
+const AGX_PREFIX: &str = "AgX - ";
 
 impl Look {
-    /// Returns the look that Blender calls `name`; `None` if it is another one.
-    pub fn of_blender(name: &str) -> Option<Look> {
-        match name.strip_prefix("AgX - ").unwrap_or(name) {
-            "" | "None" => Some(Look::None),
-            "Very Low Contrast" => Some(Look::VeryLowContrast),
-            "Low Contrast" => Some(Look::LowContrast),
-            "Medium Low Contrast" => Some(Look::MediumLowContrast),
-            "Base Contrast" => Some(Look::BaseContrast),
-            "Medium High Contrast" => Some(Look::MediumHighContrast),
-            "High Contrast" => Some(Look::HighContrast),
-            "Very High Contrast" => Some(Look::VeryHighContrast),
-            "Punchy" => Some(Look::Punchy),
-            "Greyscale" => Some(Look::Greyscale),
-            _ => None,
-        }
-    }
-
-    /// Applies the look to scene-linear Rec.709.
-    pub(super) fn apply(self, rgb: &RgbBatch) -> RgbBatch {
-        let (contrast, saturation) = match self {
-            Look::None => return *rgb,
-            Look::VeryLowContrast => (0.7, 1.15),
-            Look::LowContrast => (0.8, 1.1),
-            Look::MediumLowContrast => (0.9, 1.05),
-            Look::BaseContrast => (1.0, 1.0),
-            Look::MediumHighContrast => (1.2, 1.0),
-            Look::HighContrast => (1.4, 0.95),
-            Look::VeryHighContrast => (1.57, 0.9),
-            Look::Punchy => return map_log(rgb, |log| log.map(punchy)),
-            Look::Greyscale => {
-                let grey = |log: [f32; 3]| [to_log(dot(GREY_LUMA, log.map(from_log))); 3];
-                return map_log(rgb, grey);
-            }
+    /// Returns the look of `view` that Blender calls `name`; `None` if the view has none of this name.
+    pub fn of_blender(name: &str, view: ViewTransform) -> Option<Look> {
+        let bare = match view {
+            ViewTransform::Agx => name.strip_prefix(AGX_PREFIX).unwrap_or(name),
+            _ => name,
         };
-        map_log(rgb, |log| {
-            let log = log.map(|v| (v - CONTRAST_PIVOT) * contrast + CONTRAST_PIVOT);
-            let luma = dot(SATURATION_LUMA, log);
-            log.map(|v| luma + saturation * (v - luma))
-        })
+        let look = match bare {
+            "" | "None" => Look::None,
+            "Very Low Contrast" => Look::VeryLowContrast,
+            "Low Contrast" => Look::LowContrast,
+            "Medium Low Contrast" => Look::MediumLowContrast,
+            "Medium Contrast" => Look::MediumContrast,
+            "Base Contrast" => Look::BaseContrast,
+            "Medium High Contrast" => Look::MediumHighContrast,
+            "High Contrast" => Look::HighContrast,
+            "Very High Contrast" => Look::VeryHighContrast,
+            "Punchy" => Look::Punchy,
+            "Greyscale" => Look::Greyscale,
+            _ => return None,
+        };
+        look.is_of(view).then_some(look)
     }
-}
 
-fn dot(weights: [f32; 3], rgb: [f32; 3]) -> f32 {
-    weights[0] * rgb[0] + weights[1] * rgb[1] + weights[2] * rgb[2]
-}
-
-/// Maps the logarithms of light in the inset primaries of AgX.
-fn map_log(rgb: &RgbBatch, map: impl Fn([f32; 3]) -> [f32; 3]) -> RgbBatch {
-    let matrices = Matrices::get();
-    let egamut = transformed(&SCENE_TO_EGAMUT, rgb);
-    let mut light = guard().at(&egamut).map(|channel| channel.map(from_log));
-    light = transformed(&matrices.to_inset, &light);
-    for i in 0..BATCH {
-        let log = map([0, 1, 2].map(|c| to_log(light[c][i])));
-        for c in 0..3 {
-            light[c][i] = from_log(log[c]);
+    /// True if `view` has the look.
+    pub fn is_of(self, view: ViewTransform) -> bool {
+        match self {
+            Look::None => true,
+            Look::BaseContrast | Look::Punchy | Look::Greyscale => view == ViewTransform::Agx,
+            Look::MediumContrast => !matches!(view, ViewTransform::Agx | ViewTransform::Raw),
+            _ => view != ViewTransform::Raw,
         }
-    }
-    transformed(&matrices.from_inset, &light)
-}
-
-/// The logarithm of finite light, 0 to 1 over the range of the table.
-fn to_log(light: f32) -> f32 {
-    (log2(light.max(f32::MIN_POSITIVE)) - LOG2[0]) / (LOG2[1] - LOG2[0])
-}
-
-/// The inverse of [`to_log`].
-fn from_log(v: f32) -> f32 {
-    libm::exp2f(LOG2[0] + (LOG2[1] - LOG2[0]) * v)
-}
-
-fn transformed(matrix: &[[f32; 3]; 3], rgb: &RgbBatch) -> RgbBatch {
-    let mut out = [[0.0; BATCH]; 3];
-    for (out, row) in out.iter_mut().zip(matrix) {
-        for (i, v) in out.iter_mut().enumerate() {
-            *v = row[0] * rgb[0][i] + row[1] * rgb[1][i] + row[2] * rgb[2][i];
-        }
-    }
-    out
-}
-
-/// Nodes along each axis of the table that moves colours into Rec.2020.
-const NODES: usize = 37;
-
-/// Returns the table that moves colours into Rec.2020. It has logarithms of E-Gamut.
-fn guard() -> &'static Lut3d<NODES> {
-    static TABLE: OnceLock<Lut3d<NODES>> = OnceLock::new();
-    TABLE.get_or_init(|| Lut3d::new(guarded, agx_space::axis()))
-}
-
-/// A node of [`guard`].
-fn guarded(egamut: [f64; 3]) -> [f64; 3] {
-    let guarded = agx_space::guard_rec2020(agx_space::mul(&EGAMUT_TO_REC2020, egamut));
-    let back = dmat3(&EGAMUT_TO_REC2020).inverse() * DVec3::from_array(guarded);
-    let [low, high] = LOG2.map(f64::from);
-    back.to_array().map(|v| (libm::log2(v.max(f64::MIN_POSITIVE)) - low) / (high - low))
-}
-
-/// Matrices between E-Gamut, the inset primaries and Rec.709.
-struct Matrices {
-    to_inset: [[f32; 3]; 3],
-    from_inset: [[f32; 3]; 3],
-}
-
-impl Matrices {
-    fn get() -> &'static Matrices {
-        static MATRICES: OnceLock<Matrices> = OnceLock::new();
-        MATRICES.get_or_init(|| {
-            let to_inset = dmat3(&INSET) * dmat3(&EGAMUT_TO_REC2020);
-            let scene_to_egamut = dmat3(&SCENE_TO_EGAMUT.map(|row| row.map(f64::from)));
-            let from_inset = (to_inset * scene_to_egamut).inverse();
-            let rows = |m: DMat3| [0, 1, 2].map(|i| m.row(i).to_array().map(|v| v as f32));
-            Matrices { to_inset: rows(to_inset), from_inset: rows(from_inset) }
-        })
-    }
-}
-
-/// A matrix by its rows.
-fn dmat3(rows: &Matrix) -> DMat3 {
-    DMat3::from_cols_array_2d(rows).transpose()
-}
-
-fn punchy(v: f32) -> f32 {
-    let v = PUNCHY_SLOPES.into_iter().fold(v, shadows);
-    if v > 0.0 { libm::powf(v, PUNCHY_POWER) } else { v }
-}
-
-/// A curve of this slope in deep shadows, of slope 1 above them, and of slopes that change linearly in two parts between.
-fn shadows(v: f32, slope: f32) -> f32 {
-    let [low, high] = SHADOWS;
-    let half = 0.5 * (high - low);
-    // Both halves add up to the height of the part.
-    let middle = 0.5 * (3.0 - slope);
-    let rise = |from: f32, to: f32, x: f32| x * (from + 0.5 * (to - from) * x / half);
-    if v <= low {
-        low + slope * (v - low)
-    } else if v <= low + half {
-        low + rise(slope, middle, v - low)
-    } else if v < high {
-        low + rise(slope, middle, half) + rise(middle, 1.0, v - low - half)
-    } else {
-        v
     }
 }
 
@@ -200,27 +74,22 @@ fn shadows(v: f32, slope: f32) -> f32 {
 mod tests {
     use super::*;
 
-    /// Values of OpenColorIO 2.6's processor for the two shadow curves, without the power.
-    #[test]
-    fn shadows_are_those_of_open_color_io() {
-        for (x, expected) in [
-            (-0.2, 0.079),
-            (0.05, 0.0965),
-            (0.1, 0.1),
-            (0.2, 0.1327),
-            (0.3, 0.272_751_93),
-            (0.4, 0.4),
-            (0.9, 0.9),
-        ] {
-            let found = PUNCHY_SLOPES.into_iter().fold(x, shadows);
-            assert!((found - expected).abs() < 1e-6, "{x}: {found}");
-        }
-    }
-
     #[test]
     fn names_are_those_of_blender() {
-        assert_eq!(Look::of_blender("AgX - Punchy"), Some(Look::Punchy));
-        assert_eq!(Look::of_blender("AgX - Base Contrast"), Some(Look::BaseContrast));
-        assert_eq!(Look::of_blender("False Color - Punchy"), None);
+        use ViewTransform::{Agx, Filmic, PbrNeutral, Raw, Standard};
+        assert_eq!(Look::of_blender("AgX - Punchy", Agx), Some(Look::Punchy));
+        assert_eq!(Look::of_blender("AgX - Base Contrast", Agx), Some(Look::BaseContrast));
+        for view in [Filmic, Standard, PbrNeutral] {
+            assert_eq!(Look::of_blender("High Contrast", view), Some(Look::HighContrast), "{view:?}");
+            assert_eq!(Look::of_blender("Medium Contrast", view), Some(Look::MediumContrast), "{view:?}");
+            assert_eq!(Look::of_blender("AgX - High Contrast", view), None, "{view:?}");
+            assert_eq!(Look::of_blender("Base Contrast", view), None, "{view:?}");
+        }
+        assert_eq!(Look::of_blender("AgX - Medium Contrast", Agx), None);
+        assert_eq!(Look::of_blender("False Color - Punchy", Agx), None);
+        assert_eq!(Look::of_blender("High Contrast", Raw), None);
+        for view in [Standard, Agx, Filmic, PbrNeutral, Raw] {
+            assert_eq!(Look::of_blender("None", view), Some(Look::None));
+        }
     }
 }

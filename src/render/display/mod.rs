@@ -1,9 +1,11 @@
 //! Tone mapping for display: exposure, look, view transform (sRGB, AgX, Filmic, PBR Neutral), gamma, background, encoding.
 
 mod agx;
+mod agx_look;
 mod agx_space;
 mod batch;
 mod filmic;
+mod filmic_look;
 mod look;
 mod lut3d;
 mod neutral;
@@ -30,7 +32,7 @@ pub enum ViewTransform {
     Standard,
     /// Blender's AgX, for an sRGB display.
     Agx,
-    /// Blender's Filmic without a look, for an sRGB display.
+    /// Blender's Filmic, for an sRGB display.
     Filmic,
     /// Khronos PBR Neutral, then sRGB.
     PbrNeutral,
@@ -60,7 +62,7 @@ pub struct Display {
     pub ev: f64,
     /// The view transform.
     pub view: ViewTransform,
-    /// A look, of AgX only.
+    /// A look. Those that the view transform lacks ([`Look::is_of`]) change nothing.
     pub look: Look,
     /// Encoded values are raised to the power 1 / gamma. Greater than zero.
     pub gamma: f32,
@@ -114,12 +116,18 @@ impl Display {
                 *v = if alpha[i] > 0.0 { pixels[i][c] / alpha[i] * gain } else { 0.0 };
             }
         }
+        let has_filmic_look =
+            self.view != ViewTransform::Agx && self.look != Look::None && self.look.is_of(self.view);
+        if has_filmic_look {
+            light = filmic_look::apply(self.look, &light);
+        }
         let mut shown = match self.view {
             // NaN compares false and becomes 0.
             ViewTransform::Standard | ViewTransform::Raw => {
                 light.map(|channel| channel.map(|v| if v > 0.0 { v.min(1.0) } else { 0.0 }))
             }
             ViewTransform::Agx => agx::agx(simd, &light, self.look),
+            ViewTransform::Filmic if has_filmic_look => filmic_look::filmic(&light),
             ViewTransform::Filmic => filmic::filmic(&light),
             ViewTransform::PbrNeutral => neutral::pbr_neutral(&light),
         };

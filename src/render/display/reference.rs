@@ -28,6 +28,17 @@ pub(super) fn looks() -> Vec<(&'static str, Reference)> {
     csv.lines().map(row).collect()
 }
 
+/// Colours with Blender's names of the views and of Filmic's looks that they are shown with.
+pub(super) fn filmic_looks() -> Vec<(&'static str, &'static str, Reference)> {
+    let csv: &'static str = include_str!("testdata/filmic_looks.csv");
+    let row = |line: &'static str| {
+        let (view, rest) = line.split_once(',').unwrap();
+        let (look, numbers) = rest.split_once(',').unwrap();
+        (view, look, parse_line(numbers))
+    };
+    csv.lines().map(row).collect()
+}
+
 /// Reads lines of six numbers: linear r, g, b, encoded r, g, b.
 fn parse(csv: &str) -> Vec<Reference> {
     let rows: Vec<Reference> = csv.lines().map(parse_line).collect();

@@ -27,11 +27,12 @@ const VIEW_TRANSFORMS: Choices<Option<ViewTransform>, 6> = [
     ("raw", Some(ViewTransform::Raw)),
 ];
 
-const LOOKS: Choices<Option<Look>, 10> = [
+const LOOKS: Choices<Option<Look>, 11> = [
     ("none", Some(Look::None)),
     ("very-low-contrast", Some(Look::VeryLowContrast)),
     ("low-contrast", Some(Look::LowContrast)),
     ("medium-low-contrast", Some(Look::MediumLowContrast)),
+    ("medium-contrast", Some(Look::MediumContrast)),
     ("base-contrast", Some(Look::BaseContrast)),
     ("medium-high-contrast", Some(Look::MediumHighContrast)),
     ("high-contrast", Some(Look::HighContrast)),
@@ -167,7 +168,8 @@ pub static IMAGE: &[OptionDef] = &[
         name: "look",
         value_name: "LOOK",
         choices: &names(&LOOKS),
-        help: "Look of the view transform agx: Blender's, by its contrast [default: that of the file, else none]",
+        help: "Look of the view transform, as in Blender: all but medium-contrast with agx; those named by contrast, except \
+               base-contrast, with filmic, standard and pbr-neutral [default: that of the file, else none]",
         effect: Effect::Value(|options, text| choose(&mut options.look, text, &LOOKS)),
         ..BASE
     },
