@@ -56,6 +56,10 @@ def effects(scene: bpy.types.Scene) -> list[str]:
         found.append("motion blur")
     if render.use_freestyle:
         found.append("Freestyle")
+    if scene.view_settings.use_curve_mapping:
+        found.append("the curve mapping of the view")
+    if getattr(scene.view_settings, "use_white_balance", False):  # From Blender 4.3 on.
+        found.append("white balance")
     # Under another name before Blender 5.0, where a switch enables it.
     tree = getattr(scene, "compositing_node_group", None)
     if bpy.app.version < (5, 0, 0) and scene.use_nodes:

@@ -91,6 +91,14 @@ def test_objects_and_effects_without_a_form_are_named_once(scene, export, capfd)
     scene.render.use_motion_blur = scene.render.use_freestyle = True
     export()
     assert warnings_of(capfd) == ["motion blur is not written", "Freestyle is not written"]
+    scene.render.use_motion_blur = scene.render.use_freestyle = False
+    scene.view_settings.use_curve_mapping = True
+    expected = ["the curve mapping of the view is not written"]
+    if hasattr(scene.view_settings, "use_white_balance"):
+        scene.view_settings.use_white_balance = True
+        expected.append("white balance is not written")
+    export()
+    assert warnings_of(capfd) == expected
     # Blender itself adds effects to pictures of this engine.
     scene.render.engine = "BLINN"
     export()
