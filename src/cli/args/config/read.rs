@@ -14,6 +14,9 @@ use crate::usage::UsageError;
 /// Inserts the options of the `--config` file that `argv` names. Options that `argv` sets itself, and those that
 /// conflict with them, are left out.
 pub fn merge_file(mut argv: Vec<OsString>) -> Result<Vec<OsString>, UsageError> {
+    if !may_name_file(&argv) {
+        return Ok(argv);
+    }
     // Required arguments may come from the file, so errors are ignored here.
     let lenient = help::full().ignore_errors(true);
     let matches = lenient.clone().try_get_matches_from(&argv);
@@ -38,8 +41,16 @@ pub fn merge_file(mut argv: Vec<OsString>) -> Result<Vec<OsString>, UsageError> 
 
 /// The `--config` file that a command line names.
 pub fn file_name(argv: &[OsString]) -> Option<PathBuf> {
+    if !may_name_file(argv) {
+        return None;
+    }
     let matches = help::full().ignore_errors(true).try_get_matches_from(argv).ok()?;
     innermost(&matches)?.matches.try_get_one::<PathBuf>("config").ok().flatten().cloned()
+}
+
+/// False if no argument begins like `--config`. Building the commands to find out takes as long as to read a small scene.
+fn may_name_file(argv: &[OsString]) -> bool {
+    argv.iter().any(|arg| arg.as_encoded_bytes().starts_with(b"--config"))
 }
 
 fn parse(text: &str) -> Result<Table, String> {
