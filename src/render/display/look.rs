@@ -32,7 +32,7 @@ pub enum Look {
     Greyscale,
 }
 
-/// What precedes the names of AgX's looks in Blender.
+/// Prefix of the names of AgX's looks in Blender.
 const AGX_PREFIX: &str = "AgX - ";
 
 impl Look {
