@@ -4,6 +4,7 @@ use glam::{DVec3, Vec2, Vec3, Vec4};
 
 use super::header::{Element, Encoding, Kind, Property, Type};
 use super::values::{Stop, Values};
+use crate::polygons::meshes_bytes::{COLOR, NORMAL, POSITION, UV};
 use crate::polygons::polygon_mesh::PolygonMesh;
 use blinn_core::cancellation::CancelToken;
 
@@ -32,11 +33,7 @@ const CORNER_UVS: [&str; 1] = ["texcoord"];
 const TEXTURE: [&str; 1] = ["texnumber"];
 const EDGE_ENDS: [&str; 2] = ["vertex1", "vertex2"];
 
-/// Bytes of attributes and indices in the mesh.
-const POSITION: u64 = 12;
-const NORMAL: u64 = 12;
-const COLOR: u64 = 16;
-const UV: u64 = 8;
+/// Bytes of an index in the mesh.
 const INDEX: u64 = 4;
 
 /// The reason why the rows of an element end early.

@@ -13,10 +13,11 @@ const INTERNED: u64 = 64;
 /// Bytes of a vertex of the file while its keys are found, and of a key.
 const LAST_KEY: u64 = 4;
 const KEY: u64 = 16;
-const POSITION: u64 = 12;
-const NORMAL: u64 = 12;
-const COLOR: u64 = 16;
-const UV: u64 = 8;
+/// Bytes of the attributes of a vertex.
+pub const POSITION: u64 = 12;
+pub const NORMAL: u64 = 12;
+pub const COLOR: u64 = 16;
+pub const UV: u64 = 8;
 /// Bytes of the ends of a line.
 const LINE: u64 = 8;
 

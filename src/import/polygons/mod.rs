@@ -4,7 +4,7 @@ mod ear_clipping;
 pub(crate) mod far_centre;
 mod interned;
 mod loose_edges;
-mod meshes_bytes;
+pub(crate) mod meshes_bytes;
 pub(crate) mod polygon_mesh;
 pub(crate) mod polygon_scene;
 pub(crate) mod triangulator;

@@ -6,13 +6,13 @@ use glam::{DVec3, Vec3};
 
 use crate::error::LoadError;
 use crate::memory::MemoryBudget;
+use crate::polygons::meshes_bytes::POSITION;
 use crate::polygons::polygon_mesh::PolygonMesh;
 
 /// Vertices whose memory is charged at first: as many as a hash table of 4,096 slots takes. Later as many again are, as
 /// tables and lists grow.
 const CHARGED_VERTICES: usize = 7 << 9;
-/// Bytes of a position in the mesh, and in a slot of the hash table with its number and a byte of the hash.
-const POSITION: u64 = 12;
+/// Bytes of a position in a slot of the hash table, with its number and a byte of the hash.
 const SLOT: u64 = 17;
 
 /// Numbers positions in the order of their first use.
