@@ -2,8 +2,7 @@
 
 use glam::{Vec3, Vec4};
 
-use crate::texture::interpolated_light::InterpolatedLight;
-use crate::texture::texels::{MIN_ALPHA_WEIGHT, TexelView};
+use crate::texture::texels::MIN_ALPHA_WEIGHT;
 
 /// How a mip level is averaged.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -87,6 +86,11 @@ impl Downsampling {
         }
     }
 
+    /// Returns true if each texel of the smaller level covers 2 × 2 texels.
+    pub fn is_even(&self) -> bool {
+        self.is_even
+    }
+
     /// Computes row `y` of the smaller level. `one` reads texels of the larger level singly, `four` by four.
     pub fn compute_row(
         &self,
@@ -135,60 +139,31 @@ fn taps(size: usize, half: usize) -> Vec<Taps> {
     (0..half).map(of_texel).collect()
 }
 
-/// The values that a filter averages for a row of the first level.
-pub(super) enum FilterInputs<'a> {
-    Data(TexelView<'a>),
-    Light { image: TexelView<'a>, alpha_weighted: bool },
-    InterpolatedLight(InterpolatedLight),
-    Normals(TexelView<'a>),
-}
-
-impl<'a> FilterInputs<'a> {
-    /// Prepares the inputs of row `y` of the level.
-    pub fn of_row(image: TexelView<'a>, filter: DownsampleFilter, y: usize) -> FilterInputs<'a> {
-        match filter {
-            DownsampleFilter::Data => FilterInputs::Data(image),
-            DownsampleFilter::Light { alpha_weighted } => FilterInputs::Light { image, alpha_weighted },
-            DownsampleFilter::EncodedBilinear { alpha_weighted } => {
-                // A row covers two, or parts of three of an odd height.
-                let count = 2 + image.height as usize % 2;
-                let light = InterpolatedLight::of_rows(image, 2 * y, count, alpha_weighted);
-                FilterInputs::InterpolatedLight(light)
-            }
-            DownsampleFilter::Normals => FilterInputs::Normals(image),
-        }
-    }
-
-    /// Returns the values at some texels of the image.
-    #[inline]
-    pub fn at<const N: usize>(&self, texels: [(usize, usize); N]) -> [Vec4; N] {
-        let indices = |image: &TexelView| texels.map(|(x, y)| y * image.width as usize + x);
-        match self {
-            FilterInputs::Data(image) => image.stored_many(indices(image)),
-            FilterInputs::Light { image, alpha_weighted: false } => image.decoded_many(indices(image)),
-            FilterInputs::Light { image, alpha_weighted: true } => {
-                image.decoded_many(indices(image)).map(weight_by_alpha)
-            }
-            FilterInputs::InterpolatedLight(light) => texels.map(|(x, y)| light.at(x, y)),
-            FilterInputs::Normals(image) => image.stored_many(indices(image)).map(|v| {
-                let v = v.truncate() * 2.0 - 1.0;
-                v.normalize_or_zero().extend(0.0)
-            }),
-        }
-    }
-}
-
 /// Encodes means as texels: data with `encode_data`, linear light with `encode_light`.
 pub(super) fn encode_means<T>(
+    means: &[Vec4],
+    filter: DownsampleFilter,
+    encode_data: impl Fn(f32) -> T + Copy,
+    encode_light: impl Fn(f32) -> T + Copy,
+    texels: &mut [T],
+) {
+    match texels.len() / means.len().max(1) {
+        1 => encode_texels::<T, 1>(means, filter, encode_data, encode_light, texels),
+        2 => encode_texels::<T, 2>(means, filter, encode_data, encode_light, texels),
+        3 => encode_texels::<T, 3>(means, filter, encode_data, encode_light, texels),
+        _ => encode_texels::<T, 4>(means, filter, encode_data, encode_light, texels),
+    }
+}
+
+fn encode_texels<T, const CHANNELS: usize>(
     means: &[Vec4],
     filter: DownsampleFilter,
     encode_data: impl Fn(f32) -> T,
     encode_light: impl Fn(f32) -> T,
     texels: &mut [T],
 ) {
-    let channels = texels.len() / means.len().max(1);
-    let colors = if channels < 3 { 1 } else { 3 };
-    for (&v, texel) in means.iter().zip(texels.chunks_exact_mut(channels.max(1))) {
+    let colors = if CHANNELS < 3 { 1 } else { 3 };
+    for (&v, texel) in means.iter().zip(texels.as_chunks_mut::<CHANNELS>().0) {
         let (v, is_light) = match filter {
             DownsampleFilter::Data => (v, false),
             DownsampleFilter::Normals => (mean_direction(v), false),

@@ -1,6 +1,6 @@
 //! The mean light of texels whose encoded colours are interpolated, computed in SIMD lanes.
 
-use glam::Vec4;
+use glam::{Vec3, Vec4};
 
 use crate::texture::srgb::DecodeTable;
 use crate::texture::texels::{Channels, MIN_ALPHA_WEIGHT, TexelView};
@@ -42,6 +42,21 @@ impl InterpolatedLight {
         InterpolatedLight { planes: (0..=alpha).map(means).collect(), first, stride }
     }
 
+    /// Computes the means over 2 × 2 texels each, from the first two rows.
+    pub fn compute_quads(&self, quads: &mut [Vec4]) {
+        let mean = |plane: &[f32], x: usize| {
+            let (above, below) = (&plane[2 * x..][..2], &plane[self.stride + 2 * x..][..2]);
+            above[0] * 0.25 + above[1] * 0.25 + below[0] * 0.25 + below[1] * 0.25
+        };
+        for (x, quad) in quads.iter_mut().enumerate() {
+            *quad = match &self.planes[..] {
+                [grey, alpha] => Vec3::splat(mean(grey, x)).extend(mean(alpha, x)),
+                [r, g, b, alpha] => Vec4::new(mean(r, x), mean(g, x), mean(b, x), mean(alpha, x)),
+                _ => Vec4::ZERO,
+            };
+        }
+    }
+
     /// Returns the mean at a texel of the image.
     #[inline]
     pub fn at(&self, x: usize, y: usize) -> Vec4 {
@@ -70,27 +85,13 @@ impl StoredRows {
             Channels::L | Channels::La => 1,
             Channels::Rgb | Channels::Rgba => 3,
         };
-        let mut planes = vec![vec![0.0; (count + 2) * stride]; colors + 1];
+        // A missing alpha is 1.
+        let mut planes = vec![vec![1.0; (count + 2) * stride]; colors + 1];
         for (k, y) in (first + h - 1..first + h + count + 1).enumerate() {
-            let row = y % h * w;
-            let texels = (row..row + w).map(|i| image.stored(i));
             let start = k * stride;
-            let inner = start + 1..start + 1 + w;
-            match &mut planes[..] {
-                [grey, alpha] => {
-                    let out = grey[inner.clone()].iter_mut().zip(&mut alpha[inner]);
-                    out.zip(texels).for_each(|((grey, alpha), texel)| (*grey, *alpha) = (texel.x, texel.w));
-                }
-                [r, g, b, alpha] => {
-                    let out = r[inner.clone()].iter_mut().zip(&mut g[inner.clone()]);
-                    let out = out.zip(b[inner.clone()].iter_mut().zip(&mut alpha[inner]));
-                    out.zip(texels).for_each(|(((r, g), (b, alpha)), texel)| {
-                        [*r, *g, *b, *alpha] = texel.to_array();
-                    });
-                }
-                _ => {}
-            }
-            for plane in &mut planes {
+            for (channel, plane) in planes.iter_mut().take(image.channels as usize).enumerate() {
+                let row = y % h * w..(y % h + 1) * w;
+                image.copy_channel(row, channel, &mut plane[start + 1..][..w]);
                 plane[start] = plane[start + w];
                 plane[start + w + 1] = plane[start + 1];
             }

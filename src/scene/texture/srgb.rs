@@ -17,35 +17,52 @@ pub fn linear_to_srgb(v: f32) -> f32 {
 /// Encodes linear light as an sRGB byte, rounded exactly. Clamps to 0…255; NaN gives 0.
 #[inline]
 pub fn linear_to_srgb8(v: f32) -> u8 {
-    /// Thresholds of light between bytes, and a lookup table over the high bits of an f32. The buckets of
-    /// one power of two have equal widths, narrower than the light of any byte, so that at most one
-    /// threshold lies within each.
-    struct Table {
-        /// The light at which each byte ends.
-        thresholds: [f32; 256],
-        /// The byte at the lower end of each bucket.
-        first: [u8; BUCKETS + 1],
-    }
+    EncodeTable::get().encode(v)
+}
+
+/// Thresholds of light between bytes, and a lookup table over the high bits of an f32. The buckets of
+/// one power of two have equal widths, narrower than the light of any byte, so that at most one
+/// threshold lies within each.
+pub(super) struct EncodeTable {
+    /// The light at which each byte ends.
+    thresholds: [f32; 256],
+    /// The byte at the lower end of each bucket.
+    first: [u8; EncodeTable::BUCKETS + 1],
+}
+
+impl EncodeTable {
     /// Lower end of the first bucket; below it, every byte is 0.
     const LOW: f32 = 1.0 / 8192.0;
     const SHIFT: u32 = 23 - 7;
     const BUCKETS: usize = 13 << 7;
-    static TABLE: OnceLock<Table> = OnceLock::new();
-    let table = TABLE.get_or_init(|| {
+
+    /// Returns the table.
+    #[inline]
+    pub fn get() -> &'static EncodeTable {
+        static TABLE: OnceLock<EncodeTable> = OnceLock::new();
+        TABLE.get_or_init(EncodeTable::new)
+    }
+
+    fn new() -> EncodeTable {
         let thresholds = std::array::from_fn(|i| {
             let e = (i as f64 + 0.5) / 255.0;
             let linear = if e <= 0.04045 { e / 12.92 } else { libm::pow((e + 0.055) / 1.055, 2.4) };
             // The last byte has no end.
             if i < 255 { linear as f32 } else { f32::INFINITY }
         });
-        let low = |i: usize| f32::from_bits(LOW.to_bits() + ((i as u32) << SHIFT));
+        let low = |i: usize| f32::from_bits(EncodeTable::LOW.to_bits() + ((i as u32) << EncodeTable::SHIFT));
         let byte_at = |i: usize| thresholds.partition_point(|&end: &f32| end <= low(i));
-        Table { thresholds, first: std::array::from_fn(|i| byte_at(i) as u8) }
-    });
-    // NaN compares false and becomes LOW.
-    let v = if v > LOW { v.min(1.0) } else { LOW };
-    let first = table.first[((v.to_bits() - LOW.to_bits()) >> SHIFT) as usize];
-    first + u8::from(v >= table.thresholds[usize::from(first)])
+        EncodeTable { thresholds, first: std::array::from_fn(|i| byte_at(i) as u8) }
+    }
+
+    /// Encodes as [`linear_to_srgb8`] does.
+    #[inline(always)]
+    pub fn encode(&self, v: f32) -> u8 {
+        // NaN compares false and becomes LOW.
+        let v = if v > Self::LOW { v.min(1.0) } else { Self::LOW };
+        let first = self.first[((v.to_bits() - Self::LOW.to_bits()) >> Self::SHIFT) as usize];
+        first + u8::from(v >= self.thresholds[usize::from(first)])
+    }
 }
 
 /// Returns the linear light of each byte.

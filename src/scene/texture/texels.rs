@@ -1,5 +1,7 @@
 //! Texel storage: the layouts of images, and access to single texels.
 
+use std::ops::Range;
+
 use glam::{Vec3, Vec4};
 
 use crate::texture::srgb;
@@ -166,6 +168,30 @@ impl TexelView<'_> {
         out
     }
 
+    /// Copies a channel of some texels of the row-major list as stored, in 0…1.
+    pub fn copy_channel(&self, texels: Range<usize>, channel: usize, to: &mut [f32]) {
+        match self.texels {
+            Texels::U8(all) => self.copy_values(all, texels, channel, |v| f32::from(v) / 255.0, to),
+            Texels::U16(all) => self.copy_values(all, texels, channel, |v| f32::from(v) / 65535.0, to),
+        }
+    }
+
+    fn copy_values<T: Copy>(
+        &self,
+        all: &[T],
+        texels: Range<usize>,
+        channel: usize,
+        value: impl Fn(T) -> f32 + Copy,
+        to: &mut [f32],
+    ) {
+        match self.channels {
+            Channels::L => copy_from(&all.as_chunks::<1>().0[texels], channel, value, to),
+            Channels::La => copy_from(&all.as_chunks::<2>().0[texels], channel, value, to),
+            Channels::Rgb => copy_from(&all.as_chunks::<3>().0[texels], channel, value, to),
+            Channels::Rgba => copy_from(&all.as_chunks::<4>().0[texels], channel, value, to),
+        }
+    }
+
     /// Returns the alpha of texel `i`.
     pub fn alpha(&self, i: usize) -> f32 {
         let n = self.channels as usize;
@@ -183,4 +209,15 @@ impl TexelView<'_> {
 fn channels<T: Copy, const CHANNELS: usize>(texels: &[T], i: usize) -> &[T; CHANNELS] {
     let (texels, _) = texels.as_chunks();
     &texels[i]
+}
+
+fn copy_from<T: Copy, const CHANNELS: usize>(
+    texels: &[[T; CHANNELS]],
+    channel: usize,
+    value: impl Fn(T) -> f32,
+    to: &mut [f32],
+) {
+    for (to, texel) in to.iter_mut().zip(texels) {
+        *to = value(texel[channel.min(CHANNELS - 1)]);
+    }
 }
