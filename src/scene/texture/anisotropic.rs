@@ -92,35 +92,67 @@ impl Probes {
     /// No probes: a lookup at a point.
     pub const NONE: Probes = Probes { count: 0.0, step: Vec2::ZERO, width: 1.0 };
 
-    /// Returns the mean of `sample` over the probes around `uv`.
+    /// Returns the mean over the probes around `uv` in a mip level.
     #[inline(always)]
-    fn mean(&self, uv: Vec2, sample: impl Fn(Vec2) -> Vec4) -> Vec4 {
+    fn mean(&self, uv: Vec2, lookup: &impl LevelLookup, level: usize, view: TexelView) -> Vec4 {
         let first = 0.5 - 0.5 * self.count;
-        let sum: Vec4 = (0..self.count as u32).map(|i| sample(uv + self.step * (first + i as f32))).sum();
+        let mut sum = Vec4::ZERO;
+        for i in 0..self.count as u32 {
+            sum += lookup.at(level, view, uv + self.step * (first + i as f32));
+        }
         sum / self.count
     }
 
-    /// Interpolates between the means over two mip levels (trilinear filtering). `sample` samples a mip level, given its
-    /// number and its texels; level 0 is `image`.
+    /// Interpolates between the means over two mip levels (trilinear filtering); level 0 is `image`.
     #[inline(always)]
-    fn trilinear(
-        &self,
-        uv: Vec2,
-        image: TexelView,
-        levels: &[MipLevel],
-        sample: impl Fn(usize, TexelView, Vec2) -> Vec4,
-    ) -> Vec4 {
+    fn trilinear(&self, uv: Vec2, image: TexelView, levels: &[MipLevel], lookup: &impl LevelLookup) -> Vec4 {
         let last = levels.len() as f32;
         let level = libm::log2f(self.width).min(last);
         let (low, weight) = (level as usize, level.fract());
         let mut means = [Vec4::ZERO; 2];
         let count = if weight > 0.0 { 2 } else { 1 };
         for (i, mean) in (low..).zip(&mut means[..count]) {
-            let view = i.checked_sub(1).map_or(image, |i| levels[i].view());
-            *mean = self.mean(uv, |uv| sample(i, view, uv));
+            let view = match i.checked_sub(1) {
+                Some(i) => levels[i].view(),
+                None => image,
+            };
+            *mean = self.mean(uv, lookup, i, view);
         }
         let [value, next] = means;
         if weight > 0.0 { value + (next - value) * weight } else { value }
+    }
+}
+
+/// A lookup in a mip level. Not a closure: those are not inlined into each SIMD level's kernel.
+trait LevelLookup {
+    /// Returns the value at `uv` in the texels of a level; level 0 is the image.
+    fn at(&self, level: usize, view: TexelView, uv: Vec2) -> Vec4;
+}
+
+/// Looks up colours and data.
+struct ValueLookup<'t> {
+    texture: &'t Texture,
+    semantics: TexelSemantics,
+}
+
+impl LevelLookup for ValueLookup<'_> {
+    #[inline(always)]
+    fn at(&self, level: usize, view: TexelView, uv: Vec2) -> Vec4 {
+        let value = self.texture.sample_level(level, view, uv, self.semantics);
+        if self.semantics == TexelSemantics::AlphaWeightedColor { weight_by_alpha(value) } else { value }
+    }
+}
+
+/// Looks up the vectors of a normal map.
+struct NormalLookup<'t>(&'t Texture);
+
+impl LevelLookup for NormalLookup<'_> {
+    #[inline(always)]
+    fn at(&self, level: usize, view: TexelView, uv: Vec2) -> Vec4 {
+        let v = self.0.sample_level(level, view, uv, TexelSemantics::Normal);
+        let n = decode_normal(v).normalize_or_zero();
+        // The alpha of levels is the root of how much shorter than 1 the mean is.
+        if level == 0 { n.extend(0.0) } else { (n * (1.0 - v.w * v.w)).extend(0.0) }
     }
 }
 
@@ -150,7 +182,7 @@ impl Texture {
         let view = image.view();
         let is_normal = semantics == TexelSemantics::Normal;
         if probes.count == 0.0 {
-            let value = self.sample_view(view, uv, semantics);
+            let value = self.sample_level(0, view, uv, semantics);
             return if is_normal { decode_normal(value).extend(0.0) } else { value };
         }
         if is_normal {
@@ -163,15 +195,8 @@ impl Texture {
             _ if encoded_bilinear => DownsampleFilter::EncodedBilinear { alpha_weighted },
             _ => DownsampleFilter::Light { alpha_weighted },
         };
-        let sample = |level: usize, view: TexelView, uv: Vec2| {
-            let value = match level {
-                0 => self.sample_view(view, uv, semantics),
-                // Levels hold linear light, encoded.
-                _ => self.bilinear(view, uv, semantics.is_color()),
-            };
-            if alpha_weighted { weight_by_alpha(value) } else { value }
-        };
-        let v = probes.trilinear(uv, view, image.mips.levels(view, filter), sample);
+        let lookup = ValueLookup { texture: self, semantics };
+        let v = probes.trilinear(uv, view, image.mips.levels(view, filter), &lookup);
         if alpha_weighted { unweight_by_alpha(v) } else { v }
     }
 
@@ -187,19 +212,8 @@ impl Texture {
     #[inline(always)]
     fn mean_normal(&self, image: &Image, uv: Vec2, probes: &Probes) -> Vec4 {
         let view = image.view();
-        let sample = |level: usize, view: TexelView, uv: Vec2| match level {
-            0 => {
-                let v = self.sample_view(view, uv, TexelSemantics::Normal);
-                decode_normal(v).normalize_or_zero().extend(0.0)
-            }
-            _ => {
-                let v = self.bilinear(view, uv, false);
-                let n = decode_normal(v).normalize_or_zero();
-                (n * (1.0 - v.w * v.w)).extend(0.0)
-            }
-        };
         let levels = image.mips.levels(view, DownsampleFilter::Normals);
-        let mean = probes.trilinear(uv, view, levels, sample).truncate();
+        let mean = probes.trilinear(uv, view, levels, &NormalLookup(self)).truncate();
         let length = mean.length().clamp(0.01, 1.0);
         mean.normalize_or(Vec3::Z).extend((1.0 - length) / length)
     }

@@ -12,7 +12,7 @@ use crate::texture::image::Image;
 use crate::texture::sampling::{Texture, TextureFilter, bilerp};
 use crate::texture::srgb::decode_colors;
 use crate::texture::texels::TexelSemantics;
-use crate::texture::wrap::Wrap;
+use crate::texture::wrap::{Wrap, floor};
 
 /// Texture coordinates and footprints of N sample points, in SoA layout.
 #[derive(Clone, Copy, Debug)]
@@ -51,8 +51,8 @@ impl<const N: usize> SampleCoords<N> {
 
 /// Positions between two neighbouring texels along one axis.
 struct TexelPairs<const N: usize> {
-    /// The lower texel, as an integer in f64.
-    first: [f64; N],
+    /// The lower texel.
+    first: [i64; N],
     /// Weight of the upper texel.
     weight: [f32; N],
 }
@@ -60,20 +60,18 @@ struct TexelPairs<const N: usize> {
 impl<const N: usize> TexelPairs<N> {
     #[inline(always)]
     fn new(wrap: Wrap, x: &[f32; N], texels: u32) -> TexelPairs<N> {
-        /// Adding this to an f64 rounds it to an integer.
-        const ROUNDING: f64 = 1.5 * (1u64 << 52) as f64;
         // Coordinates outside 0…1 are rare.
         let inside = x.iter().all(|x| (0.0..1.0).contains(x));
         let mut folded = [0.0; N];
         for (folded, x) in folded.iter_mut().zip(x) {
             *folded = if inside { f64::from(*x) } else { wrap.fold(*x) };
         }
-        let mut pairs = TexelPairs { first: [0.0; N], weight: [0.0; N] };
+        let mut pairs = TexelPairs { first: [0; N], weight: [0.0; N] };
         for ((folded, first), weight) in folded.iter().zip(&mut pairs.first).zip(&mut pairs.weight) {
             let x = folded * f64::from(texels) - 0.5;
-            let nearest = (x + ROUNDING) - ROUNDING;
-            *first = if nearest > x { nearest - 1.0 } else { nearest };
-            *weight = (x - *first) as f32;
+            let (texel, floor) = floor(x);
+            *first = texel;
+            *weight = (x - floor) as f32;
         }
         pairs
     }
@@ -81,8 +79,7 @@ impl<const N: usize> TexelPairs<N> {
     /// Returns both texels of point `i`, and the weight of the second.
     #[inline(always)]
     fn at(&self, i: usize, wrap: Wrap, texels: u32) -> (usize, usize, f32) {
-        let first = self.first[i] as i64;
-        let texels = i64::from(texels);
+        let (first, texels) = (self.first[i], i64::from(texels));
         (wrap.texel(first, texels), wrap.texel(first + 1, texels), self.weight[i])
     }
 }

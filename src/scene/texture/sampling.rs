@@ -48,19 +48,27 @@ pub struct TextureRef {
 impl Texture {
     /// Samples the texture at `uv`, at full resolution. Colours are decoded from sRGB.
     pub fn sample(&self, images: &[Image], uv: Vec2, semantics: TexelSemantics) -> Vec4 {
-        self.sample_view(images[self.image as usize].view(), uv, semantics)
+        self.sample_level(0, images[self.image as usize].view(), uv, semantics)
     }
 
-    /// Samples the image at full resolution.
+    /// Samples a mip level: the image at level 0, where texels may be nearest, or decoded after filtering. The other levels
+    /// hold linear light, encoded.
     #[inline(always)]
-    pub(super) fn sample_view(&self, image: TexelView, uv: Vec2, semantics: TexelSemantics) -> Vec4 {
+    pub(super) fn sample_level(
+        &self,
+        level: usize,
+        view: TexelView,
+        uv: Vec2,
+        semantics: TexelSemantics,
+    ) -> Vec4 {
         let colors = semantics.is_color();
-        if self.filter == TextureFilter::Nearest {
-            let i = self.nearest(image, uv);
-            return if colors { image.decoded(i) } else { image.stored(i) };
+        if level == 0 && self.filter == TextureFilter::Nearest {
+            let i = self.nearest(view, uv);
+            return if colors { view.decoded(i) } else { view.stored(i) };
         }
-        let value = self.bilinear(image, uv, colors && !self.decode_last);
-        if colors && self.decode_last { decode_colors(value) } else { value }
+        let decode_last = colors && self.decode_last && level == 0;
+        let value = self.bilinear(view, uv, colors && !decode_last);
+        if decode_last { decode_colors(value) } else { value }
     }
 
     /// Samples only the alpha of [`Texture::sample`], which is faster.
@@ -83,7 +91,8 @@ impl Texture {
     /// Returns the index of the texel that contains `uv`.
     fn nearest(&self, image: TexelView, uv: Vec2) -> usize {
         let [wu, wv] = self.wrap;
-        let texel = |wrap: Wrap, x: f32, n: u32| wrap.texel(floor(wrap.fold(x) * f64::from(n)), i64::from(n));
+        let texel =
+            |wrap: Wrap, x: f32, n: u32| wrap.texel(floor(wrap.fold(x) * f64::from(n)).0, i64::from(n));
         texel(wv, uv.y, image.height) * image.width as usize + texel(wu, uv.x, image.width)
     }
 
@@ -100,10 +109,10 @@ impl Texture {
         let (w, h) = (i64::from(view.width), i64::from(view.height));
         let [wu, wv] = self.wrap;
         let (x, y) = (wu.fold(uv.x) * w as f64 - 0.5, wv.fold(uv.y) * h as f64 - 0.5);
-        let (x0, y0) = (floor(x), floor(y));
+        let ((x0, x_floor), (y0, y_floor)) = (floor(x), floor(y));
         let (xa, xb) = (wu.texel(x0, w), wu.texel(x0 + 1, w));
         let (ya, yb) = (wv.texel(y0, h) * w as usize, wv.texel(y0 + 1, h) * w as usize);
-        let weights = [(x - x0 as f64) as f32, (y - y0 as f64) as f32];
+        let weights = [(x - x_floor) as f32, (y - y_floor) as f32];
         TexelQuad { indices: [ya + xa, ya + xb, yb + xa, yb + xb], weights }
     }
 }

@@ -145,25 +145,32 @@ impl TexelView<'_> {
         color: impl Fn(T) -> f32,
         alpha: impl Fn(T) -> f32,
     ) -> [Vec4; N] {
-        // Closures of `array::map` are not always inlined.
+        // Loops: the closures of `array::map` and `for_each` are not always inlined.
         let mut out = [Vec4::ZERO; N];
-        let converted = out.iter_mut().zip(indices);
         match self.channels {
             Channels::L => {
-                converted.for_each(|(out, i)| *out = Vec3::splat(color(texels[i])).extend(opaque));
+                for k in 0..N {
+                    out[k] = Vec3::splat(color(texels[indices[k]])).extend(opaque);
+                }
             }
-            Channels::La => converted.for_each(|(out, i)| {
-                let &[l, a] = channels(texels, i);
-                *out = Vec3::splat(color(l)).extend(alpha(a));
-            }),
-            Channels::Rgb => converted.for_each(|(out, i)| {
-                let &[r, g, b] = channels(texels, i);
-                *out = Vec4::new(color(r), color(g), color(b), opaque);
-            }),
-            Channels::Rgba => converted.for_each(|(out, i)| {
-                let &[r, g, b, a] = channels(texels, i);
-                *out = Vec4::new(color(r), color(g), color(b), alpha(a));
-            }),
+            Channels::La => {
+                for k in 0..N {
+                    let &[l, a] = channels(texels, indices[k]);
+                    out[k] = Vec3::splat(color(l)).extend(alpha(a));
+                }
+            }
+            Channels::Rgb => {
+                for k in 0..N {
+                    let &[r, g, b] = channels(texels, indices[k]);
+                    out[k] = Vec4::new(color(r), color(g), color(b), opaque);
+                }
+            }
+            Channels::Rgba => {
+                for k in 0..N {
+                    let &[r, g, b, a] = channels(texels, indices[k]);
+                    out[k] = Vec4::new(color(r), color(g), color(b), alpha(a));
+                }
+            }
         }
         out
     }

@@ -78,15 +78,20 @@ impl Wrap {
             _ if !x.is_finite() => 0.0,
             Wrap::Clamp => x.clamp(-1.0, 2.0),
             _ if x.abs() >= EVEN_INTEGERS => 0.0,
-            Wrap::Repeat => x - floor(x) as f64,
-            Wrap::Mirror => x - 2.0 * floor(0.5 * x) as f64,
+            Wrap::Repeat => x - floor(x).1,
+            Wrap::Mirror => x - 2.0 * floor(0.5 * x).1,
         }
     }
 }
 
-/// Returns ⌊x⌋ for |x| well within i64. Baseline x86-64 has no instruction for it, but one that truncates.
+/// Returns ⌊x⌋ for |x| < 2⁵¹, as an integer and as a float. Baseline x86-64 has no instruction for it, and checked conversions
+/// to integers are slow.
 #[inline(always)]
-pub(super) fn floor(x: f64) -> i64 {
-    let i = x as i64;
-    i - i64::from(i as f64 > x)
+pub(super) fn floor(x: f64) -> (i64, f64) {
+    /// Adding this to a float rounds it to an integer, which the lowest bits of the sum hold.
+    const INTEGERS: f64 = 1.5 * (1u64 << 52) as f64;
+    let sum = x + INTEGERS;
+    let nearest = sum - INTEGERS;
+    let i = sum.to_bits().wrapping_sub(INTEGERS.to_bits()) as i64;
+    if nearest > x { (i - 1, nearest - 1.0) } else { (i, nearest) }
 }
