@@ -6,7 +6,7 @@ use super::round_bvh::{RoundNode, WIDTH};
 use super::size::RoundSize;
 
 /// Boxes are enlarged by this fraction of the coordinates of box and ray: more than rounding errs by.
-const SLACK: f32 = 4e-6;
+pub(super) const SLACK: f32 = 4e-6;
 
 /// The test of a ray against several boxes, each enlarged by the greatest radius in it, or against several points.
 pub(super) struct BoxTest {

@@ -1,13 +1,18 @@
-//! Tests of a ray against all items of a leaf at a time, which leave few for exact tests.
+//! Tests of a ray against all items of a leaf, and of a packet against one, which leave few for exact tests.
 
 use super::box_test::BoxTest;
 use super::items::{PointItem, RoundItem, SegmentItem};
+use super::packet::RoundPacket;
 use super::round_bvh::{RoundNode, WIDTH};
+use blinn_core::simd::Simd;
 
 /// Items of leaves.
 pub(super) trait LeafItem: RoundItem {
     /// Returns a bit for each item of a leaf that a ray may enter at a t of at most `limit`.
     fn near(items: &[Self], test: &BoxTest, limit: f32) -> u32;
+
+    /// Returns a bit for each ray of a packet that may enter the item up to its limit.
+    fn near_rays<S: Simd>(&self, packet: &RoundPacket<S>) -> u32;
 }
 
 impl LeafItem for PointItem {
@@ -19,6 +24,11 @@ impl LeafItem for PointItem {
         }
         test.near_points(&p) & ((1u32 << items.len()) - 1)
     }
+
+    #[inline(always)]
+    fn near_rays<S: Simd>(&self, packet: &RoundPacket<S>) -> u32 {
+        packet.near_point(self.p)
+    }
 }
 
 impl LeafItem for SegmentItem {
@@ -29,5 +39,10 @@ impl LeafItem for SegmentItem {
         let near = test.near(&node);
         // False for NaN.
         (0..WIDTH).fold(0u32, |mask, i| mask | u32::from(near[i] <= limit) << i)
+    }
+
+    #[inline(always)]
+    fn near_rays<S: Simd>(&self, packet: &RoundPacket<S>) -> u32 {
+        packet.near_segment(self.a, self.b)
     }
 }

@@ -7,6 +7,7 @@
 mod box_test;
 mod items;
 mod leaf_test;
+mod packet;
 mod round_bvh;
 mod size;
 #[cfg(test)]

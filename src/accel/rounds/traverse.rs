@@ -1,4 +1,4 @@
-//! Traversal of the BVHs of points and lines by single rays.
+//! Traversal of the BVHs of points and lines by packets and by single rays.
 
 use glam::Vec3;
 
@@ -6,12 +6,13 @@ use super::InstanceIds;
 use super::box_test::BoxTest;
 use super::items::Ray64;
 use super::leaf_test::LeafItem;
+use super::packet::{RAYS, RoundPacket};
 use super::round_bvh::{RoundBvh, WIDTH};
 use super::size::RoundSize;
 use crate::ray_batch::{HitBatch, HitFilter, RayBatch};
 use crate::traverse::traversal_stats::TraversalStats;
-use blinn_core::geometry::{Hit, HitId};
-use blinn_core::simd::AutovecKernel;
+use blinn_core::geometry::Hit;
+use blinn_core::simd::{Simd, SimdKernel};
 use blinn_scene::AlphaMode;
 
 /// The points or lines that rays search.
@@ -25,6 +26,9 @@ pub(super) enum RoundQuery {
     Occluder,
 }
 
+/// As many rays of a packet as are worth visiting a node together.
+const MIN_PACKET: u32 = 3;
+
 /// Finds the points or lines in front of the hits of rays.
 pub(super) struct IntersectRounds<'a, T> {
     pub bvh: &'a RoundBvh<T>,
@@ -34,37 +38,8 @@ pub(super) struct IntersectRounds<'a, T> {
     pub rays: &'a RayBatch,
     pub filter: &'a dyn HitFilter,
     pub hits: &'a mut HitBatch,
-    /// Receives the nodes and leaves that each ray visits.
+    /// Receives the nodes and leaves that each ray visits, traced alone.
     pub stats: Option<&'a mut [TraversalStats]>,
-}
-
-impl<T: LeafItem> AutovecKernel for IntersectRounds<'_, T> {
-    #[inline(always)]
-    fn run(mut self) {
-        let mut stack = Vec::new();
-        for i in 0..self.rays.len() {
-            let (o, d) = (self.rays.origins[i], self.rays.directions[i]);
-            let mut search = Search {
-                bvh: self.bvh,
-                ids: self.ids,
-                size: self.size,
-                query: self.query,
-                source: self.rays.source(i),
-                filter: self.filter,
-                o,
-                d,
-                after: self.rays.after(i),
-                t_max: self.rays.t_max,
-                hit: self.hits[i],
-                visits: TraversalStats::default(),
-            };
-            search.run(&mut stack);
-            self.hits[i] = search.hit;
-            if let Some(stats) = &mut self.stats {
-                stats[i].add(search.visits);
-            }
-        }
-    }
 }
 
 /// A child to visit.
@@ -74,97 +49,226 @@ struct Entry {
     level: u32,
     index: u32,
     near: f32,
+    /// The greatest radius in it, for packets.
+    radius: f32,
 }
 
-/// A ray on its way through a BVH.
-struct Search<'a, T> {
-    bvh: &'a RoundBvh<T>,
-    ids: &'a InstanceIds,
-    size: RoundSize,
-    query: RoundQuery,
-    /// The primitive that the ray starts on, which it does not hit.
-    source: HitId,
-    filter: &'a dyn HitFilter,
-    o: Vec3,
-    d: Vec3,
-    after: Hit,
-    t_max: f32,
-    hit: Hit,
-    visits: TraversalStats,
+/// The children to visit, of a packet and of a single ray.
+#[derive(Default)]
+struct Stacks {
+    packet: Vec<Entry>,
+    single: Vec<Entry>,
 }
 
-impl<T: LeafItem> Search<'_, T> {
+impl<T: LeafItem> SimdKernel for IntersectRounds<'_, T> {
+    type Output = ();
+
     #[inline(always)]
-    fn run(&mut self, stack: &mut Vec<Entry>) {
-        let ray =
-            Ray64 { o: self.o.as_dvec3(), d: self.d.as_dvec3(), dd: self.d.as_dvec3().length_squared() };
-        if !(ray.dd > 0.0 && ray.dd.is_finite() && ray.o.is_finite()) {
-            return;
+    fn run<S: Simd>(mut self) {
+        let mut stacks = Stacks::default();
+        for first in (0..self.rays.len()).step_by(RAYS) {
+            let count = (self.rays.len() - first).min(RAYS);
+            match self.packet::<S>(first, count) {
+                Some(packet) => self.trace_packet(packet, first, &mut stacks),
+                None => (first..first + count).for_each(|i| self.trace(i, self.root(), &mut stacks.single)),
+            }
         }
-        let test = BoxTest::new(self.o, self.d, self.size, self.bvh.bounds());
-        stack.clear();
-        stack.push(Entry { level: self.bvh.level_count() as u32, index: 0, near: 0.0 });
-        while let Some(Entry { level, index, near }) = stack.pop() {
-            if self.query != RoundQuery::Closest && !self.hit.is_miss() {
-                return;
+    }
+}
+
+impl<T: LeafItem> IntersectRounds<'_, T> {
+    #[inline(always)]
+    fn root(&self) -> Entry {
+        Entry { level: self.bvh.level_count() as u32, index: 0, near: 0.0, radius: 0.0 }
+    }
+
+    #[inline(always)]
+    fn ray(&self, i: usize) -> Ray64 {
+        let d = self.rays.directions[i].as_dvec3();
+        Ray64 { o: self.rays.origins[i].as_dvec3(), d, dd: d.length_squared() }
+    }
+
+    /// Returns the greatest t at which a hit of a ray has an effect; −1 for a ray whose search has ended.
+    #[inline(always)]
+    fn limit(&self, hit: &Hit) -> f32 {
+        if self.query != RoundQuery::Closest && !hit.is_miss() { -1.0 } else { hit.t.min(self.rays.t_max) }
+    }
+
+    /// Returns a packet of up to [`RAYS`] rays. `None` if they are better traced one by one.
+    #[inline(always)]
+    fn packet<S: Simd>(&self, first: usize, count: usize) -> Option<RoundPacket<S>> {
+        if self.stats.is_some() || (count as u32) < MIN_PACKET {
+            return None;
+        }
+        let (mut origins, mut directions) = ([Vec3::ZERO; RAYS], [Vec3::ZERO; RAYS]);
+        let mut limits = [-1.0; RAYS];
+        for lane in 0..RAYS {
+            let i = first + lane.min(count - 1);
+            (origins[lane], directions[lane]) = (self.rays.origins[i], self.rays.directions[i]);
+            if lane < count {
+                limits[lane] = self.limit(&self.hits[i]);
             }
-            if near > self.hit.t.min(self.t_max) {
+        }
+        RoundPacket::new(&origins, &directions, limits, self.size, self.bvh.bounds())
+    }
+
+    /// Traces the rays of a packet, the first of which has the number `first`.
+    #[inline(always)]
+    fn trace_packet<S: Simd>(&mut self, mut packet: RoundPacket<S>, first: usize, stacks: &mut Stacks) {
+        let mut limit = packet.greatest_limit();
+        stacks.packet.clear();
+        stacks.packet.push(self.root());
+        while let Some(entry) = stacks.packet.pop() {
+            if entry.near > limit {
                 continue;
             }
-            if level == 0 {
-                self.leaf(index as usize, &ray, &test);
-                continue;
-            }
-            self.visits.nodes += 1;
-            let nears = test.near(self.bvh.node(level as usize - 1, index as usize));
-            let limit = self.hit.t.min(self.t_max);
-            let mut children = [Entry { level: level - 1, index: 0, near: 0.0 }; WIDTH];
-            let mut count = 0;
-            for (child, near) in nears.into_iter().enumerate() {
-                // False for NaN.
-                if near <= limit {
-                    // Nearest last.
-                    let mut at = count;
-                    while at > 0 && children[at - 1].near < near {
-                        children[at] = children[at - 1];
-                        at -= 1;
-                    }
-                    let index = index * WIDTH as u32 + child as u32;
-                    children[at] = Entry { level: level - 1, index, near };
-                    count += 1;
+            let Entry { level, index, radius, .. } = entry;
+            // The root has no box.
+            if (level as usize) < self.bvh.level_count() {
+                let (parent, child) = (index as usize / WIDTH, index as usize % WIDTH);
+                let near = packet.near_box(self.bvh.node(level as usize, parent), child, radius);
+                if near.count_ones() < MIN_PACKET {
+                    for_each_bit(near, |lane| {
+                        self.trace(first + lane, entry, &mut stacks.single);
+                        packet.limit[lane] = self.limit(&self.hits[first + lane]);
+                    });
+                    limit = if near == 0 { limit } else { packet.greatest_limit() };
+                    continue;
                 }
             }
-            stack.extend_from_slice(&children[..count]);
+            if level == 0 {
+                self.leaf_of_packet(index as usize, &mut packet, first);
+                limit = packet.greatest_limit();
+                continue;
+            }
+            let children = packet.near_children(self.bvh.node(level as usize - 1, index as usize), limit);
+            let mut sorted = Children::default();
+            for_each_bit(children.mask, |child| {
+                let (near, radius) = (children.near[child], children.radius[child]);
+                let index = index * WIDTH as u32 + child as u32;
+                sorted.insert(Entry { level: level - 1, index, near, radius });
+            });
+            stacks.packet.extend_from_slice(sorted.entries());
         }
     }
 
-    /// Intersects the items of a leaf.
+    /// Intersects the items of a leaf with the rays of a packet.
     #[inline(always)]
-    fn leaf(&mut self, leaf: usize, ray: &Ray64, test: &BoxTest) {
-        let items = self.bvh.leaf(leaf);
-        self.visits.blocks += 1;
-        self.visits.triangles += items.len() as u32;
-        let mut near = T::near(items, test, self.hit.t.min(self.t_max));
-        while near != 0 {
-            let item = &items[near.trailing_zeros() as usize];
-            near &= near - 1;
-            let Some(t) = item.enter(ray, &self.size) else { continue };
-            let t = t as f32;
-            if !(t > 0.0 && t <= self.hit.t && t <= self.t_max && t >= self.after.t) {
-                continue;
-            }
-            let (id, alpha_mode) = self.ids.hit_id(item.id());
-            if id == self.source || (self.query == RoundQuery::Occluder && alpha_mode == AlphaMode::Blend) {
-                continue;
-            }
-            let has_mask = matches!(alpha_mode, AlphaMode::Mask(_));
-            let hit = Hit { t, id };
-            if hit.before(&self.hit)
-                && self.after.before(&hit)
-                && (!has_mask || self.filter.accepts(id, self.o, self.d))
-            {
-                self.hit = hit;
-            }
+    fn leaf_of_packet<S: Simd>(&mut self, leaf: usize, packet: &mut RoundPacket<S>, first: usize) {
+        for item in self.bvh.leaf(leaf) {
+            for_each_bit(item.near_rays(packet), |lane| {
+                let i = first + lane;
+                if let Some(hit) = self.closer(item, i, &self.ray(i), self.hits[i]) {
+                    self.hits[i] = hit;
+                    packet.limit[lane] = self.limit(&hit);
+                }
+            });
         }
+    }
+
+    /// Traces ray number `i` from an entry on.
+    #[inline(always)]
+    fn trace(&mut self, i: usize, from: Entry, stack: &mut Vec<Entry>) {
+        let ray = self.ray(i);
+        if !(ray.dd > 0.0 && ray.dd.is_finite() && ray.o.is_finite()) {
+            return;
+        }
+        let (o, d) = (self.rays.origins[i], self.rays.directions[i]);
+        let test = BoxTest::new(o, d, self.size, self.bvh.bounds());
+        let mut visits = TraversalStats::default();
+        let mut hit = self.hits[i];
+        stack.clear();
+        stack.push(from);
+        while let Some(Entry { level, index, near, .. }) = stack.pop() {
+            let limit = self.limit(&hit);
+            if near > limit {
+                continue;
+            }
+            if level == 0 {
+                let items = self.bvh.leaf(index as usize);
+                visits.blocks += 1;
+                visits.triangles += items.len() as u32;
+                for_each_bit(T::near(items, &test, limit), |item| {
+                    hit = self.closer(&items[item], i, &ray, hit).unwrap_or(hit);
+                });
+                continue;
+            }
+            visits.nodes += 1;
+            let nears = test.near(self.bvh.node(level as usize - 1, index as usize));
+            let mut sorted = Children::default();
+            for (child, near) in nears.into_iter().enumerate() {
+                // False for NaN.
+                if near <= limit {
+                    let index = index * WIDTH as u32 + child as u32;
+                    sorted.insert(Entry { level: level - 1, index, near, radius: 0.0 });
+                }
+            }
+            stack.extend_from_slice(sorted.entries());
+        }
+        self.hits[i] = hit;
+        if let Some(stats) = &mut self.stats {
+            stats[i].add(visits);
+        }
+    }
+
+    /// Returns the hit of ray number `i` with an item if it comes before another one.
+    #[inline(always)]
+    fn closer(&self, item: &T, i: usize, ray: &Ray64, before: Hit) -> Option<Hit> {
+        let t = item.enter(ray, &self.size)? as f32;
+        let after = self.rays.after(i);
+        if !(t > 0.0 && t <= before.t && t <= self.rays.t_max && t >= after.t) {
+            return None;
+        }
+        let (id, alpha_mode) = self.ids.hit_id(item.id());
+        if id == self.rays.source(i) || (self.query == RoundQuery::Occluder && alpha_mode == AlphaMode::Blend)
+        {
+            return None;
+        }
+        let has_mask = matches!(alpha_mode, AlphaMode::Mask(_));
+        let hit = Hit { t, id };
+        let counts = hit.before(&before)
+            && after.before(&hit)
+            && (!has_mask || self.filter.accepts(id, self.rays.origins[i], self.rays.directions[i]));
+        counts.then_some(hit)
+    }
+}
+
+/// The children of a node that are visited, the nearest last.
+struct Children {
+    entries: [Entry; WIDTH],
+    count: usize,
+}
+
+impl Default for Children {
+    #[inline(always)]
+    fn default() -> Children {
+        Children { entries: [Entry { level: 0, index: 0, near: 0.0, radius: 0.0 }; WIDTH], count: 0 }
+    }
+}
+
+impl Children {
+    #[inline(always)]
+    fn insert(&mut self, child: Entry) {
+        let mut at = self.count;
+        while at > 0 && self.entries[at - 1].near < child.near {
+            self.entries[at] = self.entries[at - 1];
+            at -= 1;
+        }
+        self.entries[at] = child;
+        self.count += 1;
+    }
+
+    #[inline(always)]
+    fn entries(&self) -> &[Entry] {
+        &self.entries[..self.count]
+    }
+}
+
+/// Calls `each` with the number of each bit that is set.
+#[inline(always)]
+fn for_each_bit(mut mask: u32, mut each: impl FnMut(usize)) {
+    while mask != 0 {
+        each(mask.trailing_zeros() as usize);
+        mask &= mask - 1;
     }
 }
