@@ -105,6 +105,7 @@ impl RoundItem for SegmentItem {
         self.a == other.a && self.b == other.b
     }
 
+    #[inline(always)]
     fn enter(&self, ray: &Ray64, size: &RoundSize) -> Option<f64> {
         let a = self.a.as_dvec3() - ray.o;
         let e = (self.b - self.a).as_dvec3();
@@ -155,6 +156,7 @@ fn enter_sphere(v: DVec3, ray: &Ray64, r: f64) -> Option<f64> {
 
 /// Returns the t where a ray enters the capsule of radius `r` about the segment from `a` to `a + e`: the first of its
 /// cylinder and of the spheres at its ends.
+#[inline(always)]
 fn enter_capsule(a: DVec3, e: DVec3, ray: &Ray64, r: f64) -> Option<f64> {
     let ends = [enter_sphere(a, ray, r), enter_sphere(a + e, ray, r)];
     let (ee, ed, ea) = (e.length_squared(), e.dot(ray.d), e.dot(a));

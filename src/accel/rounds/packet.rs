@@ -60,20 +60,14 @@ impl<S: Simd> RoundPacket<S> {
         bounds: [Vec3; 2],
     ) -> Option<RoundPacket<S>> {
         let (o, d) = (S::deinterleave3(origins), S::deinterleave3(directions));
-        let greatest = |v: &[S::F32x16; 3]| v[0].abs().max(v[1].abs()).max(v[2].abs());
-        let length = greatest(&d);
-        let extent = bounds[0].abs().max(bounds[1].abs()).max_element() + greatest(&o).reduce_max();
+        let length = greatest::<S>(&d);
+        let extent = bounds[0].abs().max(bounds[1].abs()).max_element() + greatest::<S>(&o).reduce_max();
         let [shortest, longest] = [length.reduce_min(), length.reduce_max()];
-        // False for NaN, also in any other component: greatest values pass over it.
-        let is_finite = |v: &[S::F32x16; 3]| {
-            v.iter().all(|v| v.abs().le(S::F32x16::splat(COORDINATES[1])) == u32::from(u16::MAX))
-        };
         let in_range = shortest >= DIRECTIONS[0]
             && longest <= DIRECTIONS[1]
-            && extent >= COORDINATES[0]
-            && extent <= COORDINATES[1]
-            && is_finite(&o)
-            && is_finite(&d);
+            && (COORDINATES[0]..=COORDINATES[1]).contains(&extent)
+            && are_in_range::<S>(&o)
+            && are_in_range::<S>(&d);
         if !in_range {
             return None;
         }
@@ -83,17 +77,19 @@ impl<S: Simd> RoundPacket<S> {
         let t = [d[0] * inv_dd, d[1] * inv_dd, d[2] * inv_dd];
         // A component of 0 is as good as the smallest that has an inverse.
         let tiny = length * S::F32x16::splat(1e-20);
-        let inv = |d: S::F32x16| one / d.select(tiny.lt(d.abs()), tiny.xor_sign(d));
-        let inv = [inv(d[0]), inv(d[1]), inv(d[2])];
+        let mut inv = d;
+        for d in &mut inv {
+            *d = one / d.select(tiny.lt(d.abs()), tiny.xor_sign(*d));
+        }
         let slack = SLACK * extent;
-        let t_slack = slack * greatest(&t).reduce_max() * 4.0;
+        let t_slack = slack * greatest::<S>(&t).reduce_max() * 4.0;
         let packet = RoundPacket {
             o,
             d,
             inv,
             t,
             // No less than the inverse of the length.
-            inv_length: greatest(&t) * S::F32x16::splat(1.7321),
+            inv_length: greatest::<S>(&t) * S::F32x16::splat(1.7321),
             limit,
             size,
             slack,
@@ -180,7 +176,7 @@ impl<S: Simd> RoundPacket<S> {
     /// Returns a bit for each ray that may enter the sphere about a point.
     #[inline(always)]
     pub fn near_point(&self, p: Vec3) -> u32 {
-        let v = self.from_origins(p);
+        let v = self.relative(p);
         let t = dot::<S>(&v, &self.t);
         let w = self.off_ray(&v, t);
         self.near_spheres(dot::<S>(&w, &w), t, t)
@@ -191,7 +187,7 @@ impl<S: Simd> RoundPacket<S> {
     pub fn near_segment(&self, a: Vec3, b: Vec3) -> u32 {
         let splat = S::F32x16::splat;
         let e = (b - a).to_array().map(splat);
-        let a = self.from_origins(a);
+        let a = self.relative(a);
         let (t_a, t_e) = (dot::<S>(&a, &self.t), dot::<S>(&e, &self.t));
         let (w_a, w_e) = (self.off_ray(&a, t_a), self.off_ray(&e, t_e));
         // The point a + s e is nearest to the ray, as `min` and `max` pass over NaN.
@@ -212,8 +208,9 @@ impl<S: Simd> RoundPacket<S> {
         is_searching & !((radius * radius).lt(w2) | limit.lt(near))
     }
 
+    /// Returns a point relative to each origin.
     #[inline(always)]
-    fn from_origins(&self, p: Vec3) -> [S::F32x16; 3] {
+    fn relative(&self, p: Vec3) -> [S::F32x16; 3] {
         let splat = S::F32x16::splat;
         [splat(p.x) - self.o[0], splat(p.y) - self.o[1], splat(p.z) - self.o[2]]
     }
@@ -243,5 +240,19 @@ fn dot<S: Simd>(a: &[S::F32x16; 3], b: &[S::F32x16; 3]) -> S::F32x16 {
 
 #[inline(always)]
 fn ranges<S: Simd>(v: &[S::F32x16; 3]) -> Ranges {
-    [0, 1, 2].map(|axis: usize| [v[axis].reduce_min(), v[axis].reduce_max()])
+    let [x, y, z] = v;
+    [[x.reduce_min(), x.reduce_max()], [y.reduce_min(), y.reduce_max()], [z.reduce_min(), z.reduce_max()]]
+}
+
+/// Returns the greatest absolute value on any axis.
+#[inline(always)]
+fn greatest<S: Simd>(v: &[S::F32x16; 3]) -> S::F32x16 {
+    v[0].abs().max(v[1].abs()).max(v[2].abs())
+}
+
+/// Returns false for NaN, which [`greatest`] may pass over, and for large coordinates.
+#[inline(always)]
+fn are_in_range<S: Simd>(v: &[S::F32x16; 3]) -> bool {
+    let most = S::F32x16::splat(COORDINATES[1]);
+    v[0].abs().le(most) & v[1].abs().le(most) & v[2].abs().le(most) == u32::from(u16::MAX)
 }

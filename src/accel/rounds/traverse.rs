@@ -70,7 +70,11 @@ impl<T: LeafItem> SimdKernel for IntersectRounds<'_, T> {
             let count = (self.rays.len() - first).min(RAYS);
             match self.packet::<S>(first, count) {
                 Some(packet) => self.trace_packet(packet, first, &mut stacks),
-                None => (first..first + count).for_each(|i| self.trace(i, self.root(), &mut stacks.single)),
+                None => {
+                    for i in first..first + count {
+                        self.trace(i, self.root(), &mut stacks.single);
+                    }
+                }
             }
         }
     }
@@ -128,10 +132,10 @@ impl<T: LeafItem> IntersectRounds<'_, T> {
                 let (parent, child) = (index as usize / WIDTH, index as usize % WIDTH);
                 let near = packet.near_box(self.bvh.node(level as usize, parent), child, radius);
                 if near.count_ones() < MIN_PACKET {
-                    for_each_bit(near, |lane| {
+                    for lane in Bits(near) {
                         self.trace(first + lane, entry, &mut stacks.single);
                         packet.limit[lane] = self.limit(&self.hits[first + lane]);
-                    });
+                    }
                     limit = if near == 0 { limit } else { packet.greatest_limit() };
                     continue;
                 }
@@ -143,11 +147,11 @@ impl<T: LeafItem> IntersectRounds<'_, T> {
             }
             let children = packet.near_children(self.bvh.node(level as usize - 1, index as usize), limit);
             let mut sorted = Children::default();
-            for_each_bit(children.mask, |child| {
+            for child in Bits(children.mask) {
                 let (near, radius) = (children.near[child], children.radius[child]);
                 let index = index * WIDTH as u32 + child as u32;
                 sorted.insert(Entry { level: level - 1, index, near, radius });
-            });
+            }
             stacks.packet.extend_from_slice(sorted.entries());
         }
     }
@@ -156,13 +160,13 @@ impl<T: LeafItem> IntersectRounds<'_, T> {
     #[inline(always)]
     fn leaf_of_packet<S: Simd>(&mut self, leaf: usize, packet: &mut RoundPacket<S>, first: usize) {
         for item in self.bvh.leaf(leaf) {
-            for_each_bit(item.near_rays(packet), |lane| {
+            for lane in Bits(item.near_rays(packet)) {
                 let i = first + lane;
                 if let Some(hit) = self.closer(item, i, &self.ray(i), self.hits[i]) {
                     self.hits[i] = hit;
                     packet.limit[lane] = self.limit(&hit);
                 }
-            });
+            }
         }
     }
 
@@ -188,9 +192,9 @@ impl<T: LeafItem> IntersectRounds<'_, T> {
                 let items = self.bvh.leaf(index as usize);
                 visits.blocks += 1;
                 visits.triangles += items.len() as u32;
-                for_each_bit(T::near(items, &test, limit), |item| {
+                for item in Bits(T::near(items, &test, limit)) {
                     hit = self.closer(&items[item], i, &ray, hit).unwrap_or(hit);
-                });
+                }
                 continue;
             }
             visits.nodes += 1;
@@ -264,11 +268,18 @@ impl Children {
     }
 }
 
-/// Calls `each` with the number of each bit that is set.
-#[inline(always)]
-fn for_each_bit(mut mask: u32, mut each: impl FnMut(usize)) {
-    while mask != 0 {
-        each(mask.trailing_zeros() as usize);
-        mask &= mask - 1;
+/// The numbers of the bits that are set, in ascending order. An iterator with the kernel's instructions, as a closure
+/// would not have.
+struct Bits(u32);
+
+impl Iterator for Bits {
+    type Item = usize;
+
+    #[inline(always)]
+    fn next(&mut self) -> Option<usize> {
+        let bit = self.0.trailing_zeros() as usize;
+        let is_set = self.0 != 0;
+        self.0 &= self.0.wrapping_sub(1);
+        is_set.then_some(bit)
     }
 }
