@@ -91,6 +91,64 @@ fn bvhs_find_the_same_hits_as_trying_all() {
     assert!(found > 500 && behind > 100, "{found} {behind}");
 }
 
+/// Rays through a grid of side 0.2 about the origin, from a common origin or in a common direction.
+fn bundle(count: u32, o: Vec3, is_parallel: bool, rounds: RoundSizes) -> RayBatch {
+    let mut rays = RayBatch { rounds, ..RayBatch::default() };
+    for i in 0..count {
+        let at = |k: u32| 0.2 * ((k as f32 + 0.5) / 8.0 - 0.5);
+        let target = Vec3::new(at(i % 8), at(i / 8 % 8), 0.05 * at(i % 3));
+        if is_parallel {
+            rays.push(target - 2.0 * o, 0.7 * o);
+        } else {
+            rays.push(o, (target - o) * (1.0 + at(i % 5)));
+        }
+    }
+    rays
+}
+
+/// Neighbouring rays are traced as packets, the last of which has fewer rays, from outside and inside of the cloud.
+#[test]
+fn packets_find_the_same_hits_as_single_rays() {
+    let points: Vec<Vec3> = (0..4000).map(|i| vector(i) * 0.5).collect();
+    let ends = (0..2000).flat_map(|i| [vector(i + 9000) * 0.5, vector(i + 9000) * 0.5 + 0.1 * vector(i)]);
+    let scene = scene(points, ends.collect());
+    let posed = pose(&scene, &PoseSettings { centre: Some(DVec3::ZERO), ..PoseSettings::default() }).unwrap();
+    let rounds = Rounds::build(&posed, &CancelToken::default()).unwrap().unwrap();
+    let sizes = [
+        RoundSize::in_scene(0.004),
+        // Contains many origins.
+        RoundSize::in_scene(0.09),
+        RoundSize { in_scene: 0.0, min: 0.002, max: 0.002 },
+        RoundSize { in_scene: 0.01, min: 0.002, max: 0.005 },
+    ];
+    let origins = [Vec3::new(1.1, 0.4, 1.5), Vec3::new(0.0, 0.0, -2.0), Vec3::new(0.1, 0.2, 0.3)];
+    let levels = || SimdLevel::ALL.into_iter().filter(|level| level.is_supported());
+    let (mut found, mut missed) = (0, 0);
+    for (size, o) in sizes.into_iter().flat_map(|size| origins.map(|o| (size, o))) {
+        for (count, is_parallel) in [(64, false), (41, false), (5, false), (61, true)] {
+            let mut batch = bundle(count, o, is_parallel, RoundSizes { points: size, lines: size });
+            for t_max in [f32::INFINITY, 0.9] {
+                batch.t_max = t_max;
+                let mut alone = vec![Hit::MISS; batch.len()];
+                let mut stats = vec![TraversalStats::default(); batch.len()];
+                rounds.intersect_with_stats(SimdLevel::default(), &batch, &AcceptAll, &mut alone, &mut stats);
+                for level in levels() {
+                    let mut hits = vec![Hit::MISS; batch.len()];
+                    rounds.intersect(level, &batch, &AcceptAll, &mut hits);
+                    assert_eq!(hits, alone, "{level:?} {size:?} {o} {count} {is_parallel}");
+                    let any = rounds.hit_any(level, &batch, &AcceptAll);
+                    assert!(any.iter().zip(&hits).all(|(any, hit)| *any != hit.is_miss()));
+                }
+                found += alone.iter().filter(|hit| !hit.is_miss()).count();
+                missed += alone.iter().filter(|hit| hit.is_miss()).count();
+                let hit: Vec<usize> = (0..alone.len()).filter(|&i| !alone[i].is_miss()).collect();
+                batch.continue_behind(&hit, &alone);
+            }
+        }
+    }
+    assert!(found > 1000 && missed > 100, "{found} {missed}");
+}
+
 /// The bounds of leaves and of their items hold for directions of any length, far from the origin and near it.
 #[test]
 fn long_and_short_directions_hit_the_same() {
