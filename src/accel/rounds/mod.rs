@@ -3,6 +3,8 @@
 //! The primitives of all instances are kept in world space, points and line segments apart. Their radii are not part of
 //! the BVHs: they belong to the rays, because a size in pixels grows with the distance from the eye. Shadow rays and
 //! secondary rays see only sizes in metres ([`Rounds::set_solid`]).
+//!
+//! Rays that follow each other in a batch are traced in packets of sixteen, while they stay together (`packet.rs`).
 
 mod box_test;
 mod items;

@@ -91,16 +91,16 @@ fn bvhs_find_the_same_hits_as_trying_all() {
     assert!(found > 500 && behind > 100, "{found} {behind}");
 }
 
-/// Rays through a grid of side 0.2 about the origin, from a common origin or in a common direction.
+/// Rays with short directions through a grid of side 0.2 about the origin, from a common origin or in a common direction.
 fn bundle(count: u32, o: Vec3, is_parallel: bool, rounds: RoundSizes) -> RayBatch {
     let mut rays = RayBatch { rounds, ..RayBatch::default() };
     for i in 0..count {
         let at = |k: u32| 0.2 * ((k as f32 + 0.5) / 8.0 - 0.5);
         let target = Vec3::new(at(i % 8), at(i / 8 % 8), 0.05 * at(i % 3));
         if is_parallel {
-            rays.push(target - 2.0 * o, 0.7 * o);
+            rays.push(target - 2.0 * o, 0.007 * o);
         } else {
-            rays.push(o, (target - o) * (1.0 + at(i % 5)));
+            rays.push(o, (target - o) * (0.01 + 0.01 * at(i % 5)));
         }
     }
     rays
@@ -118,8 +118,8 @@ fn packets_find_the_same_hits_as_single_rays() {
         RoundSize::in_scene(0.004),
         // Contains many origins.
         RoundSize::in_scene(0.09),
-        RoundSize { in_scene: 0.0, min: 0.002, max: 0.002 },
-        RoundSize { in_scene: 0.01, min: 0.002, max: 0.005 },
+        RoundSize { in_scene: 0.0, min: 2e-5, max: 2e-5 },
+        RoundSize { in_scene: 0.01, min: 2e-5, max: 5e-5 },
     ];
     let origins = [Vec3::new(1.1, 0.4, 1.5), Vec3::new(0.0, 0.0, -2.0), Vec3::new(0.1, 0.2, 0.3)];
     let levels = || SimdLevel::ALL.into_iter().filter(|level| level.is_supported());
@@ -127,7 +127,7 @@ fn packets_find_the_same_hits_as_single_rays() {
     for (size, o) in sizes.into_iter().flat_map(|size| origins.map(|o| (size, o))) {
         for (count, is_parallel) in [(64, false), (41, false), (5, false), (61, true)] {
             let mut batch = bundle(count, o, is_parallel, RoundSizes { points: size, lines: size });
-            for t_max in [f32::INFINITY, 0.9] {
+            for t_max in [f32::INFINITY, 90.0] {
                 batch.t_max = t_max;
                 let mut alone = vec![Hit::MISS; batch.len()];
                 let mut stats = vec![TraversalStats::default(); batch.len()];
