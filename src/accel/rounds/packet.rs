@@ -14,6 +14,8 @@ pub(super) const RAYS: usize = 16;
 const DIRECTIONS: [f32; 2] = [1e-10, 1e10];
 /// Coordinates between these make packets.
 const COORDINATES: [f32; 2] = [1e-9, 1e15];
+/// Rays in directions that differ by more than this part of them soon go separate ways.
+const MAX_SPREAD: f32 = 0.5;
 /// Spheres up to this share of the bounds may contain the origins: packets do not skip nodes for that.
 const MAX_RADIUS_OVER_EXTENT: f32 = 0.1;
 
@@ -82,21 +84,27 @@ impl<S: Simd> RoundPacket<S> {
             *d = one / d.select(tiny.lt(d.abs()), tiny.xor_sign(*d));
         }
         let slack = SLACK * extent;
-        let t_slack = slack * greatest::<S>(&t).reduce_max() * 4.0;
+        let greatest_t = greatest::<S>(&t);
+        let most_t = greatest_t.reduce_max();
+        let t_range = ranges::<S>(&t);
+        if spread(&t_range) > MAX_SPREAD * most_t {
+            return None;
+        }
+        let t_slack = slack * most_t * 4.0;
         let packet = RoundPacket {
             o,
             d,
             inv,
             t,
             // No less than the inverse of the length.
-            inv_length: greatest::<S>(&t) * S::F32x16::splat(1.7321),
+            inv_length: greatest_t * S::F32x16::splat(1.7321),
             limit,
             size,
             slack,
             t_slack,
             o_range: ranges::<S>(&o),
             inv_range: ranges::<S>(&inv),
-            t_range: ranges::<S>(&t),
+            t_range,
         };
         packet.has_small_spheres(bounds).then_some(packet)
     }
@@ -242,6 +250,13 @@ fn dot<S: Simd>(a: &[S::F32x16; 3], b: &[S::F32x16; 3]) -> S::F32x16 {
 fn ranges<S: Simd>(v: &[S::F32x16; 3]) -> Ranges {
     let [x, y, z] = v;
     [[x.reduce_min(), x.reduce_max()], [y.reduce_min(), y.reduce_max()], [z.reduce_min(), z.reduce_max()]]
+}
+
+/// Returns the greatest difference on any axis.
+#[inline(always)]
+fn spread(ranges: &Ranges) -> f32 {
+    let [x, y, z] = ranges;
+    (x[1] - x[0]).max(y[1] - y[0]).max(z[1] - z[0])
 }
 
 /// Returns the greatest absolute value on any axis.
