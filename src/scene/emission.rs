@@ -32,7 +32,7 @@ impl Material {
 
     /// Returns true if surfaces of the material emit more than white surfaces show: lamps, not displays and textures that
     /// are to look lit.
-    fn is_brighter_than_white(&self) -> bool {
+    pub fn is_brighter_than_white(&self) -> bool {
         self.emits_light() && self.emitted_radiance().max_element() > 1.0
     }
 }

@@ -10,8 +10,8 @@ use crate::{Image, Mesh, MorphTarget, Scene};
 const ALLOCATION_OVERHEAD: usize = 16;
 
 impl Scene {
-    /// Returns the bytes of the large arrays: nodes and instances, meshes, images with their mip maps, and
-    /// animations. Materials are left out.
+    /// Returns the bytes of the large arrays: nodes and instances, meshes, images with their mip maps, animations and the
+    /// environment. Materials are left out.
     pub fn memory_size(&self) -> u64 {
         let meshes: usize = self.meshes.iter().map(Mesh::memory_size).sum();
         let images: u64 = self.images.iter().map(Image::byte_size).sum();
@@ -22,8 +22,9 @@ impl Scene {
         let nodes: usize = self.nodes.iter().map(|node| size_of_val(node) + text(&node.name)).sum();
         let objects: usize = self.objects.iter().map(|name| size_of_val(name) + text(name)).sum();
         let drawn = size_of_val(&self.instances[..]) + objects;
+        let environment = self.environment.as_ref().map_or(0, |environment| environment.map.memory_size());
         // A mip pyramid is a third of its image.
-        (nodes + drawn + meshes + keyframes) as u64 + images + images / 3
+        (nodes + drawn + meshes + keyframes) as u64 + images + images / 3 + environment
     }
 }
 

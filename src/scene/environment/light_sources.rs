@@ -151,6 +151,11 @@ impl LightSources {
         Some((sources, panorama.map_texels(|texel| texel * ambient_share(texel, threshold))))
     }
 
+    /// Returns the bytes of the sources.
+    pub fn memory_size(&self) -> usize {
+        self.rows.capacity() * size_of::<SourceRow>() + self.texels.capacity() * size_of::<SourceTexel>()
+    }
+
     /// The sources as directional lights: unit directions in the frame of the map, and the irradiance across them. Texels
     /// within a cell are one light.
     pub fn as_lights(&self) -> Vec<(Vec3, Rgb)> {

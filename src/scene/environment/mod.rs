@@ -37,6 +37,8 @@ const MAX_PYRAMID_SIDE: usize = 1024;
 const MAX_AMBIENT_SIDE: usize = 256;
 /// Mip level from which on the panorama itself is looked up.
 const SHARP_LEVEL: f32 = -1.0;
+/// Bytes of the tables that lookups compute on first use: irradiance, and averages over reflected lobes.
+const LOOKUP_TABLES: usize = 256 << 10;
 /// Number of maps that are averaged over reflected lobes.
 const PREFILTERED_MAPS: usize = 5;
 
@@ -262,6 +264,11 @@ impl Environment {
         irradiance.scaled(self.radiance).rotated(self.to_map_f64)
     }
 
+    /// Returns the bytes of the map, with what lookups compute on first use.
+    pub fn memory_size(&self) -> u64 {
+        self.map.as_ref().map_or(0, |map| map.memory_size() as u64)
+    }
+
     fn split(&self) -> Option<&SplitMap> {
         self.map.as_ref()?.split.as_ref()
     }
@@ -296,8 +303,16 @@ impl EnvironmentMap {
         let mut filtered = if panorama.width() >= 64 { panorama.halved() } else { panorama.clone() };
         filtered.blur_poles();
         let pyramid = Pyramid::new(side, 3, |d| filtered.radiance(d));
+        drop(filtered);
         let split = LightSources::find(&panorama).map(SplitMap::new);
         EnvironmentMap { split, ..EnvironmentMap::new(Some(panorama), pyramid) }
+    }
+
+    fn memory_size(&self) -> usize {
+        let panorama = self.panorama.as_ref().map_or(0, |panorama| panorama.bytes().len());
+        let split =
+            self.split.as_ref().map_or(0, |split| split.sources.memory_size() + split.ambient.memory_size());
+        panorama + self.pyramid.memory_size() + split + LOOKUP_TABLES
     }
 
     fn new(panorama: Option<Panorama>, pyramid: Pyramid) -> EnvironmentMap {

@@ -62,6 +62,11 @@ impl Pyramid {
         bytemuck::cast_slice(&self.levels[0].texels)
     }
 
+    /// Returns the bytes of all levels.
+    pub fn memory_size(&self) -> usize {
+        self.levels.iter().map(|level| size_of_val(&level.texels[..])).sum()
+    }
+
     /// Returns the mean radiance.
     pub fn mean(&self) -> Rgb {
         self.levels.last().map_or(Rgb::ZERO, |level| level.texels[0].truncate())

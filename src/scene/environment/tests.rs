@@ -35,6 +35,19 @@ fn a_uniform_environment_is_the_same_everywhere() {
 }
 
 #[test]
+fn the_memory_of_a_map_is_that_of_its_picture_and_its_levels() {
+    assert_eq!(Environment::uniform(Rgb::ONE).memory_size(), 0);
+    let plain = Environment::from_panorama(gradient()).memory_size();
+    // A level has a border of one texel.
+    let levels = [16, 8, 4, 2, 1].map(|side: u64| 16 * (side + 2).pow(2)).iter().sum::<u64>();
+    let tables = super::LOOKUP_TABLES as u64;
+    assert_eq!(plain, 64 * 32 * 12 + levels + tables);
+    let lamp = gradient().map_texels(|texel| if texel.x > 1.99 { Rgb::splat(1e4) } else { texel });
+    let lit = Environment::from_panorama(lamp);
+    assert!(lit.has_light_sources() && lit.memory_size() > plain + levels + tables);
+}
+
+#[test]
 fn sharp_lookups_are_those_of_the_picture() {
     let environment = Environment::from_panorama(gradient());
     for d in directions() {
