@@ -3,14 +3,14 @@
 
 use std::ops::Range;
 
-use crate::denoise::{PartKind, SmoothKind, WaveletLight, smooth_light};
+use crate::denoise::{PartKind, SmoothKind, WAVELET_PIXEL, WaveletLight, smooth_light};
 use crate::film::PixelRect;
 use crate::integrator::{
     Frame, Integrator, LightSplit, LowDiscrepancySampler, NoisyLight, Sample, SampleParts, Scratch,
 };
 use crate::pixel_features::{PixelFeatures, color_of};
 use crate::progress::ProgressMonitor;
-use crate::reconstruction::{AllLight, PixelParts, divisor_of, filter_light};
+use crate::reconstruction::{AllLight, PixelParts, band_bytes, divisor_of, filter_light};
 use crate::settings::RenderSettings;
 use crate::strips::Reconstruction;
 use blinn_core::cancellation::Cancelled;
@@ -102,6 +102,13 @@ impl Reconstruction for LensBlur {
     fn pixel(samples: &[SampleParts]) -> LensPixel {
         let halves = [0, 1].map(|first| HalfColors::of_samples(samples, first));
         LensPixel { parts: PixelParts::of_samples(samples), halves }
+    }
+
+    fn work_bytes(width: u64, rows: u64) -> u64 {
+        let wide = width * rows.min(u64::from(LensBlur::ROWS) + 2 * SMOOTHING_MARGIN as u64);
+        let smoothed = wide * (2 * size_of::<Rgba>() as u64 + WAVELET_PIXEL);
+        let light = wide * (size_of::<NoisyLight>() + size_of::<Rgba>()) as u64;
+        light + band_bytes(width, rows).max(smoothed)
     }
 
     fn reconstruct(

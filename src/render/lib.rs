@@ -12,6 +12,7 @@ pub mod display;
 mod edges;
 mod film;
 mod filter;
+mod filter_memory;
 mod hit_pixels;
 pub mod integrator;
 mod lens_blur;
@@ -46,8 +47,9 @@ pub use blinn_core::cancellation::Cancelled;
 pub use edges::{EdgeCache, EdgeKinds, EdgeStyle, EdgeWidth, HiddenEdges, draw_edges, render_edges};
 pub use film::{AovLayer, Film, PixelRect, Pixels, TileBuffer};
 pub use filter::{FilterSampler, PixelFilter};
+pub use filter_memory::noise_filter_bytes;
 pub use hit_pixels::count_hit_pixels;
-pub use light_layers::render_light_layers;
+pub use light_layers::{light_layer_bytes, render_light_layers};
 pub use mattes::{MATTE_RANKS, Matte, render_mattes};
 pub use memory::RenderMemory;
 pub use meter::{METER_WIDTH, MID_GREY, Metering, meter};
@@ -55,7 +57,7 @@ pub use noisy_picture::NoisyPicture;
 pub use object_masks::{ObjectMask, render_object_masks};
 pub use pixel_mask::{MaskRect, PixelMask};
 pub use progress::ProgressMonitor;
-pub use settings::{AdaptiveSampling, Denoise, RenderSettings};
+pub use settings::{AdaptiveSampling, Denoise, NoiseSources, RenderSettings};
 pub use surface_tracks::{SurfaceTrack, trace_surface_tracks};
 
 /// Renders a picture: linear RGB premultiplied by alpha, without background, row 0 on top.
@@ -84,11 +86,12 @@ pub fn render_with_memory(
 ) -> Result<Pixels, Cancelled> {
     let PixelRect { width, height, .. } = settings.window();
     let picture = |colors| Pixels { width, height, colors };
-    if settings.filters_lens_blur(frame) {
+    let noise = NoiseSources::of_frame(frame);
+    if settings.filters_lens_blur(&noise) {
         render_in_strips::<LensBlur>(memory, frame, integrator, settings, monitor).map(picture)
-    } else if settings.filters_all_light(frame) {
+    } else if settings.filters_all_light(&noise) {
         render_in_strips::<AllLight>(memory, frame, integrator, settings, monitor).map(picture)
-    } else if settings.filters_rough_reflections(frame) {
+    } else if settings.filters_rough_reflections(&noise) {
         render_in_strips::<RoughReflections>(memory, frame, integrator, settings, monitor).map(picture)
     } else {
         match settings.adaptive {

@@ -11,8 +11,8 @@ use crate::memory::RenderMemory;
 use crate::progress::ProgressMonitor;
 use crate::reconstruction::{AllLight, PixelParts, filter_light};
 use crate::rough_reflections::{ReflectingPixel, RoughReflections, smooth_reflections};
-use crate::settings::RenderSettings;
-use crate::strips::{Reconstruction, render_in_strips};
+use crate::settings::{NoiseSources, RenderSettings};
+use crate::strips::{Reconstruction, render_in_strips, strip_bytes};
 use blinn_core::cancellation::Cancelled;
 use blinn_core::geometry::Rgb;
 
@@ -28,13 +28,36 @@ pub fn render_light_layers(
     monitor: &dyn ProgressMonitor,
 ) -> Result<Vec<LightLayers>, Cancelled> {
     let memory = RenderMemory::default();
-    if settings.filters_all_light(frame) {
+    let noise = NoiseSources::of_frame(frame);
+    if settings.filters_all_light(&noise) {
         render_in_strips::<LayersOfAllLight>(&memory, frame, integrator, settings, monitor)
-    } else if settings.filters_rough_reflections(frame) {
+    } else if settings.filters_rough_reflections(&noise) {
         render_in_strips::<LayersWithRoughReflections>(&memory, frame, integrator, settings, monitor)
     } else {
         render_in_strips::<UnfilteredLayers>(&memory, frame, integrator, settings, monitor)
     }
+}
+
+/// Returns the bytes that [`render_light_layers`] takes where some or all of `noise` is in a frame.
+pub fn light_layer_bytes(settings: &RenderSettings, noise: &NoiseSources) -> u64 {
+    let bytes = |noise: &NoiseSources| {
+        if settings.filters_all_light(noise) {
+            strip_bytes::<LayersOfAllLight>(settings)
+        } else if settings.filters_rough_reflections(noise) {
+            strip_bytes::<LayersWithRoughReflections>(settings)
+        } else {
+            strip_bytes::<UnfilteredLayers>(settings)
+        }
+    };
+    let PixelRect { width, height, .. } = settings.window();
+    let picture = u64::from(width) * u64::from(height) * size_of::<LightLayers>() as u64;
+    picture + noise.each().iter().map(bytes).max().unwrap_or(0)
+}
+
+/// The light of a strip: filtered, that of direct layers as well, and by layer.
+fn copied_light_bytes(width: u64, rows: u64, strip: u32) -> u64 {
+    let bytes = 2 * size_of::<NoisyLight>() + size_of::<LightLayers>();
+    width * rows.min(u64::from(strip)) * bytes as u64
 }
 
 /// The mean over the samples of a pixel.
@@ -108,6 +131,11 @@ impl Reconstruction for LayersOfAllLight {
         }
     }
 
+    fn work_bytes(width: u64, rows: u64) -> u64 {
+        let parts = width * rows * size_of::<PixelParts>() as u64;
+        parts + copied_light_bytes(width, rows, Self::ROWS) + AllLight::work_bytes(width, rows)
+    }
+
     fn reconstruct(
         pixels: &[FilteredPixel],
         held: PixelRect,
@@ -170,6 +198,11 @@ impl Reconstruction for LayersWithRoughReflections {
         }
     }
 
+    fn work_bytes(width: u64, rows: u64) -> u64 {
+        let reflecting = width * rows * size_of::<ReflectingPixel>() as u64;
+        reflecting + copied_light_bytes(width, rows, Self::ROWS) + RoughReflections::work_bytes(width, rows)
+    }
+
     fn reconstruct(
         pixels: &[SmoothedPixel],
         held: PixelRect,
@@ -221,6 +254,10 @@ impl Reconstruction for UnfilteredLayers {
 
     fn pixel(samples: &[SampleLayers]) -> LightLayers {
         mean(samples.iter().map(|sample| sample.layers))
+    }
+
+    fn work_bytes(width: u64, rows: u64) -> u64 {
+        copied_light_bytes(width, rows, Self::ROWS)
     }
 
     fn reconstruct(

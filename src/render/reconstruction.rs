@@ -85,6 +85,11 @@ impl Reconstruction for AllLight {
         PixelParts::of_samples(samples)
     }
 
+    fn work_bytes(width: u64, rows: u64) -> u64 {
+        let strip = u64::from(AllLight::ROWS).min(rows) * width;
+        band_bytes(width, rows) + strip * (size_of::<NoisyLight>() + size_of::<Rgba>()) as u64
+    }
+
     fn reconstruct(
         parts: &[PixelParts],
         held: PixelRect,
@@ -106,6 +111,13 @@ impl Reconstruction for AllLight {
 
 /// Number of columns that are filtered at once: memory does not grow with the width of a picture.
 const BAND: usize = 512;
+/// Bytes for each pixel of a band: its features, halves and occlusion.
+const BAND_PIXEL: u64 = 128;
+
+/// Bytes that [`filter_light`] takes for a band of so many held pixels.
+pub(super) fn band_bytes(width: u64, rows: u64) -> u64 {
+    width.min((BAND + 2 * MARGIN) as u64) * rows * BAND_PIXEL
+}
 
 /// Filters the noisy light of the rows `strip` of the pixels in `held`.
 ///

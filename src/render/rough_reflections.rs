@@ -4,7 +4,7 @@ use std::ops::Range;
 
 use glam::Vec3;
 
-use crate::denoise::{SmoothKind, WaveletLight, smooth_light};
+use crate::denoise::{SmoothKind, WAVELET_PIXEL, WaveletLight, smooth_light};
 use crate::film::PixelRect;
 use crate::integrator::{Frame, Integrator, LightSplit, LowDiscrepancySampler, Sample, SampleParts, Scratch};
 use crate::progress::ProgressMonitor;
@@ -56,6 +56,11 @@ impl Reconstruction for RoughReflections {
 
     fn pixel(samples: &[SampleParts]) -> ReflectingPixel {
         ReflectingPixel::of_samples(samples)
+    }
+
+    fn work_bytes(width: u64, rows: u64) -> u64 {
+        let strip = u64::from(RoughReflections::ROWS).min(rows) * width;
+        width * rows * WAVELET_PIXEL + strip * (size_of::<Rgb>() + size_of::<Rgba>()) as u64
     }
 
     fn reconstruct(

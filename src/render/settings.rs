@@ -41,6 +41,39 @@ pub struct RenderSettings {
     pub tile: u32,
 }
 
+/// What may make pictures noisy.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct NoiseSources {
+    /// Random estimators find part of the light.
+    pub random_light: bool,
+    /// Metals reflect in lobes that are wider than a mirror's.
+    pub rough_metals: bool,
+    /// The camera has a lens.
+    pub lens: bool,
+}
+
+impl NoiseSources {
+    /// Those of a frame.
+    pub(crate) fn of_frame(frame: &Frame) -> NoiseSources {
+        NoiseSources {
+            random_light: frame.has_random_light(),
+            rough_metals: frame.has_rough_metals(),
+            lens: frame.camera.lens.is_some(),
+        }
+    }
+
+    /// Each source without the others.
+    pub(crate) fn each(&self) -> [NoiseSources; 3] {
+        let NoiseSources { random_light, rough_metals, lens } = *self;
+        let none = NoiseSources::default();
+        [
+            NoiseSources { random_light, ..none },
+            NoiseSources { rough_metals, ..none },
+            NoiseSources { lens, ..none },
+        ]
+    }
+}
+
 /// Adaptive sampling: which pixels get all their samples.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct AdaptiveSampling {
@@ -77,28 +110,28 @@ impl RenderSettings {
         self.samples == 1 && self.denoise != Denoise::Off && frame.has_random_light()
     }
 
-    /// True if all noisy light of a frame is reconstructed.
-    pub(crate) fn filters_all_light(&self, frame: &Frame) -> bool {
+    /// True if all noisy light is reconstructed.
+    pub(crate) fn filters_all_light(&self, noise: &NoiseSources) -> bool {
         let applies = match self.denoise {
-            Denoise::Auto => frame.has_random_light(),
-            Denoise::On => frame.may_be_noisy(),
+            Denoise::Auto => noise.random_light,
+            Denoise::On => noise.random_light || noise.rough_metals || noise.lens,
             Denoise::Off => false,
         };
-        applies && self.adaptive.is_none() && self.samples > 1
+        applies && self.filters_noise()
     }
 
-    /// True if what rough metals reflect in a frame is reconstructed, and all other light is as it is.
-    pub(crate) fn filters_rough_reflections(&self, frame: &Frame) -> bool {
-        self.denoise != Denoise::Off
-            && (self.adaptive.is_none() && self.samples > 1)
-            && !self.filters_all_light(frame)
-            && frame.has_rough_metals()
+    /// True if what rough metals reflect is reconstructed, and all other light is as it is.
+    pub(crate) fn filters_rough_reflections(&self, noise: &NoiseSources) -> bool {
+        noise.rough_metals && self.filters_noise() && !self.filters_all_light(noise)
     }
 
     /// True if what the camera's lens blurs is reconstructed.
-    pub(crate) fn filters_lens_blur(&self, frame: &Frame) -> bool {
-        let is_filtered = self.denoise != Denoise::Off && self.adaptive.is_none() && self.samples > 1;
-        is_filtered && frame.camera.lens.is_some()
+    pub(crate) fn filters_lens_blur(&self, noise: &NoiseSources) -> bool {
+        noise.lens && self.filters_noise()
+    }
+
+    fn filters_noise(&self) -> bool {
+        self.denoise != Denoise::Off && self.adaptive.is_none() && self.samples > 1
     }
 
     /// A sample without footprint at the centre of a pixel, through the centre of the lens.

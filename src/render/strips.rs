@@ -42,6 +42,9 @@ pub(super) trait Reconstruction {
     /// The pixel of these samples.
     fn pixel(samples: &[Self::Sample]) -> Self::Pixel;
 
+    /// Bytes that [`Reconstruction::reconstruct`] takes for rows of so many held pixels, beside those pixels.
+    fn work_bytes(width: u64, rows: u64) -> u64;
+
     /// `rows` of the pixels in `held`, of a picture with these settings.
     ///
     /// # Errors
@@ -94,6 +97,14 @@ pub(super) fn render_in_strips<R: Reconstruction>(
         }
     }
     Ok(picture)
+}
+
+/// Bytes that [`render_in_strips`] takes beside the picture.
+pub(super) fn strip_bytes<R: Reconstruction>(settings: &RenderSettings) -> u64 {
+    let rendered = with_margin(settings.window(), settings, R::MARGIN);
+    let width = u64::from(rendered.width);
+    let rows = u64::from(rendered.height.min(R::ROWS.saturating_add(2 * R::MARGIN)));
+    width * rows * size_of::<R::Pixel>() as u64 + R::work_bytes(width, rows)
 }
 
 /// Number of pixels that are in both rectangles.

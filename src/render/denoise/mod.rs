@@ -33,7 +33,7 @@ use rayon::prelude::*;
 pub(crate) use features::Features;
 pub(crate) use params::PartKind;
 pub(crate) use part::NoisyPart;
-pub(crate) use wavelets::{SmoothKind, WaveletLight, smooth_light};
+pub(crate) use wavelets::{SmoothKind, WAVELET_PIXEL, WaveletLight, smooth_light};
 
 use near_occlusion::near_occlusion;
 use params::{Params, RANGE_RADIUS};

@@ -103,6 +103,9 @@ pub(crate) struct WaveletLight {
     pub alpha: Vec<f32>,
 }
 
+/// Bytes for each pixel that [`smooth_light`] takes, those of [`WaveletLight`] included.
+pub(crate) const WAVELET_PIXEL: u64 = 120;
+
 /// Smooths the light of `rows`, and returns it from the first of them on. Pixels that are not smoothed keep theirs.
 ///
 /// The result has the same bits for any number of threads and at any SIMD level.
