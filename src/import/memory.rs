@@ -4,6 +4,7 @@
 use std::sync::atomic::{AtomicU64, Ordering};
 
 use super::error::{LoadError, MEMORY};
+use super::files::limits::Limits;
 use super::memory_watch::MemoryWatch;
 use super::options::LoadOptions;
 use blinn_core::cancellation::Cancelled;
@@ -41,19 +42,25 @@ const OBJ_LENIENT: u64 = 17;
 #[derive(Debug)]
 pub(super) struct MemoryBudget {
     allowed: u64,
+    taken: u64,
     charged: AtomicU64,
     watch: MemoryWatch,
 }
 
 impl MemoryBudget {
-    /// Returns a budget that nothing but a limit bounds.
-    pub fn new(allowed: u64) -> MemoryBudget {
-        MemoryBudget { allowed, charged: AtomicU64::new(0), watch: MemoryWatch::default() }
+    /// Returns a budget that nothing but limits bound.
+    pub fn new(limits: &Limits) -> MemoryBudget {
+        MemoryBudget {
+            allowed: limits.memory_bytes,
+            taken: limits.taken_bytes,
+            charged: AtomicU64::new(0),
+            watch: MemoryWatch::default(),
+        }
     }
 
     /// Returns the budget of an import.
     pub fn of_import(options: &LoadOptions) -> MemoryBudget {
-        MemoryBudget { watch: options.memory.clone(), ..MemoryBudget::new(options.limits.memory_bytes) }
+        MemoryBudget { watch: options.memory.clone(), ..MemoryBudget::new(&options.limits) }
     }
 
     /// Returns the bytes charged so far.
@@ -66,7 +73,7 @@ impl MemoryBudget {
         // Clamped to 2^60, so that concurrent charges do not wrap around.
         let before = self.charged.fetch_add(bytes.min(1 << 60), Ordering::Relaxed);
         let all = before.saturating_add(bytes);
-        LoadError::check_limit(MEMORY, all, self.allowed)?;
+        LoadError::check_limit(MEMORY, all.saturating_add(self.taken), self.allowed)?;
         if self.watch.allows(all) { Ok(()) } else { Err(Cancelled.into()) }
     }
 

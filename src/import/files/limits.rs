@@ -19,8 +19,10 @@ pub struct Limits {
     pub image_pixels: u64,
     /// Bytes of all images after decoding.
     pub texture_bytes: u64,
-    /// Bytes of memory that the import needs, by an estimate made before allocation.
+    /// Bytes of memory that the process needs, by an estimate made before allocation.
     pub memory_bytes: u64,
+    /// Bytes of them that are taken already: by the program itself, and by what it has read before.
+    pub taken_bytes: u64,
 }
 
 impl Default for Limits {
@@ -35,12 +37,18 @@ impl Default for Limits {
             image_pixels: 1 << 28,
             texture_bytes: 16 << 30,
             memory_bytes: u64::MAX,
+            taken_bytes: 0,
         }
     }
 }
 
 impl Limits {
-    /// The default limits, lowered so that the import needs at most `bytes` of memory.
+    /// Returns the bytes of memory that are left for the import.
+    pub(crate) fn free_bytes(&self) -> u64 {
+        self.memory_bytes.saturating_sub(self.taken_bytes)
+    }
+
+    /// The default limits, lowered so that the process needs at most `bytes` of memory.
     pub fn with_memory(bytes: u64) -> Limits {
         let default = Limits::default();
         Limits {

@@ -11,11 +11,18 @@ use blinn_scene::{Environment, Panorama};
 
 /// Largest environment map: 16384 × 8192 pixels.
 const MAX_PIXELS: u64 = 1 << 27;
-/// Peak bytes per pixel: three floats, a reduced copy, the mip levels, and a decoder's blocks.
-const PIXEL_BYTES: u64 = 32;
-/// Bytes per pixel for light sources and a copy without them, of the map or its reduction to about so many pixels.
+/// Bytes per pixel: three floats.
+const PIXEL_BYTES: u64 = 12;
+/// Bytes per pixel while lookups are prepared: a copy with half as many rows and columns.
+const HALVED_PIXEL_BYTES: u64 = 3;
+/// Bytes per pixel for the mip levels while they are made, of up to so many pixels.
+const LEVEL_PIXEL_BYTES: u64 = 7;
+const MAX_LEVEL_PIXELS: u64 = 1 << 23;
+/// Bytes per pixel for light sources and a copy without them, of the map or its reduction to about so many pixels, beside
+/// the mip levels.
 const SOURCE_PIXEL_BYTES: u64 = 24;
 const MAX_SOURCE_PIXELS: u64 = 1 << 21;
+const KEPT_LEVEL_PIXEL_BYTES: u64 = 3;
 /// Width for each texel of difference from twice the height: programs round, crop or scale one of the sides. Cross maps,
 /// strips of faces and light probes are farther from 2 : 1.
 const WIDTH_PER_DIFFERENCE: u64 = 12;
@@ -26,11 +33,14 @@ const WIDTH_PER_DIFFERENCE: u64 = 12;
 /// # Errors
 /// The file cannot be read, has another format, is damaged, exceeds a limit, or has another aspect ratio.
 pub fn load_environment(path: &Path, limits: &Limits) -> Result<Environment, LoadError> {
-    let budget = MemoryBudget::new(limits.memory_bytes);
+    let budget = MemoryBudget::new(limits);
     let bytes = read_scene_file(path, limits.file_bytes.min(limits.memory_bytes))?;
-    budget.charge(bytes.len() as u64)?;
-    let texels = decode(&bytes, &budget, limits);
-    let panorama = texels.map_err(|error| error.into_load_error(path))?;
+    let size = bytes.len() as u64;
+    budget.charge(size)?;
+    let panorama = decode(&bytes, &budget, limits).map_err(|error| error.into_load_error(path))?;
+    drop(bytes);
+    let pixels = u64::from(panorama.width()) * u64::from(panorama.height());
+    budget.charge(lookup_bytes(pixels).saturating_sub(size))?;
     Ok(Environment::from_panorama(panorama))
 }
 
@@ -44,7 +54,10 @@ pub(crate) fn decode_environment(
     limits: &Limits,
 ) -> Result<Result<Environment, String>, LoadError> {
     match decode(bytes, budget, limits) {
-        Ok(panorama) => Ok(Ok(Environment::from_panorama(panorama))),
+        Ok(panorama) => {
+            budget.charge(lookup_bytes(u64::from(panorama.width()) * u64::from(panorama.height())))?;
+            Ok(Ok(Environment::from_panorama(panorama)))
+        }
         Err(MapError::Limit(error)) => Err(error),
         Err(error) => Ok(Err(error.cause())),
     }
@@ -115,8 +128,14 @@ fn check_size(width: u64, height: u64, budget: &MemoryBudget, limits: &Limits) -
             "an equirectangular environment map must be twice as wide as high, not {width}x{height}"
         )));
     }
-    let bytes = pixels * PIXEL_BYTES + pixels.min(MAX_SOURCE_PIXELS) * SOURCE_PIXEL_BYTES;
-    budget.charge(bytes).map_err(MapError::Limit)
+    budget.charge(pixels * PIXEL_BYTES).map_err(MapError::Limit)
+}
+
+/// Peak bytes for the lookups of a map beside its pixels.
+fn lookup_bytes(pixels: u64) -> u64 {
+    let level_pixels = pixels.min(MAX_LEVEL_PIXELS);
+    let sources = pixels.min(MAX_SOURCE_PIXELS) * SOURCE_PIXEL_BYTES + level_pixels * KEPT_LEVEL_PIXEL_BYTES;
+    pixels * HALVED_PIXEL_BYTES + sources.max(level_pixels * LEVEL_PIXEL_BYTES)
 }
 
 #[cfg(test)]

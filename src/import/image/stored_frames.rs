@@ -51,7 +51,7 @@ impl StoredFrames {
         let Some(format) = image::guess_format(&bytes).ok().filter(|format| is_animatable(*format)) else {
             return Ok(None);
         };
-        let budget = MemoryBudget::new(limits.memory_bytes);
+        let budget = MemoryBudget::new(limits);
         budget.charge(bytes.len() as u64)?;
         let damaged = |cause: &str| damaged(&path.display().to_string(), cause);
         let (width, height) = size(&bytes).map_err(|cause| damaged(&cause))?;

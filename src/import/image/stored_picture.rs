@@ -57,7 +57,7 @@ impl StoredPicture {
     /// # Errors
     /// The file cannot be read, has another format, is damaged, or exceeds a limit.
     pub fn load(path: &Path, limits: &Limits) -> Result<StoredPicture, LoadError> {
-        let budget = MemoryBudget::new(limits.memory_bytes);
+        let budget = MemoryBudget::new(limits);
         let bytes = read_scene_file(path, limits.file_bytes.min(limits.memory_bytes))?;
         budget.charge(bytes.len() as u64)?;
         let place = path.display();

@@ -71,7 +71,7 @@ pub(super) fn parse(
             let own = ImportSize::of(&chunk);
             size.lock().ok()?.add(own);
             let bytes = own.parsed_bytes();
-            if memory.fetch_add(bytes, Ordering::Relaxed).saturating_add(bytes) <= limits.memory_bytes {
+            if memory.fetch_add(bytes, Ordering::Relaxed).saturating_add(bytes) <= limits.free_bytes() {
                 out.push((index, chunk));
             }
         }

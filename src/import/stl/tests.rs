@@ -153,10 +153,11 @@ fn memory_is_charged_by_what_a_file_has() {
         )
     };
     let text = format!("solid\n{}endsolid\n", (0..4000).map(facet).collect::<String>());
-    let with = |more: usize| {
-        let limits = Limits { memory_bytes: (text.len() + more) as u64, ..Limits::default() };
+    let with = |more: usize, taken_bytes: u64| {
+        let limits = Limits { memory_bytes: (text.len() + more) as u64, taken_bytes, ..Limits::default() };
         load_bytes(text.as_bytes(), Path::new("a.stl"), &LoadOptions { limits, ..LoadOptions::default() })
     };
-    assert_eq!(with(1_000_000).unwrap().0.meshes[0].triangles.len(), 4000);
-    assert!(matches!(with(100_000), Err(LoadError::Limit { .. })));
+    assert_eq!(with(1_000_000, 0).unwrap().0.meshes[0].triangles.len(), 4000);
+    assert!(matches!(with(100_000, 0), Err(LoadError::Limit { .. })));
+    assert!(matches!(with(1_000_000, 900_000), Err(LoadError::Limit { .. })));
 }

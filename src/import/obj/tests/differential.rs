@@ -151,7 +151,7 @@ fn describe(scene: &Scene, warnings: &[String]) -> String {
 
 fn describe_scene(parsed: ParsedFile) -> Result<String, String> {
     let folder = SceneFolder::of(std::path::Path::new("nowhere/x.obj"), false);
-    match build_scene(parsed, &folder, &LoadOptions::default(), &MemoryBudget::new(u64::MAX)) {
+    match build_scene(parsed, &folder, &LoadOptions::default(), &MemoryBudget::new(&Limits::default())) {
         Ok((scene, warnings)) => {
             let warnings: Vec<String> = warnings.iter().map(ToString::to_string).collect();
             Ok(describe(&scene, &warnings))
