@@ -13,7 +13,7 @@ use super::posed::PosedCell;
 use super::render_job::ClipStart;
 use blinn_import::{GlassMode, LoadOptions, load_bytes};
 use blinn_scene::{AnimationChoice, Scene};
-use blinn_session::{BackFaceCulling, SessionPlan, load_limits, load_scene};
+use blinn_session::{BackFaceCulling, SessionPlan, load_scene};
 
 /// Where a scene comes from.
 pub enum SceneInput {
@@ -42,7 +42,8 @@ impl LoadedScene {
         name: PathBuf,
         plan: &SessionPlan,
     ) -> PyResult<LoadedScene> {
-        let options = LoadOptions { limits: load_limits(plan.max_memory), ..plan.options.load.clone() };
+        let limits = pool::run(py, || Ok(plan.scene_limits()))?;
+        let options = LoadOptions { limits, ..plan.options.load.clone() };
         let glass = options.glass;
         let is_arrays = matches!(input, SceneInput::Memory(_)) && names_arrays(&name);
         let (path, blender) = (name.clone(), plan.options.blender.clone());

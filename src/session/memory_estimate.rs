@@ -3,15 +3,13 @@
 use crate::edge_memory::edge_bytes;
 use crate::error::SessionError;
 use crate::memory::limit_bytes;
+use crate::noise_sources::noise_sources;
 use crate::options::Options;
 use crate::plan::SessionPlan;
 use blinn_accel::{FlattenBudget, MAX_STORED_TRIANGLES};
-use blinn_render::{Denoise, MATTE_RANKS};
+use blinn_render::{MATTE_RANKS, light_layer_bytes, noise_filter_bytes};
 use blinn_scene::{AlphaMode, Image, Material, Mesh, Scene};
 
-/// The program itself, and a thread with its working memory.
-const CODE: u64 = 40 << 20;
-const THREAD: u64 = 1 << 20;
 /// Per triangle in a BVH, while it is built: 105 where triangles lie in a regular grid, 87 to 103 in others.
 const BVH_TRIANGLE: u64 = 108;
 /// Per triangle that a build stores beside.
@@ -29,8 +27,8 @@ const EDGES_PIXEL: u64 = 16;
 const INSTANCE: u64 = 512;
 /// Per node at one time.
 const NODE: u64 = 112;
-/// Per deformed vertex at one time.
-const DEFORMED_VERTEX: u64 = 64;
+/// The environment as a blurred background, while it is made.
+const BLURRED_ENVIRONMENT: u64 = 14 << 20;
 /// Per vertex for the bounds of an animation clip. Each morph target adds one byte.
 const CLIP_BOUNDS_VERTEX: u64 = 16;
 /// Per pixel of the film.
@@ -45,20 +43,13 @@ const PREVIEW_PIXEL: u64 = 28;
 /// Per pixel and Cryptomatte: the end of its ids, and each id with its coverage.
 const MATTE_PIXEL: u64 = 4;
 const MATTE_ID: u64 = 8;
-/// Rows of a picture from which noise may be removed that are filtered at once, and bytes per pixel of them.
-const NOISY_ROWS: u64 = 160;
-const NOISY_PIXEL: u64 = 300;
-
-/// Rows of a picture with a depth of field that are filtered at once, and bytes per pixel of them.
-const LENS_ROWS: u64 = 168;
-const LENS_PIXEL: u64 = 512;
-
 /// Returns an error if rendering `frames` frames of a scene needs more memory than allowed or available, and else the bytes
-/// that it needs beside the program itself.
+/// that it needs beside what all scenes share.
 ///
 /// # Errors
 /// As described.
 pub fn check_memory(plan: &SessionPlan, scene: &Scene, frames: usize) -> Result<u64, SessionError> {
+    let plan = &*plan.for_scene(scene);
     let needed = estimate(plan, scene, frames);
     let allowed = plan.max_memory.or_else(limit_bytes).unwrap_or(u64::MAX);
     if needed > allowed {
@@ -71,12 +62,7 @@ pub fn check_memory(plan: &SessionPlan, scene: &Scene, frames: usize) -> Result<
             "rendering needs about {needed} of memory, but {bound}, or use a smaller `size` or fewer AOVs"
         )));
     }
-    Ok(needed.saturating_sub(program_bytes()))
-}
-
-/// Bytes of the program itself with the threads of the current pool.
-pub(crate) fn program_bytes() -> u64 {
-    CODE + THREAD * rayon::current_num_threads() as u64
+    Ok(needed.saturating_sub(plan.shared_bytes()))
 }
 
 /// Upper bound in bytes for rendering `frames` frames of a loaded scene.
@@ -107,7 +93,9 @@ fn estimate(plan: &SessionPlan, scene: &Scene, frames: usize) -> u64 {
         0 => built.max(KEPT_BVH_TRIANGLE * triangles + rounds + posed + edges),
         _ => built + edges,
     };
-    (program_bytes() + scene.memory_size() + mips_bytes(scene) + drawn.max(clip_bounds))
+    let blurred =
+        plan.options.environment_blur().map_or(0, |blur| if blur > 0.0 { BLURRED_ENVIRONMENT } else { 0 });
+    (plan.shared_bytes() + blurred + scene.memory_size() + mips_bytes(scene) + drawn.max(clip_bounds))
         .saturating_add(image_bytes(plan, scene).saturating_mul(images))
 }
 
@@ -149,13 +137,24 @@ fn mips_bytes(scene: &Scene) -> u64 {
 fn posed_bytes(scene: &Scene) -> u64 {
     let triangles: u64 = scene.meshes.iter().map(|m| m.triangles.len() as u64).sum();
     let repetitions = (scene.instanced_triangle_count() / triangles.max(1)).max(1);
-    let deformed = DEFORMED_VERTEX * deformed_vertices(scene) + morphed_attribute_bytes(scene);
+    let deformed = deformed_attribute_bytes(scene) + morphed_attribute_bytes(scene);
     deformed * repetitions + INSTANCE * scene.instances.len() as u64
 }
 
-fn deformed_vertices(scene: &Scene) -> u64 {
+fn deformed_meshes(scene: &Scene) -> impl Iterator<Item = &Mesh> {
     let is_deformed = |m: &&Mesh| !m.morph_targets.is_empty() || m.influences.per_vertex > 0;
-    scene.meshes.iter().filter(is_deformed).map(|m| m.positions.len() as u64).sum()
+    scene.meshes.iter().filter(is_deformed)
+}
+
+fn deformed_vertices(scene: &Scene) -> u64 {
+    deformed_meshes(scene).map(|m| m.positions.len() as u64).sum()
+}
+
+/// Bytes of the attributes that every deformation changes.
+fn deformed_attribute_bytes(scene: &Scene) -> u64 {
+    let bytes =
+        |m: &Mesh| size_of_val(&m.positions[..]) + size_of_val(&m.normals[..]) + size_of_val(&m.tangents[..]);
+    deformed_meshes(scene).map(|m| bytes(m) as u64).sum()
 }
 
 /// Bytes of the texture coordinates and colours of meshes whose morph targets displace them.
@@ -208,15 +207,18 @@ fn image_bytes(plan: &SessionPlan, scene: &Scene) -> u64 {
     let mattes = if options.aovs.cryptomatte { matte_bytes(plan, scene) } else { 0 };
     let edges = if options.edges.style().is_some() { EDGES_PIXEL } else { 0 };
     let encoding = plan.encoding_bytes.unwrap_or(ENCODING_PIXEL);
-    let filtered = if has_lens_filter(options, scene) {
-        u64::from(width) * LENS_ROWS * LENS_PIXEL
-    } else if options.samples > 1 && options.denoise != Denoise::Off && options.adaptive.is_none() {
-        // If the light has noise is known once the scene is posed.
-        u64::from(width) * u64::from(height).min(NOISY_ROWS) * NOISY_PIXEL
-    } else {
-        0
-    };
+    // Light layers are rendered after the picture.
+    let settings = options.render_settings((width, height), 0.0);
+    let noise = noise_sources(options, scene);
+    let filtered = noise_filter_bytes(&settings, &noise).max(match has_light_layers(options) {
+        true => light_layer_bytes(&settings, &noise),
+        false => 0,
+    });
     pixels.saturating_mul(FILM_PIXEL + encoding + layers + mattes + edges).saturating_add(filtered)
+}
+
+fn has_light_layers(options: &Options) -> bool {
+    options.aovs.aovs.iter().any(|aov| aov.light().is_some())
 }
 
 /// Bytes per pixel of the Cryptomattes of an image.
@@ -233,15 +235,6 @@ fn matte_bytes(plan: &SessionPlan, scene: &Scene) -> u64 {
     matte(scene.objects.len()) + matte(scene.materials.len())
 }
 
-/// True if what the lens of a camera blurs may be filtered.
-fn has_lens_filter(options: &Options, scene: &Scene) -> bool {
-    let has_lens = match options.view.aperture_radius {
-        Some(radius) => radius > 0.0,
-        None => scene.cameras.iter().any(|camera| camera.lens.is_some()),
-    };
-    has_lens && options.denoise != Denoise::Off
-}
-
 /// Bytes with a unit and one decimal, such as `2.9 GiB`.
 pub fn format_bytes(bytes: u64) -> String {
     const UNITS: [(u64, &str); 3] = [(1 << 30, "GiB"), (1 << 20, "MiB"), (1 << 10, "KiB")];
@@ -253,9 +246,44 @@ pub fn format_bytes(bytes: u64) -> String {
 
 #[cfg(test)]
 mod tests {
-    use blinn_scene::Instance;
+    use crate::options::Options;
+    use blinn_render::Denoise;
+    use blinn_scene::{Environment, Instance, Lighting, Panorama};
 
     use super::*;
+
+    fn needed(options: Options) -> u64 {
+        let options = Options { size: Some((640, 360)), ..options };
+        estimate(&SessionPlan::new(options), &Scene::default(), 1)
+    }
+
+    #[test]
+    fn pictures_are_charged_for_noise_filters_that_may_run() {
+        let plain = needed(Options::default());
+        let lit = |denoise| needed(Options { indirect: Some(1), denoise, ..Options::default() });
+        assert_eq!(needed(Options { denoise: Denoise::Off, ..Options::default() }), plain);
+        assert_eq!(lit(Denoise::Off), plain);
+        assert!(lit(Denoise::Auto) > plain + (8 << 20));
+        assert_eq!(needed(Options { indirect: Some(1), samples: 1, ..Options::default() }), plain);
+    }
+
+    #[test]
+    fn an_environment_is_shared_and_counts_once() {
+        let texels = vec![[0.5; 3]; 512 * 256];
+        let environment = Environment::from_panorama(Panorama::new(512, 256, texels).unwrap());
+        let bytes = environment.memory_size();
+        let lighting = Lighting { environment: Some(environment), ..Lighting::default() };
+        let options = Options { lighting, ..Options::default() };
+        assert!(bytes > 512 * 256 * 12);
+        assert_eq!(needed(options.clone()), needed(Options::default()) + bytes);
+        let plan = SessionPlan::new(options);
+        assert_eq!(plan.scene_limits().taken_bytes, crate::shared_memory::program_bytes() + bytes);
+        let claimed = check_memory(&plan, &Scene::default(), 1).unwrap();
+        assert_eq!(
+            claimed,
+            check_memory(&SessionPlan::new(Options::default()), &Scene::default(), 1).unwrap()
+        );
+    }
 
     #[test]
     fn one_build_at_a_time_stores_triangles_unless_they_are_many() {

@@ -3,6 +3,7 @@
 use crate::environment_cache::load_cached;
 use crate::error::SessionError;
 use crate::options::{EnvironmentSource, Options};
+use crate::shared_memory::program_bytes;
 use blinn_import::{Limits, load_camera_xml, load_environment};
 use blinn_scene::{Environment, View};
 
@@ -22,7 +23,8 @@ impl Options {
         if let Some(source) = &self.environment {
             let environment = match source {
                 EnvironmentSource::File(path) => {
-                    load_cached(path, limits.file_bytes, || load_environment(path, limits))
+                    let limits = Limits { taken_bytes: program_bytes(), ..limits.clone() };
+                    load_cached(path, limits.file_bytes, || load_environment(path, &limits))
                         .map_err(|e| SessionError::OptionFile("hdri", e))?
                 }
                 EnvironmentSource::Studio => Environment::studio(),

@@ -2,7 +2,6 @@
 
 use std::path::Path;
 
-use crate::memory_limit::load_limits;
 use crate::plan::SessionPlan;
 use crate::scheduler::{Capacity, Claim};
 
@@ -27,11 +26,11 @@ impl SessionPlan {
         Claim { threads: ((work / THREAD) as usize).clamp(1, most), memory: bytes }
     }
 
-    /// Returns what all scenes of a batch together may take: the threads of the current pool, and the memory beside that of the
-    /// program itself.
+    /// Returns what all scenes of a batch together may take: the threads of the current pool, and the memory beside what they
+    /// share.
     pub fn capacity(&self) -> Capacity {
-        let memory =
-            load_limits(self.max_memory).memory_bytes.saturating_sub(crate::memory_estimate::program_bytes());
+        let limits = self.scene_limits();
+        let memory = limits.memory_bytes.saturating_sub(limits.taken_bytes);
         Capacity { threads: rayon::current_num_threads(), memory }
     }
 }

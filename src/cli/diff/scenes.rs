@@ -29,8 +29,8 @@ use blinn_scene::{
     UpAxis, View, pose,
 };
 use blinn_session::{
-    Permit, PlannedFrame, PosedFrame, RenderedImage, SceneRenderer, SessionPlan, check_memory, load_limits,
-    natural_size, prepare_scene, scaled_to,
+    Permit, PlannedFrame, PosedFrame, RenderedImage, SceneRenderer, SessionPlan, check_memory, natural_size,
+    prepare_scene, scaled_to,
 };
 
 /// Cameras of the file that are compared.
@@ -156,7 +156,7 @@ impl LoadedPair {
         cancel: &CancelToken,
     ) -> Result<LoadedPair> {
         let of_old = LoadOptions {
-            limits: load_limits(plan.session.max_memory),
+            limits: plan.session.scene_limits(),
             cancel: cancel.clone(),
             ..plan.session.options.load.clone()
         };

@@ -8,7 +8,7 @@ use super::{OutputKind, RenderPlan, frames_of_file};
 use crate::usage::UsageError;
 use blinn_import::LoadOptions;
 use blinn_scene::clip_duration;
-use blinn_session::{PlannedFrame, load_limits, load_scene};
+use blinn_session::{PlannedFrame, load_scene};
 
 impl RenderPlan {
     /// Checks that no two frames of a clip have the same file. Only scenes whose names differ just by digits next to
@@ -30,7 +30,7 @@ impl RenderPlan {
     }
 
     fn frames_of_file(&self, scene: &Path) -> Option<Vec<PlannedFrame>> {
-        let limits = load_limits(self.session.max_memory);
+        let limits = self.session.scene_limits();
         let options = LoadOptions { limits, ..self.session.options.load.clone() };
         let (scene, _) = load_scene(scene, &options, self.session.options.blender.as_deref()).ok()?;
         let duration = clip_duration(&scene, &self.session.options.animation(&scene).ok()?).ok()?;

@@ -12,7 +12,7 @@ use crate::scene_file::load_scene_file;
 use blinn_core::cancellation::CancelToken;
 use blinn_import::{LoadOptions, MemoryWatch};
 use blinn_scene::Scene;
-use blinn_session::{Notice, Permit, SessionLog, load_limits, prepare_scene};
+use blinn_session::{Notice, Permit, SessionLog, prepare_scene};
 
 /// Reads a scene, removes hidden objects and reports warnings. The memory that it needs is claimed from `permit`.
 ///
@@ -28,7 +28,7 @@ pub fn load_scene(
     let start = Instant::now();
     let permit = permit.clone();
     let load_options = LoadOptions {
-        limits: load_limits(plan.session.max_memory),
+        limits: plan.session.scene_limits(),
         cancel: cancel.clone(),
         memory: MemoryWatch::new(move |bytes| permit.grow(bytes)),
         ..plan.session.options.load.clone()

@@ -10,7 +10,7 @@ use crate::scene_file::load_scene_file;
 use blinn_core::cancellation::CancelToken;
 use blinn_import::LoadOptions;
 use blinn_scene::{Animation, AreaLight, Instance, Light, Scene, Selection};
-use blinn_session::{BackFaceCulling, load_limits};
+use blinn_session::BackFaceCulling;
 
 /// A scene, and the parts that a selection removes from it.
 pub struct LoadedScene {
@@ -35,7 +35,7 @@ impl LoadedScene {
     /// # Errors
     /// The file cannot be read.
     pub fn load(plan: &RenderPlan, path: &Path, cancel: &CancelToken) -> Result<LoadedScene> {
-        let limits = load_limits(plan.session.max_memory);
+        let limits = plan.session.scene_limits();
         let options = LoadOptions { limits, cancel: cancel.clone(), ..plan.session.options.load.clone() };
         let (mut scene, warnings) = load_scene_file(path, &options, plan.session.options.blender.as_deref())?;
         if plan.session.options.cull == BackFaceCulling::All {
