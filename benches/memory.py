@@ -239,6 +239,25 @@ def obj_lines(path, lines):
             file.write("l " + " ".join(str(j * side + i + 1) for i in range(side)) + "\n")
 
 
+def metals(path, triangles):
+    """Writes a mesh of a rough metal."""
+    side = side_of(triangles)
+    metal = {"pbrMetallicRoughness": {"metallicFactor": 1, "roughnessFactor": 0.4}}
+    write_glb(path, [("POSITION", "VEC3", FLOAT, grid(side))], grid_indices(side), materials=[metal])
+
+
+def below_map(path, triangles):
+    """Writes a mesh, and a map of 8192 x 4096 pixels beside it."""
+    side = side_of(triangles)
+    write_glb(path, [("POSITION", "VEC3", FLOAT, grid(side))], grid_indices(side))
+    width, height = 8192, 4096
+    # Without compression.
+    rows = [b"".join(bytes(((x * y) % 251, (x + 3 * y) % 200, 90, 128)) for x in range(width)) for y in range(16)]
+    with (path.parent / MAP).open("wb") as file:
+        file.write(b"#?RADIANCE\nFORMAT=32-bit_rle_rgbe\n\n-Y %d +X %d\n" % (height, width))
+        file.writelines(rows[y % 16] for y in range(height))
+
+
 def generated(kind, *flags):
     """Returns a writer that runs the generator."""
     def write(path, triangles):
@@ -248,6 +267,7 @@ def generated(kind, *flags):
 
 
 PICTURE = "--size 640x360"
+MAP = "map.hdr"
 LAYERS = "--size 3840x2160 --aov depth,normal,position,albedo,uv,mask,object-id,cryptomatte"
 MILLION = 1_000_000
 # Name: ending, elements, writer, options.
@@ -277,6 +297,15 @@ CLASSES = {
     "stadium": ("glb", MILLION, generated("stadium"), PICTURE),
     "coincident": ("glb", MILLION, generated("layers"), PICTURE),
     "exr-layers": ("glb", 10_000, generated("interior"), LAYERS),
+    "exr-mattes": ("glb", 10_000, generated("interior"),
+                   "--size 3840x2160 --aov depth,normal,object-id,cryptomatte"),
+    "map": ("glb", MILLION, below_map, PICTURE + " --hdri {folder}/" + MAP),
+    "bounced": ("glb", 10_000, generated("interior"), "--size 1920x1080 -s 2 --indirect 1"),
+    "bounced-off": ("glb", 10_000, generated("interior"), "--size 1920x1080 -s 2 --indirect 1 --denoise off"),
+    "bounced-layers": ("glb", 10_000, generated("interior"),
+                       "--size 1920x1080 -s 2 --indirect 1 --aov diffuse-direct,diffuse-indirect"),
+    "lens": ("glb", 10_000, generated("interior"), "--size 1920x1080 -s 2 --aperture-radius 0.05"),
+    "metals": ("glb", 10_000, metals, "--size 1920x1080 -s 2"),
     "png-4k": ("glb", 10_000, generated("interior"), "--size 3840x2160"),
 }
 
@@ -285,8 +314,10 @@ def render(scene, options, allowed):
     """Renders a scene. Returns the bytes that the error asks for, and the peak."""
     with tempfile.TemporaryDirectory() as folder:
         ending = "exr" if "--aov" in options else "png"
-        command = [arguments.program.resolve(), "render", scene, "-o", f"{folder}/{{index}}.{ending}", "-s", "1",
-                   "--perf", "--max-memory", str(allowed), *options.split()]
+        options = options.format(folder=arguments.folder.resolve()).split()
+        samples = [] if "-s" in options else ["-s", "1"]
+        command = [arguments.program.resolve(), "render", scene, "-o", f"{folder}/{{index}}.{ending}", *samples,
+                   "--perf", "--max-memory", str(allowed), *options]
         run = subprocess.run(command, capture_output=True, text=True)
     number = r"([\d.]+) (bytes|KiB|MiB|GiB)"
     if run.returncode == 0:

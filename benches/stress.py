@@ -162,7 +162,9 @@ def main():
         for threads in THREADS:
             end = time.monotonic() + LIMIT
             run = Run(program, Path(temporary) / f"threads-{threads}", threads)
+            start = time.monotonic()
             expect_same("messages", run.folder.name, messages, run.messages())
+            whole = time.monotonic() - start
             expect_same("images", run.folder.name, images, run.images())
             expect_same("ledger", run.folder.name, ledger, run.ledger())
             killed = Run(program, Path(temporary) / f"killed-{threads}", threads)
@@ -170,7 +172,7 @@ def main():
             for _ in range(KILLS):
                 process = killed.start()
                 try:
-                    process.communicate(timeout=kills.uniform(0.02, 0.2) * alone)
+                    process.communicate(timeout=kills.uniform(0.02, 0.2) * whole)
                 except subprocess.TimeoutExpired:
                     process.send_signal(signal.SIGKILL)
                     process.communicate()
