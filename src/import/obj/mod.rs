@@ -105,6 +105,10 @@ fn parse_file(
     origin: Option<DVec3>,
 ) -> Result<ParsedFile, LoadError> {
     let (file, bytes) = input.open(limits.file_bytes)?;
+    // Text from an archive stays in memory beside the lists.
+    if let SceneInput::Memory(text) = input {
+        budget.charge(text.len() as u64)?;
+    }
     let reserved = budget.charge_obj(bytes)?;
     let cancel = &folder.cancel;
     let mut file = HashingReader::new(CancellableReader { file, cancel });

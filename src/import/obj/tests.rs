@@ -314,6 +314,26 @@ fn z_up_rotates_the_scene() {
     assert_eq!(p, glam::DVec3::new(1.0, 3.0, -2.0));
 }
 
+/// The text of an archive stays in memory while it is parsed; a file is read in pieces.
+#[test]
+fn text_in_memory_is_charged_beside_the_lists() {
+    let dir = tempfile::tempdir().unwrap();
+    let text = "v 0 0 0\nv 1 0 0\nv 1 1 0\n".repeat(1000) + "f 1 2 3\n";
+    let file = dir.path().join("a.obj");
+    fs::write(&file, &text).unwrap();
+    let least = |loads: &dyn Fn(&LoadOptions) -> bool| {
+        let fits = |memory_bytes: u64| {
+            let mut options = LoadOptions::default();
+            options.limits.memory_bytes = memory_bytes;
+            loads(&options)
+        };
+        (0..2000).map(|i| 1000 * i).find(|bytes| fits(*bytes)).unwrap()
+    };
+    let of_file = least(&|options| load(&file, options).is_ok());
+    let of_memory = least(&|options| crate::load_bytes(text.as_bytes(), &file, options).is_ok());
+    assert!(of_memory.abs_diff(of_file + text.len() as u64) <= 1000, "{of_memory} {of_file}");
+}
+
 #[test]
 fn limits_are_checked_before_allocation() {
     let dir = tempfile::tempdir().unwrap();
