@@ -50,8 +50,9 @@ pub fn light_layer_bytes(settings: &RenderSettings, noise: &NoiseSources) -> u64
         }
     };
     let PixelRect { width, height, .. } = settings.window();
-    let picture = u64::from(width) * u64::from(height) * size_of::<LightLayers>() as u64;
-    picture + noise.each().iter().map(bytes).max().unwrap_or(0)
+    let pixels = u64::from(width) * u64::from(height);
+    let picture = pixels.saturating_mul(size_of::<LightLayers>() as u64);
+    picture.saturating_add(noise.each().iter().map(bytes).max().unwrap_or(0))
 }
 
 /// The light of a strip: filtered, that of direct layers as well, and by layer.

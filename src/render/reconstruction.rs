@@ -112,7 +112,7 @@ impl Reconstruction for AllLight {
 /// Number of columns that are filtered at once: memory does not grow with the width of a picture.
 const BAND: usize = 512;
 /// Bytes for each pixel of a band: its features, halves and occlusion.
-const BAND_PIXEL: u64 = 128;
+const BAND_PIXEL: u64 = 144;
 
 /// Bytes that [`filter_light`] takes for a band of so many held pixels.
 pub(super) fn band_bytes(width: u64, rows: u64) -> u64 {

@@ -207,14 +207,18 @@ fn image_bytes(plan: &SessionPlan, scene: &Scene) -> u64 {
     let mattes = if options.aovs.cryptomatte { matte_bytes(plan, scene) } else { 0 };
     let edges = if options.edges.style().is_some() { EDGES_PIXEL } else { 0 };
     let encoding = plan.encoding_bytes.unwrap_or(ENCODING_PIXEL);
-    // Light layers are rendered after the picture.
     let settings = options.render_settings((width, height), 0.0);
     let noise = noise_sources(options, scene);
-    let filtered = noise_filter_bytes(&settings, &noise).max(match has_light_layers(options) {
-        true => light_layer_bytes(&settings, &noise),
+    let encoded = pixels.saturating_mul(encoding + layers + mattes + edges);
+    // Light layers are rendered after the picture, and both before the file is encoded.
+    let layered = match has_light_layers(options) {
+        true => {
+            light_layer_bytes(&settings, &noise).saturating_add(pixels.saturating_mul(AOV_CHANNEL * channels))
+        }
         false => 0,
-    });
-    pixels.saturating_mul(FILM_PIXEL + encoding + layers + mattes + edges).saturating_add(filtered)
+    };
+    let work = noise_filter_bytes(&settings, &noise).max(layered).max(encoded);
+    pixels.saturating_mul(FILM_PIXEL).saturating_add(work)
 }
 
 fn has_light_layers(options: &Options) -> bool {

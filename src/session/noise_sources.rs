@@ -51,7 +51,7 @@ fn has_random_light(options: &Options, scene: &Scene, has_animated_materials: bo
 mod tests {
     use super::*;
     use blinn_core::geometry::Rgb;
-    use blinn_scene::{AreaLight, AreaLightShape, Light, LightKind, Lighting, Reflectance};
+    use blinn_scene::{AreaLight, AreaLightShape, Light, LightKind, Lighting, Reflectance, Reflection};
     use glam::DVec3;
 
     fn light(radius: f32) -> Light {
@@ -105,14 +105,16 @@ mod tests {
 
     #[test]
     fn metals_count_where_they_reflect() {
-        let mut scene = Scene { materials: vec![Material::default()], ..Scene::default() };
-        let metals = |scene: &Scene, bounces| {
-            noise_sources(&Options { bounces, ..Options::default() }, scene).rough_metals
+        let of = |metallic: f32, roughness: f32| Material {
+            reflectance: Reflectance::metallic_roughness(metallic, roughness),
+            reflection: Reflection::Fresnel,
+            ..Material::default()
         };
-        assert!(!metals(&scene, 4));
-        if let Reflectance::MetallicRoughness { metallic, .. } = &mut scene.materials[0].reflectance {
-            metallic.factor = 1.0;
-        }
-        assert!(metals(&scene, 4) && !metals(&scene, 0));
+        let metals = |material: Material, bounces| {
+            let scene = Scene { materials: vec![material], ..Scene::default() };
+            noise_sources(&Options { bounces, ..Options::default() }, &scene).rough_metals
+        };
+        assert!(metals(of(1.0, 0.5), 4));
+        assert!(!metals(of(1.0, 0.5), 0) && !metals(of(0.0, 0.5), 4) && !metals(of(1.0, 0.0), 4));
     }
 }
