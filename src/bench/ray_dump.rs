@@ -8,6 +8,7 @@ use super::record::MeasureError;
 use super::stage::BenchStage;
 use blinn_accel::{Accel, AccelSettings, Coherence, RayBatch, ShadowRayBatch, SimdLevel};
 use blinn_core::geometry::{Hit, HitId, Ray};
+use blinn_core::worded;
 use blinn_import::{LoadOptions, Warning};
 use blinn_render::RenderSettings;
 use blinn_render::integrator::{Frame, MaterialHitFilter, SurfacePoint};
@@ -61,9 +62,11 @@ pub fn dump_rays(file: &Path, settings: &DumpSettings) -> Result<RayDump, Measur
     let bytes =
         rays.saturating_mul(BYTES_PER_RAY).saturating_add(triangles.saturating_mul(BYTES_PER_TRIANGLE));
     if bytes > MAX_BYTES {
-        return Err(MeasureError::Rejected(format!(
-            "up to {rays} rays and {triangles} triangles are too many for an .npz file; use a smaller `size`, fewer \
-             `kinds` or no `triangles`"
+        return Err(MeasureError::Rejected(worded!(
+            "up to {} rays and {} triangles are too many for an .npz file; use a smaller `size`, fewer \
+             `kinds` or no `triangles`",
+            rays,
+            triangles
         )));
     }
     let posed = pose(&scene, &PoseSettings::default())?;

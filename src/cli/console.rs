@@ -8,8 +8,9 @@ use anyhow::{Context, Error, Result};
 
 use super::files::similar_file;
 use super::message_style::{Level, MessageStyle};
-use super::option_words::with_flags;
+use blinn_core::worded;
 use blinn_import::LoadError;
+use blinn_session::without_error_codes;
 
 /// True for the file name `-`, which stands for standard output.
 pub fn is_stdout(name: &Path) -> bool {
@@ -18,7 +19,7 @@ pub fn is_stdout(name: &Path) -> bool {
 
 /// Writes a line to standard error, with options as flags. Ignores write errors, as they have nowhere to be reported.
 pub fn eprint_line(line: &str) {
-    let _ = writeln!(stderr().lock(), "{}", with_flags(line));
+    let _ = writeln!(stderr().lock(), "{}", without_error_codes(line));
 }
 
 /// Reports an error on standard error as one line.
@@ -72,7 +73,7 @@ pub fn single_line(text: &str) -> String {
 /// An error with its causes, preceded by the scene's path unless it names that already. For a missing file, a similar one is
 /// suggested.
 pub fn scene_error(scene: &Path, error: &Error) -> String {
-    let text = with_flags(&format!("{error:#}"));
+    let text = without_error_codes(&format!("{error:#}"));
     let path = scene.display().to_string();
     let is_missing = |cause: &(dyn std::error::Error + 'static)| match cause.downcast_ref() {
         Some(LoadError::Io { path, cause }) => path == scene && cause.kind() == ErrorKind::NotFound,
@@ -84,5 +85,5 @@ pub fn scene_error(scene: &Path, error: &Error) -> String {
 
 /// The error that a warning becomes with `--strict`.
 pub fn strict_error(warning: impl Display) -> Error {
-    anyhow::anyhow!("{} (an error because of --strict)", with_flags(&warning.to_string()))
+    anyhow::anyhow!(worded!("{} (an error because of `strict`)", without_error_codes(&warning.to_string())))
 }

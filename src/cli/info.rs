@@ -9,7 +9,6 @@ use serde_json::{Map, Value, json};
 use super::args::{InfoArgs, named_options};
 use super::console::{print_error, print_stdout, print_warning, scene_error, single_line, strict_error};
 use super::exporters::{self, Exporter, version_of};
-use super::option_words::with_flags;
 use super::plan::scene_list;
 use super::run::panics;
 use super::scene_file::load_scene_file;
@@ -21,7 +20,7 @@ use blinn_accel::BuildReport;
 use blinn_import::{GlassMode, LoadOptions, Warning, refracts_if_closed};
 use blinn_scene::pose;
 use blinn_scene::{AnimationChoice, PoseSettings, PosedScene, Scene, SourceFormat};
-use blinn_session::{Options, ignored_primitives, load_limits};
+use blinn_session::{Options, ignored_primitives, load_limits, without_error_codes};
 
 /// Properties of a scene by name, in the order in which they are printed.
 type Properties = Map<String, Value>;
@@ -127,14 +126,14 @@ fn glass(scene: &Scene, mode: GlassMode) -> Vec<Value> {
 }
 
 fn all_lines(warnings: &[Warning]) -> Vec<String> {
-    warnings.iter().map(|warning| with_flags(&warning.to_string())).collect()
+    warnings.iter().map(|warning| without_error_codes(&warning.to_string())).collect()
 }
 
 /// The first few warnings of each kind, and how many there are beyond.
 fn bounded_lines(warnings: &[Warning]) -> Vec<String> {
     let mut filter = WarningFilter::default();
     let admitted = warnings.iter().filter(|warning| filter.admit(&warning.message));
-    let mut lines: Vec<String> = admitted.map(|warning| with_flags(&warning.to_string())).collect();
+    let mut lines: Vec<String> = admitted.map(|warning| without_error_codes(&warning.to_string())).collect();
     lines.extend(filter.summary("use --json to print all"));
     lines
 }

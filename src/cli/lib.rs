@@ -39,6 +39,7 @@ use clap::error::ErrorKind;
 use clap::{ColorChoice, FromArgMatches};
 
 use args::{Cli, ColorArg, Command};
+use blinn_core::option_words::set_option_word;
 use run::{panics, runtime};
 use summary::{EXIT_FAILURE, Summary};
 use usage::{EXIT_USAGE, UsageError};
@@ -47,6 +48,7 @@ use usage::{EXIT_USAGE, UsageError};
 ///
 /// Exit codes: 0 success, 1 something failed, 2 wrong command line, 129, 130 or 143 after SIGHUP, SIGINT or SIGTERM.
 pub fn run() -> ExitCode {
+    set_option_word(option_words::flag);
     ExitCode::from(run_arguments(std::env::args_os().collect(), Host::Program))
 }
 

@@ -25,7 +25,7 @@ pub fn run(args: &RaysArgs) -> Result<Summary, UsageError> {
         return Err(UsageError("rays reads a file; save standard input to one".into()));
     }
     let mut paths = PathConflicts::with_inputs(std::slice::from_ref(&args.scene));
-    paths.add_output(&args.dump, Writer::Flag("--dump")).map_err(UsageError)?;
+    paths.add_output(&args.dump, Writer::Option("dump")).map_err(UsageError)?;
     let all = || BenchStage::ALL.into_iter().filter(|stage| stage.traces_rays()).collect();
     let settings = DumpSettings {
         load: LoadOptions { allow_outside: args.common.allow_outside(), ..LoadOptions::default() },

@@ -3,8 +3,7 @@
 use std::ffi::OsString;
 
 use super::console::{eprint_line, print_error, single_line};
-use super::option_words::with_flags;
-use blinn_session::SessionError;
+use blinn_session::{SessionError, without_error_codes};
 
 /// Exit code of a wrong command line.
 pub const EXIT_USAGE: u8 = 2;
@@ -15,7 +14,7 @@ pub struct UsageError(pub String);
 
 impl From<SessionError> for UsageError {
     fn from(error: SessionError) -> UsageError {
-        UsageError(with_flags(&error.to_string()))
+        UsageError(without_error_codes(&error.to_string()))
     }
 }
 

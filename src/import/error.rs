@@ -7,6 +7,7 @@ use std::io;
 use std::path::{Path, PathBuf};
 
 use blinn_core::cancellation::Cancelled;
+use blinn_core::worded;
 
 /// The reason why a file was not loaded.
 #[derive(Debug, thiserror::Error)]
@@ -56,9 +57,9 @@ pub enum LoadError {
 /// Name of the memory limit.
 pub(crate) const MEMORY: &str = "bytes of memory";
 
-/// Returns the flag that raises a limit, as the end of a message.
-fn remedy(name: &str) -> &'static str {
-    if name == MEMORY { "; raise it with `max-memory`" } else { "" }
+/// Returns the option that raises a limit, as the end of a message.
+fn remedy(name: &str) -> String {
+    if name == MEMORY { worded!("; raise it with `max-memory`") } else { String::new() }
 }
 
 impl LoadError {

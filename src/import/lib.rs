@@ -36,6 +36,7 @@ mod unlit_rounds;
 use std::io::{self, Read};
 use std::path::Path;
 
+use blinn_core::worded;
 use blinn_scene::{FileDigest, Scene, SourceFormat};
 use files::scene_input::SceneInput;
 use files::tar_archive::ArchivePath;
@@ -179,10 +180,9 @@ fn detect_format(path: &Path, head: &[u8], bytes: u64) -> Result<SourceFormat, L
         Some("stl") => Ok(SourceFormat::Stl),
         Some("obj") => Ok(SourceFormat::Obj),
         _ if obj::may_be_obj(head) => Ok(SourceFormat::Obj),
-        _ => Err(LoadError::Unsupported(
+        _ => Err(LoadError::Unsupported(worded!(
             "the file is in no format that blinn recognizes; use a .gltf, .glb, .obj, .stl or .ply file, or name its \
              format with `format`"
-                .into(),
-        )),
+        ))),
     }
 }

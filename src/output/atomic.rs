@@ -8,6 +8,7 @@ use std::sync::{RwLock, RwLockWriteGuard};
 use tempfile::NamedTempFile;
 
 use super::write_target::WriteTarget;
+use blinn_core::worded;
 
 /// Locked for reading while a file is written, and for writing by [`block_writes`].
 static WRITES: RwLock<()> = RwLock::new(());
@@ -187,7 +188,10 @@ pub(super) fn check_overwrite(path: &Path, overwrite: Overwrite) -> io::Result<(
         && path.exists()
         && matches!(WriteTarget::resolve(path)?, WriteTarget::File(_))
     {
-        return Err(io::Error::new(io::ErrorKind::AlreadyExists, "it exists and `no-overwrite` is set"));
+        return Err(io::Error::new(
+            io::ErrorKind::AlreadyExists,
+            worded!("it exists and `no-overwrite` is set"),
+        ));
     }
     if path.is_dir() {
         return Err(io::Error::new(io::ErrorKind::IsADirectory, "it is a folder"));

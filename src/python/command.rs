@@ -5,6 +5,7 @@ use std::ffi::OsString;
 use pyo3::prelude::*;
 
 use super::log::keyword;
+use blinn_cli::embed::{flag, run_program};
 
 /// Runs the command line program and returns its exit code.
 ///
@@ -13,8 +14,6 @@ use super::log::keyword;
 #[pyfunction]
 #[pyo3(signature = (argv, *, keywords = false))]
 pub fn main(py: Python<'_>, argv: Vec<OsString>, keywords: bool) -> u8 {
-    if keywords {
-        blinn_cli::embed::set_option_word(keyword);
-    }
-    py.detach(|| blinn_cli::embed::run_program(argv))
+    let word = if keywords { keyword } else { flag };
+    py.detach(|| run_program(argv, word))
 }

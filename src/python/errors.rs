@@ -4,8 +4,8 @@ use pyo3::create_exception;
 use pyo3::exceptions::{PyException, PyUserWarning, PyValueError};
 use pyo3::prelude::*;
 
-use super::log::with_keywords;
 use blinn_import::LoadError as ImportError;
+use blinn_session::without_error_codes;
 
 create_exception!(blinn, Error, PyException, "Base class of all errors of blinn.");
 create_exception!(blinn, LoadError, Error, "A scene cannot be loaded.");
@@ -37,7 +37,7 @@ pub fn camera_list_error(error: ImportError) -> PyErr {
 }
 
 fn import_error(error: ImportError, in_file: impl FnOnce(String) -> String) -> PyErr {
-    let message = with_keywords(&error.to_string());
+    let message = without_error_codes(&error.to_string());
     let text = match &error {
         ImportError::Io { cause, .. } if cause.raw_os_error().is_some() => {
             return std::io::Error::new(cause.kind(), message).into();
@@ -56,12 +56,12 @@ fn import_error(error: ImportError, in_file: impl FnOnce(String) -> String) -> P
 
 /// The exception for a failed render.
 pub fn render_error(error: &anyhow::Error) -> PyErr {
-    RenderError::new_err(with_keywords(&format!("{error:#}")))
+    RenderError::new_err(without_error_codes(&format!("{error:#}")))
 }
 
 /// A `ValueError`.
 pub fn value_error(text: impl Into<String>) -> PyErr {
-    PyValueError::new_err(with_keywords(&text.into()))
+    PyValueError::new_err(without_error_codes(&text.into()))
 }
 
 /// Number of Python functions between the user's code and this module.
@@ -76,7 +76,8 @@ pub enum CallDepth {
 pub fn warn(py: Python<'_>, scene: &str, warnings: &[String], depth: CallDepth) -> PyResult<()> {
     let category = py.get_type::<SceneWarning>();
     for warning in warnings {
-        let text = std::ffi::CString::new(format!("{scene}: {}", with_keywords(warning)).replace('\0', " "))?;
+        let text =
+            std::ffi::CString::new(format!("{scene}: {}", without_error_codes(warning)).replace('\0', " "))?;
         PyErr::warn(py, &category, &text, depth as i32)?;
     }
     Ok(())

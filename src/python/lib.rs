@@ -34,11 +34,13 @@ mod size;
 use pyo3::prelude::*;
 
 use blinn_cli::embed::install_panic_hook;
+use blinn_session::set_option_word;
 
 /// Rendering of glTF and OBJ scenes on the CPU.
 #[pymodule]
 fn _blinn(module: &Bound<'_, PyModule>) -> PyResult<()> {
     install_panic_hook();
+    set_option_word(log::keyword);
     module.add("__version__", env!("CARGO_PKG_VERSION"))?;
     errors::register(module)?;
     module.add_class::<camera::PyCamera>()?;

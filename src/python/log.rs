@@ -2,7 +2,7 @@
 
 use std::sync::Mutex;
 
-use blinn_session::{Notice, SessionError, SessionLog, with_option_names, without_error_codes};
+use blinn_session::{Notice, SessionError, SessionLog, without_error_codes};
 
 /// Collects each warning of a render once, in order.
 #[derive(Default)]
@@ -17,7 +17,7 @@ impl WarningLog {
 
 impl SessionLog for WarningLog {
     fn warn(&self, notice: Notice) -> Result<(), SessionError> {
-        let text = with_keywords(&notice.to_string());
+        let text = without_error_codes(&notice.to_string());
         let mut warnings = self.0.lock().unwrap_or_else(|e| e.into_inner());
         if !warnings.contains(&text) {
             warnings.push(text);
@@ -26,12 +26,7 @@ impl SessionLog for WarningLog {
     }
 }
 
-/// A message of the library with its options as keyword arguments: `` `clip off` `` becomes `clip='off'`.
-pub fn with_keywords(text: &str) -> String {
-    with_option_names(&without_error_codes(text), keyword)
-}
-
-/// An option as a keyword argument.
+/// Words an option as a keyword argument: `clip='off'`.
 pub fn keyword(name: &str, value: Option<&str>) -> String {
     let name = match name {
         // Arguments of their own.

@@ -3,7 +3,7 @@
 use pyo3::prelude::*;
 
 use super::options::OptionSet;
-use blinn_session::{Effect, OptionDef, option_defs};
+use blinn_session::{Effect, OptionDef, option_defs, word_options};
 
 const HEAD: &str = r#""""Types of options, for editors and type checkers. Generated from the table of options; `just pytest` compares it.
 
@@ -57,7 +57,7 @@ fn field(name: &str, python_type: &str, summary: &str) -> String {
 
 /// A summary on one line, with names of options as keywords.
 fn python_words(summary: &str) -> String {
-    super::log::with_keywords(&summary.replace('\n', " ")).replace('\\', "\\\\").replace("\"\"\"", "'''")
+    word_options(summary).replace('\n', " ").replace('\\', "\\\\").replace("\"\"\"", "'''")
 }
 
 /// The type of an option's values.

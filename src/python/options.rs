@@ -9,6 +9,7 @@ use pyo3::types::{PyBool, PyDict, PyString};
 use super::errors::value_error;
 use blinn_accel::AccelSettings;
 use blinn_core::closest_name::closest_name;
+use blinn_core::worded;
 use blinn_render::integrator::Aov;
 use blinn_session::{
     Heading, NamedOptions, OptionDef, SessionError, SessionPlan, option_defs, simd_level, values,
@@ -87,7 +88,7 @@ pub fn plan(
     }
     let options = options.finish().map_err(option_error)?;
     if options.depth_unit.is_some() && !options.aovs.aovs.contains(&Aov::Depth) {
-        return Err(value_error("`depth-unit` applies only to the layer depth; add it"));
+        return Err(value_error(worded!("`depth-unit` applies only to the layer depth; add it")));
     }
     let build = AccelSettings { simd: simd_level().map_err(option_error)?, ..AccelSettings::default() };
     // Names of ids are for files beside images.
@@ -126,13 +127,13 @@ fn set_option(options: &mut NamedOptions, def: &OptionDef, value: &Bound<'_, PyA
     }
     if let Ok(flag) = value.cast::<PyBool>() {
         return match flag.is_true() {
-            true if def.takes_value() => Err(value_error(format!("`{}` needs a value", def.name))),
+            true if def.takes_value() => Err(value_error(worded!("`{}` needs a value", def.name))),
             true => options.set(def.name, "").map_err(option_error),
             false => Ok(()),
         };
     }
     if !def.takes_value() {
-        return Err(value_error(format!("`{}` is True or False", def.name)));
+        return Err(value_error(worded!("`{}` is True or False", def.name)));
     }
     if def.is_repeatable && holds_values(value)? {
         for item in value.try_iter()? {
@@ -149,7 +150,7 @@ fn memory_limit(value: &Bound<'_, PyAny>) -> PyResult<Option<u64>> {
         return Ok(None);
     }
     let limit = values::bytes(&text(value)?.to_string_lossy());
-    limit.map(Some).map_err(|reason| value_error(format!("`{MAX_MEMORY}`: {reason}")))
+    limit.map(Some).map_err(|reason| value_error(worded!("`{}`: {}", MAX_MEMORY, reason)))
 }
 
 /// True for a sequence of sequences or of strings, false for a single value such as a vector.

@@ -10,6 +10,7 @@ use pyo3::types::PyBytes;
 
 use super::errors::value_error;
 use super::pool;
+use blinn_core::worded;
 use blinn_output::{BitDepth, ImageFormat, Overwrite, Picture, SaveError, save};
 use blinn_render::integrator::{Aov, MatteKind};
 use blinn_render::{AovLayer, MATTE_RANKS};
@@ -189,7 +190,7 @@ impl PyPicture {
                 let text: String = unit.str()?.extract()?;
                 Some(
                     values::depth_unit(&text)
-                        .map_err(|reason| value_error(format!("`depth-unit`: {reason}")))?,
+                        .map_err(|reason| value_error(worded!("`depth-unit`: {}", reason)))?,
                 )
             }
             None => self.picture.depth_step,
@@ -241,8 +242,10 @@ fn check_depths(layer: Option<&AovLayer>, step: f64) -> PyResult<()> {
     if farthest <= largest + 0.5 * step {
         return Ok(());
     }
-    Err(value_error(format!(
-        "the depth {farthest} m is above {largest} m, the largest of 16 bits; pass a larger `depth-unit`, or save an .exr"
+    Err(value_error(worded!(
+        "the depth {} m is above {} m, the largest of 16 bits; pass a larger `depth-unit`, or save an .exr",
+        farthest,
+        largest
     )))
 }
 

@@ -1,6 +1,7 @@
 //! The camera that a view starts from: a camera of the file, or the default view that frames the scene.
 
 use blinn_core::closest_name::did_you_mean;
+use blinn_core::worded;
 use glam::{DVec2, DVec3};
 
 use super::framing::MARGIN;
@@ -102,7 +103,7 @@ impl View {
         let names: Vec<_> =
             scene.cameras.iter().enumerate().map(|(i, c)| format!("{i} '{}'", node_name(c.node))).collect();
         let list = if names.is_empty() {
-            "none; `orbit` shows the scene from any side".to_string()
+            worded!("none; `orbit` shows the scene from any side")
         } else {
             names.join(", ")
         };

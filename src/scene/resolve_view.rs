@@ -8,6 +8,7 @@ use super::{
     ViewRect,
 };
 use blinn_core::geometry::Basis;
+use blinn_core::worded;
 
 /// Information beside the camera of a resolved view.
 #[derive(Clone, Debug, Default, PartialEq)]
@@ -49,8 +50,9 @@ fn choice_of_camera(scene: &Scene) -> Option<String> {
     if count > MAX_NAMES {
         names.push("…".into());
     }
-    Some(format!(
-        "the file has {count} cameras: {}; used the first; select one with `camera`",
+    Some(worded!(
+        "the file has {} cameras: {}; used the first; select one with `camera`",
+        count,
         names.join(", ")
     ))
 }
@@ -129,13 +131,14 @@ impl View {
             return None;
         }
         let options = match (self.focus, self.aperture_blades) {
-            (Some(_), Some(_)) => "`focus` and `aperture-blades` have",
-            (Some(_), None) => "`focus` has",
-            (None, Some(_)) => "`aperture-blades` has",
+            (Some(_), Some(_)) => worded!("`focus` and `aperture-blades` have"),
+            (Some(_), None) => worded!("`focus` has"),
+            (None, Some(_)) => worded!("`aperture-blades` has"),
             (None, None) => return None,
         };
-        Some(format!(
-            "{options} no effect, as everything is sharp; add `aperture-radius` for a depth of field"
+        Some(worded!(
+            "{} no effect, as everything is sharp; add `aperture-radius` for a depth of field",
+            options
         ))
     }
 
@@ -214,7 +217,7 @@ impl View {
             None if self.view_point.is_some() => "from the given view point".into(),
             None => "the whole scene, framed".into(),
         };
-        if self.orbit.is_some() { format!("{base}, from `orbit`") } else { base }
+        if self.orbit.is_some() { worded!("{}, from `orbit`", base) } else { base }
     }
 
     /// Returns the view rectangle without intrinsics. A given width or height alone keeps pixels square.

@@ -1,5 +1,7 @@
 //! Requested views, before the file's camera or framing completes them.
 
+use blinn_core::option_words::{option_word, word_options};
+use blinn_core::worded;
 use glam::{DVec2, DVec3};
 
 use super::{Camera, ClipPlanes, Intrinsics, Projection, Scene, SensorFit, ViewRect};
@@ -11,7 +13,7 @@ pub enum ViewError {
     #[error("the file has no camera '{0}'; its cameras are: {1}")]
     NoCamera(String, String),
     /// `view_up` is parallel to the view direction.
-    #[error("view up {up} is parallel to the view direction {dir}; set another `view-up`")]
+    #[error("view up {up} is parallel to the view direction {dir}; {}", worded!("set another `view-up`"))]
     ParallelUp {
         /// The up vector.
         up: String,
@@ -23,22 +25,27 @@ pub enum ViewError {
     NoDirection(String),
     /// A camera of the file has no view direction.
     #[error(
-        "the file's camera '{0}' has no view direction: its node or a parent has scale 0; set `view-dir`"
+        "the file's camera '{}' has no view direction: its node or a parent has scale 0; {}",
+        .0,
+        worded!("set `view-dir`")
     )]
     DegenerateFileCamera(String),
     /// Intrinsics for an orthographic camera.
     #[error(
-        "`intrinsics` describes a perspective camera, and {0} is orthographic; add `projection perspective`"
+        "{} describes a perspective camera, and {} is orthographic; {}",
+        worded!("`intrinsics`"),
+        .0,
+        worded!("add `projection perspective`")
     )]
     OrthographicIntrinsics(String),
     /// A depth of field without a distance in focus.
-    #[error("nothing in front of the camera is in focus: the distance is {0}; set `focus`")]
+    #[error("nothing in front of the camera is in focus: the distance is {}; {}", .0, worded!("set `focus`"))]
     NothingInFocus(f64),
     /// A view rectangle without area.
-    #[error("`view-rect {0}` must have L < R and B < T")]
+    #[error("{} must have L < R and B < T", option_word("view-rect", Some(&.0.to_string())))]
     EmptyViewRect(ViewRect),
     /// A value outside its range.
-    #[error("{what} must be {rule}, not {value}")]
+    #[error("{} must be {rule}, not {value}", word_options(.what))]
     OutOfRange {
         /// The option.
         what: &'static str,

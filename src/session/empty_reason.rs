@@ -1,5 +1,7 @@
 //! The reasons why an image shows nothing of the scene.
 
+use blinn_core::option_words::word_options;
+
 /// The reason why an image shows nothing.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub enum EmptyReason {
@@ -91,6 +93,6 @@ impl EmptyReason {
 
 impl std::fmt::Display for EmptyReason {
     fn fmt(&self, f: &mut std::fmt::Formatter) -> std::fmt::Result {
-        f.write_str(self.text())
+        f.write_str(&word_options(self.text()))
     }
 }

@@ -1,6 +1,7 @@
 //! Errors of a session.
 
 use blinn_core::cancellation::Cancelled;
+use blinn_core::option_words::option_word;
 use blinn_import::LoadError;
 use blinn_output::SaveError;
 use blinn_scene::{NoMatch, PoseError, ViewError};
@@ -9,8 +10,8 @@ use crate::notice::Notice;
 
 /// A scene cannot be rendered as the options ask.
 ///
-/// Messages name an option in backticks, with a value or without: `` `clip off` ``. A program shows it as its users write
-/// it ([`with_option_names`](crate::with_option_names)).
+/// Messages name an option in backticks, with a value or without: `` `clip off` ``, unless the program has other words
+/// ([`set_option_word`](crate::set_option_word)).
 #[derive(Debug, thiserror::Error)]
 #[non_exhaustive]
 pub enum SessionError {
@@ -36,7 +37,7 @@ pub enum SessionError {
     #[error("{0}")]
     Option(String),
     /// A file that an option names cannot be read.
-    #[error("`{0}`: {1}")]
+    #[error("{}: {}", option_word(.0, None), .1)]
     OptionFile(&'static str, LoadError),
     /// A warning that the caller made an error.
     #[error("{0}")]

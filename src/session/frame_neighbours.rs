@@ -4,6 +4,7 @@ use crate::camera_list::CameraList;
 use crate::error::SessionError;
 use crate::options::Options;
 use crate::planned_frame::{DEFAULT_FPS, PlannedFrame};
+use blinn_core::worded;
 
 /// The frames before and after each frame, whichever frames are rendered.
 #[derive(Clone, Debug, PartialEq, serde::Serialize)]
@@ -39,8 +40,11 @@ impl FrameNeighbours {
         };
         let error = |text: &str| {
             let (aov, file) = (aov.name(), cameras.path().display());
-            SessionError::Option(format!(
-                "`aov {aov}`: flow leads from camera to camera, but in `cameras {file}` {text}"
+            SessionError::Option(worded!(
+                "`aov {}`: flow leads from camera to camera, but in `cameras {}` {}",
+                aov,
+                file,
+                text
             ))
         };
         let times: Option<Vec<f64>> = (0..cameras.len()).map(|index| cameras.time(index)).collect();
@@ -52,7 +56,7 @@ impl FrameNeighbours {
             let listed = cameras.listed(index)?;
             let size = cameras.size_of(&listed);
             if *first.get_or_insert(size) != size {
-                return Err(error("the images have different sizes; add `size WxH`"));
+                return Err(error(&worded!("the images have different sizes; add `size WxH`")));
             }
         }
         Ok(FrameNeighbours::Cameras { times })
@@ -91,7 +95,7 @@ impl FrameNeighbours {
     pub fn check(&self, options: &Options) -> Result<(), SessionError> {
         let flow = options.aovs.aovs.iter().find(|aov| aov.is_flow());
         match (self, flow) {
-            (FrameNeighbours::None, Some(aov)) => Err(SessionError::Option(format!(
+            (FrameNeighbours::None, Some(aov)) => Err(SessionError::Option(worded!(
                 "`aov {}`: flow leads from frame to frame; set `frame` or `frames`, `cameras` with times, or use turntable without `views`",
                 aov.name()
             ))),

@@ -1,6 +1,7 @@
 //! Sizes of images that no option gives, and the region that is rendered.
 
 use crate::error::SessionError;
+use blinn_core::worded;
 use blinn_render::RenderSettings;
 use blinn_scene::Scene;
 
@@ -46,7 +47,7 @@ pub(crate) fn check_crop(settings: &RenderSettings) -> Result<(), SessionError> 
         && (u64::from(crop.x) + u64::from(crop.width) > u64::from(width)
             || u64::from(crop.y) + u64::from(crop.height) > u64::from(height))
     {
-        let text = format!("`crop` reaches beyond the image of {width}x{height} pixels");
+        let text = worded!("`crop` reaches beyond the image of {}x{} pixels", width, height);
         return Err(SessionError::Option(text));
     }
     Ok(())

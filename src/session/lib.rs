@@ -1,8 +1,8 @@
 //! From options to pictures: [`Scene::load`], [`Scene::render`] with [`Options`], [`Picture::save`]. A [`Session`] holds a
 //! scene with everything that its images share (camera, lights, exposure, acceleration structure) and renders any of them.
 //!
-//! A program makes [`Options`] from what its users write, and words [`Notice`]s and errors in their terms
-//! ([`with_option_names`]). Whichever program makes them, the same options give the same bytes.
+//! A program makes [`Options`] from what its users write, and messages name options as they write them
+//! ([`set_option_word`]). Whichever program makes them, the same options give the same bytes.
 //!
 //! Beside pictures, this package has what batches share: lists of frames and files, output names, fingerprints of images,
 //! cameras and views of datasets, and limits of memory.
@@ -44,7 +44,6 @@ mod neighbour_frames;
 mod noise_sources;
 mod notice;
 mod option_files;
-mod option_names;
 mod option_remarks;
 mod option_table;
 mod options;
@@ -72,6 +71,7 @@ mod surroundings;
 pub mod values;
 
 pub use blend::load_scene;
+pub use blinn_core::option_words::{OptionWord, set_option_word, word_options};
 pub use blinn_import::SCENE_EXTENSIONS;
 pub use camera_list::{CameraList, ImageCamera, ReplacedCameraFields};
 pub use camera_name::camera_name;
@@ -93,7 +93,6 @@ pub use memory_estimate::{check_memory, format_bytes};
 pub use memory_limit::load_limits;
 pub use named_options::NamedOptions;
 pub use notice::{DepthOverflow, EnclosedLight, LackOfLight, Notice, pictures_without_pose};
-pub use option_names::with_option_names;
 pub use option_table::{Effect, Heading, OptionDef, option_defs};
 pub use options::{
     AovSelection, BackFaceCulling, CRYPTOMATTE, DEFAULT_BACKGROUND, EnvironmentSource, Exposure,

@@ -3,6 +3,8 @@
 use std::fmt;
 
 use blinn_core::geometry::Rgb;
+use blinn_core::option_words::word_options;
+use blinn_core::worded;
 use blinn_scene::{LightSet, ResolvedLighting};
 
 /// Facts about the light of a dark picture, from which advice follows.
@@ -51,10 +53,10 @@ impl fmt::Display for LightAdvice {
             // Traced light takes its place.
             (!is_indirect && !has_ambient, "`ambient`"),
         ];
-        let helpful: Vec<&str> =
-            options.into_iter().filter(|(helps, _)| *helps).map(|(_, name)| name).collect();
+        let helpful: Vec<String> =
+            options.into_iter().filter(|(helps, _)| *helps).map(|(_, names)| word_options(names)).collect();
         match helpful.split_last() {
-            None => f.write_str("use a greater `exposure` or `light-scale`"),
+            None => f.write_str(&worded!("use a greater `exposure` or `light-scale`")),
             Some((last, [])) => write!(f, "use {last}"),
             Some((last, others)) => write!(f, "use {} or {last}", others.join(", ")),
         }

@@ -7,6 +7,7 @@ use crate::noise_sources::noise_sources;
 use crate::options::Options;
 use crate::plan::SessionPlan;
 use blinn_accel::{FlattenBudget, MAX_STORED_TRIANGLES};
+use blinn_core::worded;
 use blinn_render::{MATTE_RANKS, light_layer_bytes, noise_filter_bytes};
 use blinn_scene::{AlphaMode, Image, Material, Mesh, Scene};
 
@@ -55,11 +56,13 @@ pub fn check_memory(plan: &SessionPlan, scene: &Scene, frames: usize) -> Result<
     if needed > allowed {
         let (needed, allowed) = (format_bytes(needed), format_bytes(allowed));
         let bound = match plan.max_memory {
-            Some(_) => format!("`max-memory` allows {allowed}; allow more"),
-            None => format!("only {allowed} are available; set `max-memory` to try anyway"),
+            Some(_) => worded!("`max-memory` allows {}; allow more", allowed),
+            None => worded!("only {} are available; set `max-memory` to try anyway", allowed),
         };
-        return Err(SessionError::Option(format!(
-            "rendering needs about {needed} of memory, but {bound}, or use a smaller `size` or fewer AOVs"
+        return Err(SessionError::Option(worded!(
+            "rendering needs about {} of memory, but {}, or use a smaller `size` or fewer AOVs",
+            needed,
+            bound
         )));
     }
     Ok(needed.saturating_sub(plan.shared_bytes()))

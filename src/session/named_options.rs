@@ -8,6 +8,7 @@ use crate::option_table::{Effect, OptionDef, option_defs};
 use crate::options::Options;
 use blinn_core::closest_name::did_you_mean;
 use blinn_core::geometry::Rgb;
+use blinn_core::worded;
 use blinn_render::Denoise;
 use blinn_render::integrator::Stage;
 use blinn_scene::{GroundKind, LightSet, Projection};
@@ -29,11 +30,11 @@ impl Options {
     pub fn set(&mut self, name: &str, text: impl AsRef<OsStr>) -> Result<(), SessionError> {
         let def = OptionDef::find(name).ok_or_else(|| {
             let names = option_defs().map(|def| def.name);
-            SessionError::Option(format!("there is no option `{name}`{}", did_you_mean(name, names)))
+            SessionError::Option(worded!("there is no option `{}`{}", name, did_you_mean(name, names)))
         })?;
         let text = text.as_ref();
         def.apply(self, text).map_err(|reason| {
-            SessionError::Option(format!("invalid value '{}' for `{}`: {reason}", text.display(), def.name))
+            SessionError::Option(worded!("invalid value '{}' for `{}`: {}", text.display(), def.name, reason))
         })
     }
 }
@@ -96,10 +97,10 @@ impl NamedOptions {
     fn check_names(&self) -> Result<(), String> {
         for def in self.values.iter().filter_map(|(name, _)| OptionDef::find(name)) {
             if let Some(other) = def.conflicts.iter().find(|other| self.contains(other)) {
-                return Err(format!("`{}` cannot be used with `{other}`", def.name));
+                return Err(worded!("`{}` cannot be used with `{}`", def.name, other));
             }
             if let Some(needed) = def.requires.filter(|needed| !self.contains(needed)) {
-                return Err(format!("`{}` needs `{needed}`", def.name));
+                return Err(worded!("`{}` needs `{}`", def.name, needed));
             }
         }
         Ok(())
@@ -112,25 +113,26 @@ impl NamedOptions {
         if let (Some(crop), Some((width, height))) = (options.crop, options.size)
             && (crop.x + crop.width > width || crop.y + crop.height > height)
         {
-            return Err(format!("`crop` reaches beyond the image of {width}x{height} pixels"));
+            return Err(worded!("`crop` reaches beyond the image of {}x{} pixels", width, height));
         }
         if options.adaptive.is_some() && options.samples <= 4 {
-            return Err("`adaptive` needs more than 4 samples; set `samples 16`".into());
+            return Err(worded!("`adaptive` needs more than 4 samples; set `samples 16`"));
         }
         if options.adaptive.is_some() && options.aovs.aovs.iter().any(|aov| aov.light().is_some()) {
-            return Err(
-                "`aov`: layers of light need the same samples in all pixels; remove `adaptive`".into()
-            );
+            return Err(worded!(
+                "`aov`: layers of light need the same samples in all pixels; remove `adaptive`"
+            ));
         }
         if options.adaptive.is_some() && options.denoise == Denoise::On {
-            return Err("`denoise on` needs the same samples in all pixels; remove `adaptive`".into());
+            return Err(worded!("`denoise on` needs the same samples in all pixels; remove `adaptive`"));
         }
         if options.environment_blur().is_some() && options.stage != Stage::Phong {
-            return Err("`background hdri` shows the environment, which only `integrator phong` has; remove one of them"
-                .into());
+            return Err(worded!(
+                "`background hdri` shows the environment, which only `integrator phong` has; remove one of them"
+            ));
         }
         if options.background_blur.is_some() && options.environment_blur().is_none() {
-            return Err("`background-blur` applies only to `background hdri`".into());
+            return Err(worded!("`background-blur` applies only to `background hdri`"));
         }
         options.check_projection()
     }
@@ -141,20 +143,23 @@ impl NamedOptions {
         if let Some(sources) = lighting.sets.as_ref().filter(|sources| !sources.contains(&LightSet::File))
             && self.contains("light-scale")
         {
-            let lights = if sources.is_empty() { "`lights none`" } else { "`lights` without file" };
-            return Err(format!(
-                "`light-scale` applies to the file's lights, which {lights} disables; remove one of them"
+            let lights =
+                if sources.is_empty() { worded!("`lights none`") } else { worded!("`lights` without file") };
+            return Err(worded!(
+                "`light-scale` applies to the file's lights, which {} disables; remove one of them",
+                lights
             ));
         }
         for (name, is_set) in [("ao", ao.is_some()), ("hdri", self.options.environment.is_some())] {
             if is_set && *stage != Stage::Phong {
-                return Err(format!(
-                    "`{name}` changes the ambient term, which only `integrator phong` has; remove one of them"
+                return Err(worded!(
+                    "`{}` changes the ambient term, which only `integrator phong` has; remove one of them",
+                    name
                 ));
             }
         }
         if ao.is_some() && lighting.ambient == Some(Rgb::ZERO) {
-            return Err("`ao` has no effect with `ambient 0,0,0`; remove one of them".into());
+            return Err(worded!("`ao` has no effect with `ambient 0,0,0`; remove one of them"));
         }
         Ok(())
     }
@@ -164,13 +169,15 @@ impl NamedOptions {
         let options = &self.options;
         let Some(cause) = options.no_shadows_cause() else { return Ok(()) };
         if options.lighting.radius.is_some_and(|radius| radius > 0.0) {
-            return Err(format!(
-                "`light-radius` softens shadows, which {cause} disables; remove one of them"
+            return Err(worded!(
+                "`light-radius` softens shadows, which {} disables; remove one of them",
+                cause
             ));
         }
         if options.ground == Some(GroundKind::ShadowCatcher) && options.ao.is_none() {
-            return Err(format!(
-                "`ground shadow` shows only shadows, which {cause} disables; use `ground plane`"
+            return Err(worded!(
+                "`ground shadow` shows only shadows, which {} disables; use `ground plane`",
+                cause
             ));
         }
         Ok(())
@@ -181,23 +188,23 @@ impl Options {
     /// Checks that pixels of a perspective camera have a perspective projection.
     pub(crate) fn check_projection(&self) -> Result<(), String> {
         if self.view.intrinsics.is_some() && self.view.projection == Some(Projection::Orthographic) {
-            return Err(
-                "`intrinsics` describes a perspective camera; remove the orthographic projection".into()
-            );
+            return Err(worded!(
+                "`intrinsics` describes a perspective camera; remove the orthographic projection"
+            ));
         }
         Ok(())
     }
 
     /// The option that disables all shadows, if any.
-    fn no_shadows_cause(&self) -> Option<&'static str> {
+    fn no_shadows_cause(&self) -> Option<String> {
         let lighting = &self.lighting;
         let has_no_lights =
             lighting.sets.as_ref().is_some_and(Vec::is_empty) && lighting.user_lights.is_empty();
         match self.stage {
-            Stage::Color => Some("`integrator color`"),
-            Stage::Diffuse => Some("`integrator diffuse`"),
-            _ if !self.shadows => Some("`no-shadows`"),
-            _ if has_no_lights => Some("`lights none`"),
+            Stage::Color => Some(worded!("`integrator color`")),
+            Stage::Diffuse => Some(worded!("`integrator diffuse`")),
+            _ if !self.shadows => Some(worded!("`no-shadows`")),
+            _ if has_no_lights => Some(worded!("`lights none`")),
             _ => None,
         }
     }

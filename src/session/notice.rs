@@ -6,6 +6,8 @@ use std::path::PathBuf;
 use crate::empty_reason::{EmptyReason, NO_EDGES};
 use crate::frames::Chunk;
 use crate::light_advice::LightAdvice;
+use blinn_core::option_words::word_options;
+use blinn_core::worded;
 use blinn_render::display::{Look, ViewTransform};
 
 /// Something that a user should know about the images of a scene.
@@ -132,12 +134,12 @@ pub struct EnclosedLight {
 
 impl fmt::Display for EnclosedLight {
     fn fmt(&self, f: &mut fmt::Formatter) -> fmt::Result {
-        let EnclosedLight { light, object } = self;
-        write!(
-            f,
-            "the light '{light}' is inside '{object}', which shadows it on all sides; hide the object (`hide`), or give it \
-             an emissive or transmissive material"
-        )
+        f.write_str(&worded!(
+            "the light '{}' is inside '{}', which shadows it on all sides; hide the object (`hide`), or give it an \
+             emissive or transmissive material",
+            self.light,
+            self.object
+        ))
     }
 }
 
@@ -154,9 +156,7 @@ pub struct LackOfLight {
 
 impl fmt::Display for LackOfLight {
     fn fmt(&self, f: &mut fmt::Formatter) -> fmt::Result {
-        write!(f, "lights: {}; ", self.sources)?;
-        write_lost_lights(f, &self.lost_lights)?;
-        write!(f, "{}", self.advice)
+        write!(f, "lights: {}; {}{}", self.sources, lost_light_words(&self.lost_lights), self.advice)
     }
 }
 
@@ -176,11 +176,14 @@ pub struct DepthOverflow {
 impl fmt::Display for DepthOverflow {
     fn fmt(&self, f: &mut fmt::Formatter) -> fmt::Result {
         let DepthOverflow { frame, farthest, step, largest } = self;
-        write!(
-            f,
-            "frame {frame} has depths up to {farthest} m, but 16 bits in units of {step} m hold at most {largest} m; \
-             farther points are stored as 65535; set a larger `depth-unit`, or `scale` if the file is not in metres"
-        )
+        f.write_str(&worded!(
+            "frame {} has depths up to {} m, but 16 bits in units of {} m hold at most {} m; farther points are stored \
+             as 65535; set a larger `depth-unit`, or `scale` if the file is not in metres",
+            frame,
+            farthest,
+            step,
+            largest
+        ))
     }
 }
 
@@ -196,20 +199,22 @@ pub fn pictures_without_pose(count: usize) -> String {
 /// Names that a message lists.
 const LISTED: usize = 3;
 
-fn write_lost_lights(f: &mut fmt::Formatter, names: &[String]) -> fmt::Result {
+/// The beginning of advice: the lights that a file has lost.
+fn lost_light_words(names: &[String]) -> String {
     if names.is_empty() {
-        return Ok(());
+        return String::new();
     }
     let listed: Vec<String> = names.iter().take(LISTED).map(|name| format!("'{name}'")).collect();
-    f.write_str(&listed.join(", "))?;
-    if names.len() > LISTED {
-        write!(f, " and {} more", names.len() - LISTED)?;
-    }
-    f.write_str(" without content may be area lights, which Blender's exporter leaves out; ")
+    let more = names.len().saturating_sub(LISTED);
+    let more = if more > 0 { format!(" and {more} more") } else { String::new() };
+    format!(
+        "{}{more} without content may be area lights, which Blender's exporter leaves out; ",
+        listed.join(", ")
+    )
 }
 
-fn write_non_finite(f: &mut fmt::Formatter, count: u64, elements: &str) -> fmt::Result {
-    write!(f, "ignored {count} {elements} with coordinates that are not finite numbers or beyond ±1e18")
+fn non_finite(count: u64, elements: &str) -> String {
+    format!("ignored {count} {elements} with coordinates that are not finite numbers or beyond ±1e18")
 }
 
 /// The view transforms that have a look, as a message suggests them.
@@ -223,95 +228,105 @@ fn views_of(look: Look) -> &'static str {
 
 impl fmt::Display for Notice {
     fn fmt(&self, f: &mut fmt::Formatter) -> fmt::Result {
+        f.write_str(&self.text())
+    }
+}
+
+impl Notice {
+    fn text(&self) -> String {
         match self {
-            Notice::NonFiniteTriangles(count) => write_non_finite(f, *count, "triangles"),
-            Notice::NonFiniteRounds(count) => write_non_finite(f, *count, "points and lines"),
+            Notice::NonFiniteTriangles(count) => non_finite(*count, "triangles"),
+            Notice::NonFiniteRounds(count) => non_finite(*count, "points and lines"),
             Notice::NothingToDraw => {
-                f.write_str("nothing to render: no node of the scene has a mesh with triangles, points or lines")
+                "nothing to render: no node of the scene has a mesh with triangles, points or lines".into()
             }
             Notice::NothingSelected => {
-                f.write_str("nothing to render: `hide` and `only-objects` exclude all objects")
+                worded!("nothing to render: `hide` and `only-objects` exclude all objects")
             }
-            Notice::View(text) | Notice::EmptyImages(text) => f.write_str(text),
+            Notice::View(text) | Notice::EmptyImages(text) => text.clone(),
             Notice::NoEnvironment { options } => {
-                write!(f, "{options} no effect: no environment lights the scene")
+                format!("{} no effect: no environment lights the scene", word_options(options))
             }
-            Notice::LookOfOtherViews(look) => write!(
-                f,
+            Notice::LookOfOtherViews(look) => worded!(
                 "`look` has no effect: the view transform does not have this look; add {}",
-                views_of(*look)
+                word_options(views_of(*look))
             ),
-            Notice::CausticsAlone => f.write_str("`caustics` has no effect without `indirect`"),
-            Notice::NoEdges => f.write_str(NO_EDGES),
-            Notice::LargeRounds { option, radius } => write!(
-                f,
-                "`{option}` is in metres and large for a scene with a radius of {radius:.3} m; for pixels, write px after \
-                 the number"
+            Notice::CausticsAlone => worded!("`caustics` has no effect without `indirect`"),
+            Notice::NoEdges => word_options(NO_EDGES),
+            Notice::LargeRounds { option, radius } => worded!(
+                "`{}` is in metres and large for a scene with a radius of {} m; for pixels, write px after the number",
+                option,
+                format_args!("{radius:.3}")
             ),
             Notice::NothingCastsShadows => {
-                f.write_str("`ground shadow` shows nothing: no light casts shadows; add a light or `ao`")
+                worded!("`ground shadow` shows nothing: no light casts shadows; add a light or `ao`")
             }
             Notice::NothingLit(light) => {
-                write!(f, "the camera sees nothing that is lit; the exposure is 0; {light}")
+                format!("the camera sees nothing that is lit; the exposure is 0; {light}")
             }
-            Notice::NoLights { lost_lights } => {
-                f.write_str("`lights file` has no effect: no light of the file is shown; ")?;
-                write_lost_lights(f, lost_lights)?;
-                f.write_str(OTHER_LIGHTS)
+            Notice::NoLights { lost_lights } => worded!(
+                "`lights file` has no effect: no light of the file is shown; {}{}",
+                lost_light_words(lost_lights),
+                word_options(OTHER_LIGHTS)
+            ),
+            Notice::DarkImage(light) => format!("the picture is dark; {light}"),
+            Notice::WhiteImage => worded!(
+                "most of the picture is white; use `exposure auto`, or a lower `exposure` or `light-scale`"
+            ),
+            Notice::NoisySample => worded!(
+                "the picture is grainy, because noise is removed from two samples per pixel on; use `samples 4` or \
+                 more"
+            ),
+            Notice::EnclosedLight(light) => light.to_string(),
+            Notice::NearPlane { near } => worded!(
+                "the near plane of the file's camera clips a part of the scene, which is nearer than {} m; use \
+                 `clip off`",
+                near
+            ),
+            Notice::SeparateWebps => {
+                "each frame is a .webp of its own; blinn assemble joins them to an animated one".into()
             }
-            Notice::DarkImage(light) => write!(f, "the picture is dark; {light}"),
-            Notice::WhiteImage => f.write_str(
-                "most of the picture is white; use `exposure auto`, or a lower `exposure` or `light-scale`",
-            ),
-            Notice::NoisySample => f.write_str(
-                "the picture is grainy, because noise is removed from two samples per pixel on; use `samples 4` or more",
-            ),
-            Notice::EnclosedLight(light) => light.fmt(f),
-            Notice::NearPlane { near } => write!(
-                f,
-                "the near plane of the file's camera clips a part of the scene, which is nearer than {near} m; use `clip off`"
-            ),
-            Notice::SeparateWebps => f.write_str(
-                "each frame is a .webp of its own; blinn assemble joins them to an animated one",
-            ),
             Notice::EmptyShare(chunk) => {
-                write!(f, "nothing to render: share {chunk} is empty, as there are more shares than frames")
+                format!("nothing to render: share {chunk} is empty, as there are more shares than frames")
             }
-            Notice::NothingMoves => f.write_str(
-                "the file has no animation that plays, so that all frames are alike; blinn turntable moves the camera around \
-                 the scene",
+            Notice::NothingMoves => {
+                "the file has no animation that plays, so that all frames are alike; blinn turntable \
+                                     moves the camera around the scene"
+                    .into()
+            }
+            Notice::NothingToReflect => worded!(
+                "metal and glass show black where they reflect no other surface, because nothing surrounds the scene; \
+                 use `hdri studio` or `ambient`"
             ),
-            Notice::NothingToReflect => f.write_str(
-                "metal and glass show black where they reflect no other surface, because nothing surrounds the scene; use \
-                 `hdri studio` or `ambient`",
-            ),
-            Notice::DepthOverflow(overflow) => overflow.fmt(f),
-            Notice::EmptyImage { frame, reason } => write!(f, "frame {frame} shows nothing: {reason}"),
-            Notice::Camera(text) => write!(f, "camera: {text}"),
-            Notice::CameraList { count, file } => write!(f, "cameras: {count} from {}", file.display()),
+            Notice::DepthOverflow(overflow) => overflow.to_string(),
+            Notice::EmptyImage { frame, reason } => format!("frame {frame} shows nothing: {reason}"),
+            Notice::Camera(text) => format!("camera: {text}"),
+            Notice::CameraList { count, file } => format!("cameras: {count} from {}", file.display()),
             Notice::CamerasWithoutPose { count, file } => {
-                write!(f, "{} in {}", pictures_without_pose(*count), file.display())
+                format!("{} in {}", pictures_without_pose(*count), file.display())
             }
-            Notice::Lights(text) => write!(f, "lights: {text}"),
-            Notice::Exposure { ev, light_scale: None } => write!(f, "exposure: `exposure {ev}`"),
+            Notice::Lights(text) => format!("lights: {text}"),
+            Notice::Exposure { ev, light_scale: None } => worded!("exposure: `exposure {}`", ev),
             Notice::Exposure { ev, light_scale: Some(scale) } => {
-                write!(f, "exposure: `exposure {ev}` `light-scale {scale}`")
+                worded!("exposure: `exposure {}` `light-scale {}`", ev, scale)
             }
-            Notice::LightScale(scale) => write!(
-                f,
-                "the unit of the file's lights is unusual, and they are scaled by `light-scale {scale}`; to keep their \
-                 values, use `exposure 0`"
+            Notice::LightScale(scale) => worded!(
+                "the unit of the file's lights is unusual, and they are scaled by `light-scale {}`; to keep their \
+                 values, use `exposure 0`",
+                scale
             ),
-            Notice::NoCameraAndLights => f.write_str(
-                "the file has neither camera nor lights: view and lights are blinn's own; to keep Blender's, export with \
-                 Include › Data › Cameras and Punctual Lights",
-            ),
+            Notice::NoCameraAndLights => {
+                "the file has neither camera nor lights: view and lights are blinn's own; to keep \
+                                          Blender's, export with Include › Data › Cameras and Punctual Lights"
+                    .into()
+            }
             Notice::UnsupportedSettings(names) => {
-                write!(f, "ignored settings of the file that are not supported: {}", names.join(", "))
+                format!("ignored settings of the file that are not supported: {}", names.join(", "))
             }
-            Notice::IdleAnimations { active, idle } => write!(
-                f,
-                "animation: {active}; not played: {idle}, which have the same targets; use `animation`"
+            Notice::IdleAnimations { active, idle } => worded!(
+                "animation: {}; not played: {}, which have the same targets; use `animation`",
+                active,
+                idle
             ),
         }
     }

@@ -9,6 +9,7 @@ use crate::notice::Notice;
 use crate::options::Options;
 use crate::plan::SessionPlan;
 use crate::round_sizes::RoundWidth;
+use blinn_core::worded;
 use blinn_render::integrator::{MaterialOverrides, Stage};
 use blinn_scene::{GroundKind, LightSet, Material, PosedScene, ResolvedLighting};
 
@@ -64,10 +65,9 @@ pub(crate) fn check_environment(
         return Ok(());
     }
     if options.environment_blur().is_some() {
-        return Err(SessionError::Option(
+        return Err(SessionError::Option(worded!(
             "`background hdri`: no environment lights the scene; add `hdri FILE`, `hdri studio` or `hdri sky`"
-                .into(),
-        ));
+        )));
     }
     if options.lighting.adjusts_environment() {
         log.warn(Notice::NoEnvironment { options: "`hdri-rotate` and `hdri-strength` have" })?;

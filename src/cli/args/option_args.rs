@@ -8,9 +8,8 @@ use clap::builder::PossibleValuesParser;
 use clap::parser::ValueSource;
 use clap::{Arg, ArgAction, ArgMatches, Args, Command, Error, FromArgMatches, value_parser};
 
-use crate::option_words::with_flags;
 use crate::usage::UsageError;
-use blinn_session::{Effect, Heading, NamedOptions, OptionDef, Options, option_defs};
+use blinn_session::{Effect, Heading, NamedOptions, OptionDef, Options, option_defs, word_options};
 
 /// The options of a group that a command line sets.
 #[derive(Clone, Debug)]
@@ -138,7 +137,7 @@ fn arg<G: OptionGroup>(def: &'static OptionDef) -> Arg {
     if let Some(needed) = def.requires {
         arg = arg.requires(needed);
     }
-    let help = with_flags(G::help(def));
+    let help = word_options(G::help(def));
     if let Some((summary, _)) = help.split_once("\n\n") {
         arg = arg.help(summary.to_string()).long_help(help);
     } else {

@@ -7,12 +7,15 @@ use clap::error::{ContextKind, ContextValue, ErrorKind};
 use clap::{Command, Error};
 
 use blinn_core::closest_name::closest_name;
+use blinn_core::option_words::option_word;
+use blinn_core::worded;
 use blinn_session::SCENE_EXTENSIONS;
 use blinn_session::values::NAMED_DIRECTIONS;
 
 use super::command_tree::find_flag;
 use super::foreign_words::Equivalent;
 use super::{config, foreign_words, help};
+use crate::option_words;
 
 /// Message for a clap error in one line. `argv` is the `command_line` with the options of its --config file.
 pub fn message(error: &Error, argv: &[OsString], command_line: &[OsString]) -> String {
@@ -21,7 +24,7 @@ pub fn message(error: &Error, argv: &[OsString], command_line: &[OsString]) -> S
         (ErrorKind::UnknownArgument, Some(flag)) => unknown_argument(flag, argv),
         (ErrorKind::InvalidSubcommand, _) => unknown_command(error),
         (ErrorKind::ArgumentConflict, _) => {
-            clap_message(error) + elevation_of_views(error).unwrap_or_default()
+            clap_message(error) + &elevation_of_views(error).unwrap_or_default()
         }
         (ErrorKind::InvalidValue, Some(flag)) => {
             clap_message(error)
@@ -34,7 +37,7 @@ pub fn message(error: &Error, argv: &[OsString], command_line: &[OsString]) -> S
     let is_from_file = |flag: &str| contains_flag(argv, flag) && !contains_flag(command_line, flag);
     match config::file_name(command_line) {
         Some(file) if is_value_error && flag.is_some_and(|flag| is_from_file(flag_name(&flag))) => {
-            format!("--config {}: {text}", file.display())
+            worded!("`config` {}: {}", file.display(), text)
         }
         _ => text,
     }
@@ -60,15 +63,15 @@ fn named_direction(error: &Error) -> Option<String> {
     let flag = context(error, ContextKind::InvalidArg).filter(|flag| flag_name(flag) == "--view");
     let value = flag.and_then(|_| context(error, ContextKind::InvalidValue))?;
     let is_direction = NAMED_DIRECTIONS.into_iter().any(|(name, ..)| name == value);
-    is_direction.then(|| format!("; use --orbit {value} to choose the camera"))
+    is_direction.then(|| worded!("; use `orbit` {} to choose the camera", value))
 }
 
 /// The hint for --elevation, which is that of the camera of a turntable, beside --views.
-fn elevation_of_views(error: &Error) -> Option<&'static str> {
+fn elevation_of_views(error: &Error) -> Option<String> {
     let flags = [ContextKind::InvalidArg, ContextKind::PriorArg].map(|kind| context(error, kind));
     let has = |name: &str| flags.iter().flatten().any(|flag| flag_name(flag) == name);
     (has("--elevation") && has("--views"))
-        .then_some("; use --elevation-range LO,HI for the views of a dataset")
+        .then(|| worded!("; use `elevation-range` LO,HI for the views of a dataset"))
 }
 
 /// clap's message without usage and help, joined to one line.
@@ -87,7 +90,21 @@ fn clap_message(error: &Error) -> String {
     }
     // The standard library's reason does not say what to do.
     let message = message.replace("invalid digit found in string", "expected a whole number");
-    message.trim_start().trim_start_matches("error: ").to_string()
+    let message = message.trim_start().trim_start_matches("error: ").to_string();
+    [ContextKind::InvalidArg, ContextKind::PriorArg]
+        .into_iter()
+        .flat_map(|kind| contexts(error, kind))
+        .fold(message, with_word)
+}
+
+/// A message of clap with another program's word for a flag that it names, such as `--size <WxH>`.
+fn with_word(message: String, flag: String) -> String {
+    let name = flag_name(&flag).trim_start_matches('-');
+    let word = option_word(name, None);
+    if word == option_words::flag(name, None) {
+        return message;
+    }
+    message.replace(&format!("'{flag}'"), &word).replace(&flag, &word)
 }
 
 /// A flag that the command does not have: another program's, another command's, or misspelt.
@@ -177,9 +194,14 @@ fn flag_name(flag: &str) -> &str {
 
 /// The first text that clap attached to an error for a kind of context.
 fn context(error: &Error, kind: ContextKind) -> Option<String> {
-    match error.get(kind)? {
-        ContextValue::String(text) => Some(text.clone()),
-        ContextValue::Strings(texts) => texts.first().cloned(),
-        _ => None,
+    contexts(error, kind).into_iter().next()
+}
+
+/// The texts that clap attached to an error for a kind of context.
+fn contexts(error: &Error, kind: ContextKind) -> Vec<String> {
+    match error.get(kind) {
+        Some(ContextValue::String(text)) => vec![text.clone()],
+        Some(ContextValue::Strings(texts)) => texts.clone(),
+        _ => Vec::new(),
     }
 }

@@ -28,6 +28,8 @@ use blinn_bench::{
     BenchResults, BenchRun, BenchSettings, BenchStage, Comparison, HeatMap, MachineResults, Verdict,
     Workload, compare, comparison_table, measure, report_page, result_tables, results_csv, standard_suite,
 };
+use blinn_core::option_words::option_word;
+use blinn_core::worded;
 use blinn_import::LoadOptions;
 use blinn_output::{Overwrite, check_writable};
 use blinn_render::RenderSettings;
@@ -69,7 +71,7 @@ pub fn run(args: &BenchArgs) -> Result<Summary, UsageError> {
     }
     let mut summary = Summary::default();
     // Errors in files are found before minutes of measuring.
-    let old = read_results("--compare", args.compare.as_deref())?;
+    let old = read_results("compare", args.compare.as_deref())?;
     let from = read_machines(args)?;
     let public = args.scene_folder.as_deref().map(PublicScenes::find).transpose()?;
     let public = public.map(|public| public.with_only(args.only_scene.as_deref()));
@@ -201,8 +203,8 @@ fn default_threads(processors: usize) -> Vec<usize> {
 }
 
 /// Reads the results of an earlier run.
-fn read_results(flag: &str, file: Option<&Path>) -> Result<Option<BenchResults>, UsageError> {
-    file.map(BenchResults::read).transpose().map_err(|e| UsageError(format!("{flag}: {e}")))
+fn read_results(option: &str, file: Option<&Path>) -> Result<Option<BenchResults>, UsageError> {
+    file.map(BenchResults::read).transpose().map_err(|e| UsageError(worded!("`{}`: {}", option, e)))
 }
 
 /// Reads the results of --from, each labelled by the name of its file.
@@ -216,9 +218,12 @@ fn read_machines(args: &BenchArgs) -> Result<Vec<MachineResults>, UsageError> {
         let label = std::iter::once(name.clone()).chain(numbered).find(|label| !is_taken(label));
         machines.push(MachineResults { label: label.unwrap_or(name), results });
     }
-    let of_one_run = [("--compare", &args.compare), ("--json", &args.json), ("--csv", &args.csv)];
-    if let Some((flag, _)) = of_one_run.iter().find(|(_, file)| file.is_some() && machines.len() > 1) {
-        return Err(UsageError(format!("{flag} takes the results of one run; name one file with --from")));
+    let of_one_run = [("compare", &args.compare), ("json", &args.json), ("csv", &args.csv)];
+    if let Some((option, _)) = of_one_run.iter().find(|(_, file)| file.is_some() && machines.len() > 1) {
+        return Err(UsageError(worded!(
+            "`{}` takes the results of one run; name one file with `from`",
+            option
+        )));
     }
     Ok(machines)
 }
@@ -226,16 +231,17 @@ fn read_machines(args: &BenchArgs) -> Result<Vec<MachineResults>, UsageError> {
 /// Checks that the files of results can be written, and are none of `inputs`. The inner error is one of the file system.
 fn check_outputs(args: &BenchArgs, inputs: &[PathBuf]) -> Result<Result<()>, UsageError> {
     let mut paths = PathConflicts::with_inputs(inputs);
-    for (flag, file) in output_files(args) {
+    for (option, file) in output_files(args) {
         let Some(file) = file else { continue };
-        check_extension(flag, file)?;
-        paths.add_output(file, Writer::Flag(flag)).map_err(UsageError)?;
+        check_extension(option, file)?;
+        paths.add_output(file, Writer::Option(option)).map_err(UsageError)?;
         if is_stdout(file) {
             continue;
         }
-        create_parent_folder(file).map_err(|e| UsageError(format!("{flag}: {e:#}")))?;
+        create_parent_folder(file)
+            .map_err(|e| UsageError(worded!("`{}`: {}", option, format_args!("{e:#}"))))?;
         if let Err(error) = check_writable(file, Overwrite::Yes) {
-            return Ok(Err(anyhow::Error::new(error).context(flag)));
+            return Ok(Err(anyhow::Error::new(error).context(option_word(option, None))));
         }
     }
     Ok(Ok(()))

@@ -1,11 +1,11 @@
 //! Reports the progress of a benchmark on standard error.
 
 use crate::console::{eprint_line, print_warning, single_line, strict_error};
-use crate::option_words::with_flags;
 use crate::run::signals::HeldInterrupt;
 use crate::warning_filter::WarningFilter;
 use blinn_bench::{BenchObserver, Workload};
 use blinn_import::Warning;
+use blinn_session::without_error_codes;
 
 pub struct ConsoleObserver<'i> {
     pub interrupt: &'i HeldInterrupt,
@@ -27,7 +27,8 @@ impl BenchObserver for ConsoleObserver<'_> {
         }
         let mut filter = WarningFilter::default();
         let admitted = warnings.iter().filter(|warning| filter.admit(&warning.message));
-        let mut lines: Vec<String> = admitted.map(|warning| with_flags(&warning.to_string())).collect();
+        let mut lines: Vec<String> =
+            admitted.map(|warning| without_error_codes(&warning.to_string())).collect();
         lines.extend(filter.summary("use blinn info --json to print all"));
         for line in lines.iter().filter(|_| !self.quiet) {
             print_warning(&format!("{}: {line}", workload.name));

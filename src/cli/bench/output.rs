@@ -9,30 +9,30 @@ use crate::console::{eprint_line, is_stdout, print_error, print_stdout, single_l
 use crate::files::create_parent_folder;
 use crate::summary::Summary;
 use crate::usage::UsageError;
+use blinn_core::worded;
 use blinn_output::{Overwrite, write_atomically};
 
-/// The files that results are written to, by their flags.
+/// The files that results are written to, by their options.
 pub fn output_files(args: &BenchArgs) -> [(&'static str, &Option<PathBuf>); 4] {
-    [("--json", &args.json), ("--report", &args.report), ("--markdown", &args.markdown), ("--csv", &args.csv)]
+    [("json", &args.json), ("report", &args.report), ("markdown", &args.markdown), ("csv", &args.csv)]
 }
 
-/// The flags of results, each with the extensions of its format.
-const EXTENSIONS: [(&str, &[&str]); 4] = [
-    ("--json", &["json"]),
-    ("--report", &["html", "htm"]),
-    ("--markdown", &["md", "markdown"]),
-    ("--csv", &["csv"]),
-];
+/// The options of results, each with the extensions of its format.
+const EXTENSIONS: [(&str, &[&str]); 4] =
+    [("json", &["json"]), ("report", &["html", "htm"]), ("markdown", &["md", "markdown"]), ("csv", &["csv"])];
 
-/// Returns an error if the name of a file of results has the extension of another flag's format.
-pub fn check_extension(flag: &str, file: &Path) -> Result<(), UsageError> {
+/// Returns an error if the name of a file of results has the extension of another option's format.
+pub fn check_extension(option: &str, file: &Path) -> Result<(), UsageError> {
     let Some(extension) = file.extension().and_then(|extension| extension.to_str()) else { return Ok(()) };
     let has_extension =
         |extensions: &[&str]| extensions.iter().any(|known| known.eq_ignore_ascii_case(extension));
     match EXTENSIONS.iter().find(|(_, extensions)| has_extension(extensions)) {
-        Some((other, _)) if *other != flag => Err(UsageError(format!(
-            "{flag}: {} has the extension of {other}; use {other}, or name another file",
-            file.display()
+        Some((other, _)) if *other != option => Err(UsageError(worded!(
+            "`{}`: {} has the extension of `{}`; use `{}`, or name another file",
+            option,
+            file.display(),
+            other,
+            other
         ))),
         _ => Ok(()),
     }

@@ -108,7 +108,7 @@ fn overwrite(args: &DiffArgs) -> Overwrite {
 fn check_output(args: &DiffArgs, files: [&Path; 2]) -> Result<(), UsageError> {
     let Some(page) = &args.output else { return Ok(()) };
     check_page_format(page)?;
-    PathConflicts::with_inputs(files).check_not_input(page, Writer::Flag("-o")).map_err(UsageError)
+    PathConflicts::with_inputs(files).check_not_input(page, Writer::Option("output")).map_err(UsageError)
 }
 
 fn check_page_format(page: &Path) -> Result<(), UsageError> {

@@ -43,7 +43,7 @@ pub fn run(args: &JobArgs, argv: &[OsString]) -> Result<Summary, UsageError> {
     let output = engine.job().output.as_deref().filter(|output| !is_stdout(output));
     if let Some(file) = output {
         let paths = PathConflicts::with_inputs(plan.scenes.single());
-        paths.check_not_input(file, Writer::Flag("-o")).map_err(UsageError)?;
+        paths.check_not_input(file, Writer::Option("output")).map_err(UsageError)?;
     }
     plan.read_files()?;
     let flags = ExplicitFlags::parse(argv);

@@ -5,6 +5,7 @@ use std::path::Path;
 use super::sequence_info::SequenceInfo;
 use crate::args::{LoopArg, OutputArgs};
 use crate::usage::UsageError;
+use blinn_core::worded;
 use blinn_output::{ANIMATION_QUALITY, AnimationFormat};
 use blinn_render::display::Background;
 use blinn_scene::Scene;
@@ -46,7 +47,7 @@ impl AnimationOutput {
     ) -> Result<Self, UsageError> {
         let name = args.output.as_deref().unwrap_or("".as_ref()).display().to_string();
         check_options(format, template, args, sequence, options)
-            .map_err(|text| UsageError(format!("-o {name}: {text}")))?;
+            .map_err(|text| UsageError(worded!("`output` {}: {}", name, text)))?;
         Ok(AnimationOutput {
             format,
             fps: sequence.fps.unwrap_or(DEFAULT_FPS),
@@ -75,11 +76,11 @@ fn check_options(
     sequence: &SequenceInfo,
     options: &Options,
 ) -> Result<(), String> {
-    const USE_FRAMES: &str = "render images (-o frames/####.png), then use blinn assemble";
+    let use_frames = worded!("render images (`output` frames/####.png), then use blinn assemble");
     if !sequence.is_sequence {
-        return Err(
-            "an animation needs several frames; add --frames, use blinn turntable, or write a .png".into()
-        );
+        return Err(worded!(
+            "an animation needs several frames; add `frames`, use blinn turntable, or write a .png"
+        ));
     }
     if template.has_frame_number() {
         return Err("all frames go into one file; remove the frame number from its name".into());
@@ -87,20 +88,20 @@ fn check_options(
     if template.has_camera() {
         return Err("all frames go into one file; remove {camera} from its name".into());
     }
-    if let Some(flag) = sequence.subset_flag {
-        return Err(format!("{flag} leaves out frames of the animation; {USE_FRAMES}"));
+    if let Some(option) = sequence.subset_option {
+        return Err(worded!("`{}` leaves out frames of the animation; {}", option, use_frames));
     }
     if args.resume {
-        return Err(format!("--resume does not apply to animations; {USE_FRAMES}"));
+        return Err(worded!("`resume` does not apply to animations; {}", use_frames));
     }
     if !options.aovs.is_empty() {
-        return Err(format!("--aov does not apply to animations; {USE_FRAMES} on the frames of an AOV"));
+        return Err(worded!("`aov` does not apply to animations; {} on the frames of an AOV", use_frames));
     }
     if args.depth.as_deref().is_some_and(|depth| depth != "8") {
-        return Err("an animation has 8 bits per channel; remove --depth".into());
+        return Err(worded!("an animation has 8 bits per channel; remove `depth`"));
     }
     if args.encoder_quality.is_some() && !format.has_quality() {
-        return Err("--encoder-quality applies only to .jpg, .mp4 and .html; remove it".into());
+        return Err(worded!("`encoder-quality` applies only to .jpg, .mp4 and .html; remove it"));
     }
     check_animation(format, sequence.fps.unwrap_or(DEFAULT_FPS), options)
 }
@@ -111,7 +112,7 @@ fn check_options(
 /// The limit of the format, and what to do.
 pub fn check_animation(format: AnimationFormat, fps: f64, options: &Options) -> Result<(), String> {
     if options.fixed_background() == Background::Transparent && format == AnimationFormat::Mp4 {
-        return Err("MP4 has no transparency; set --background COLOR, or write .apng or .html".into());
+        return Err(worded!("MP4 has no transparency; set `background` COLOR, or write .apng or .html"));
     }
     format.check_rate(fps)?;
     match options.known_size() {

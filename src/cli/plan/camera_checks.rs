@@ -8,6 +8,7 @@ use twox_hash::XxHash3_128;
 
 use super::outputs::{OutputKind, Outputs};
 use crate::usage::UsageError;
+use blinn_core::worded;
 use blinn_session::{CameraList, ImageKind, PlannedFrame};
 
 /// Checks that every camera has a size that suits the other options, and that no two images of `scene` have the
@@ -21,19 +22,20 @@ pub fn check_cameras(
     let mut first = None;
     let mut images: HashMap<u128, usize, BuildHasherDefault<DefaultHasher>> = HashMap::default();
     for index in 0..cameras.len() {
-        let listed = cameras.listed(index).map_err(|e| UsageError(format!("--cameras: {e}")))?;
+        let listed = cameras.listed(index).map_err(|e| UsageError(worded!("`cameras`: {}", e)))?;
         let error = |text: String| {
             let (file, name) = (cameras.path().display(), cameras.name(index));
-            UsageError(format!("--cameras {file}: camera {} '{name}' {text}", index + 1))
+            UsageError(worded!("`cameras` {}: camera {} '{}' {}", file, index + 1, name, text))
         };
         let size = cameras.size_of(&listed);
-        let (size, crop) = size.ok_or_else(|| error("has no size; add --size WxH".into()))?;
+        let (size, crop) = size.ok_or_else(|| error(worded!("has no size; add `size` WxH")))?;
         if let Some(crop) = crop
             && (crop.x + crop.width > size.0 || crop.y + crop.height > size.1)
         {
-            return Err(error(format!(
-                "has an image of {}x{} pixels, and --crop reaches beyond it",
-                size.0, size.1
+            return Err(error(worded!(
+                "has an image of {}x{} pixels, and `crop` reaches beyond it",
+                size.0,
+                size.1
             )));
         }
         match outputs.kind {
@@ -44,8 +46,8 @@ pub fn check_cameras(
                 for file in outputs.files(&outputs.target(scene, 1, &frame)) {
                     let hash = XxHash3_128::oneshot(file.as_os_str().as_encoded_bytes());
                     if let Some(other) = images.insert(hash, index) {
-                        return Err(error(format!(
-                            "and camera {} would both be written to {}; use {{frame}} in -o",
+                        return Err(error(worded!(
+                            "and camera {} would both be written to {}; use {{frame}} in `output`",
                             other + 1,
                             file.display()
                         )));
@@ -53,7 +55,7 @@ pub fn check_cameras(
                 }
             }
             OutputKind::Animation(_) if *first.get_or_insert(size) != size => {
-                return Err(error("has another size than the first; an animation needs --size WxH".into()));
+                return Err(error(worded!("has another size than the first; an animation needs `size` WxH")));
             }
             OutputKind::Animation(_) => {}
         }

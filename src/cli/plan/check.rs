@@ -7,6 +7,7 @@ use std::path::{Path, PathBuf};
 use super::outputs::{OutputKind, Outputs};
 use crate::args::{CheckArgs, CompareArgs};
 use crate::usage::UsageError;
+use blinn_core::worded;
 use blinn_output::canonical_path;
 
 /// Compares images with those in a folder, or writes them there.
@@ -23,9 +24,9 @@ impl CheckPlan {
     pub fn from_args(args: &CheckArgs, outputs: &Outputs) -> Result<Option<CheckPlan>, UsageError> {
         let Some(folder) = args.check.clone() else { return Ok(None) };
         if matches!(outputs.kind, OutputKind::Animation(_)) || outputs.is_stdout() {
-            return Err(UsageError(
-                "--check compares image files; set -o to .png, .exr, .jpg or .webp".into(),
-            ));
+            return Err(UsageError(worded!(
+                "`check` compares image files; set `output` to .png, .exr, .jpg or .webp"
+            )));
         }
         Ok(Some(CheckPlan { folder, bless: args.bless, compare: args.compare() }))
     }
@@ -41,14 +42,17 @@ impl CheckPlan {
         for image in images {
             if canonical_path(&self.golden(image)) == canonical_path(image) {
                 let folder = self.folder.display();
-                return Err(UsageError(format!(
-                    "--check {folder}: the images are written to this folder, too; set -o to another"
+                return Err(UsageError(worded!(
+                    "`check` {}: the images are written to this folder, too; set `output` to another",
+                    folder
                 )));
             }
             if let Some(other) = by_name.insert(image.file_name().unwrap_or_default(), image) {
                 let (image, other) = (image.display(), other.display());
-                return Err(UsageError(format!(
-                    "--check: {other} and {image} have the same name; use {{stem}}, {{parent}} or {{index}} in it"
+                return Err(UsageError(worded!(
+                    "`check`: {} and {} have the same name; use {{stem}}, {{parent}} or {{index}} in it",
+                    other,
+                    image
                 )));
             }
         }

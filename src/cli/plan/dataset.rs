@@ -6,6 +6,7 @@ use super::animation_output::animation_format;
 use super::outputs::{Outputs, Target};
 use crate::args::{TurntableArgs, UnitShapeArg, UpArg, ViewSamplingArgs};
 use crate::usage::UsageError;
+use blinn_core::worded;
 use blinn_output::datasets::WorldUp;
 use blinn_render::integrator::Aov;
 use blinn_scene::{Orbit, Projection, UnitShape, ViewSampling};
@@ -23,25 +24,26 @@ pub fn dataset_plan(
     options: &mut Options,
 ) -> Result<DatasetPlan, UsageError> {
     if options.view.projection == Some(Projection::Orthographic) {
-        return Err(UsageError(format!(
-            "--views: {TRANSFORMS} supports only perspective cameras; remove the orthographic projection"
+        return Err(UsageError(worded!(
+            "`views`: {} supports only perspective cameras; remove the orthographic projection",
+            TRANSFORMS
         )));
     }
     if args.output.output.as_deref().and_then(animation_format).is_some() {
-        let text = "--views: a dataset consists of images; set -o to .png, .jpg, .webp or .exr";
-        return Err(UsageError(text.into()));
+        let text =
+            worded!("`views`: a dataset consists of images; set `output` to .png, .jpg, .webp or .exr");
+        return Err(UsageError(text));
     }
     options.view.projection = Some(Projection::Perspective);
     let sampling = sampling(&args.turn.sampling, options.seed);
     if args.turn.sampling.random_per_scene && !sampling.is_random() {
-        return Err(UsageError(
-            "--random-per-scene: nothing is random; add --on random, --distance-range, --roll, --look-at-jitter, \
-             --random-lights, or --random-hdri"
-                .into(),
-        ));
+        return Err(UsageError(worded!(
+            "`random-per-scene`: nothing is random; add `on` random, `distance-range`, `roll`, `look-at-jitter`, \
+             `random-lights`, or `random-hdri`"
+        )));
     }
     let has_elevation = sampling.elevation.is_some();
-    sampling.layout.check(count, has_elevation).map_err(|text| UsageError(format!("--on: {text}")))?;
+    sampling.layout.check(count, has_elevation).map_err(|text| UsageError(worded!("`on`: {}", text)))?;
     options.normalize = args.turn.sampling.normalize.map(|shape| match shape {
         UnitShapeArg::UnitCube => UnitShape::Cube,
         UnitShapeArg::UnitSphere => UnitShape::Sphere,
@@ -86,16 +88,16 @@ pub fn check_folder(
     let last = PlannedFrame::at(i64::from(dataset.count), dataset.time);
     let last = outputs.target(scene, index, &last);
     if !matches!(&last, Target::File(last) if last.parent() == transforms.parent()) {
-        return Err(UsageError(
-            "--views: the images of a dataset must be in one folder; use the frame number only in file names"
-                .into(),
-        ));
+        return Err(UsageError(worded!(
+            "`views`: the images of a dataset must be in one folder; use the frame number only in file names"
+        )));
     }
     match &last {
         Target::File(image) if image.file_name().is_some_and(|name| name.to_str().is_none()) => {
-            Err(UsageError(format!(
-                "--views: the name {} is not UTF-8, as {TRANSFORMS} requires; set another name with -o",
-                image.display()
+            Err(UsageError(worded!(
+                "`views`: the name {} is not UTF-8, as {} requires; set another name with `output`",
+                image.display(),
+                TRANSFORMS
             )))
         }
         _ => Ok(()),

@@ -5,6 +5,7 @@ use std::path::{Path, PathBuf};
 use super::dataset_formats::FormatsPlan;
 use crate::args::values::DatasetFormat;
 use crate::usage::UsageError;
+use blinn_core::worded;
 use blinn_output::datasets::{ColmapForm, MODELS_INFO};
 
 /// The annotations of COCO.
@@ -137,19 +138,19 @@ impl MergedFolder {
         let mut above = images.ancestors().skip(1);
         if formats.colmap_form().is_some() {
             let Some(colmap_images) = above.find(|folder| folder.ends_with(COLMAP_IMAGES)) else {
-                let text = "--merge: COLMAP's images of several scenes are in FOLDER/images/SCENE/; set -o FOLDER/, or \
-                            -o 'FOLDER/images/{index:04}-{stem}/####.png'";
-                return Err(UsageError(text.into()));
+                return Err(UsageError(worded!(
+                    "`merge`: COLMAP's images of several scenes are in FOLDER/images/SCENE/; set `output` FOLDER/, or \
+                     `output` 'FOLDER/images/{{index:04}}-{{stem}}/####.png'"
+                )));
             };
             return Ok(MergedFolder { root: folder(colmap_images), colmap_images: colmap_images.into() });
         }
         match above.next() {
             Some(root) => Ok(MergedFolder { root: root.into(), colmap_images: root.into() }),
-            None => {
-                let text = "--merge: each scene needs a folder of its own; set -o FOLDER/, or \
-                            -o 'FOLDER/{index:04}-{stem}/####.png'";
-                Err(UsageError(text.into()))
-            }
+            None => Err(UsageError(worded!(
+                "`merge`: each scene needs a folder of its own; set `output` FOLDER/, or `output` \
+                 'FOLDER/{{index:04}}-{{stem}}/####.png'"
+            ))),
         }
     }
 

@@ -9,6 +9,8 @@ use super::shared_categories::SharedCategories;
 use crate::args::TurnArgs;
 use crate::args::values::{CategoryRule, DatasetFormat, DatasetFormats};
 use crate::usage::UsageError;
+use blinn_core::option_words::word_options;
+use blinn_core::worded;
 use blinn_output::datasets::{CocoMasks, ColmapForm};
 use blinn_session::{DatasetPlan, ImageKind, PlannedFrame};
 
@@ -47,14 +49,15 @@ impl FormatsPlan {
             ..FormatsPlan::default()
         };
         if has_categories && plan.coco_masks().is_none() {
-            return Err(UsageError("--category applies only to --dataset coco; add it".into()));
+            return Err(UsageError(worded!("`category` applies only to `dataset` coco; add it")));
         }
         if plan.shares_models && !plan.has(DatasetFormat::Bop) {
-            return Err(UsageError("--share-models applies only to --dataset bop; add it".into()));
+            return Err(UsageError(worded!("`share-models` applies only to `dataset` bop; add it")));
         }
         if plan.is_merged && plan.formats.0 == [DatasetFormat::Nerf] {
-            let text = "--merge: transforms.json describes one scene; add coco, bop or colmap to --dataset";
-            return Err(UsageError(text.into()));
+            return Err(UsageError(worded!(
+                "`merge`: transforms.json describes one scene; add coco, bop or colmap to `dataset`"
+            )));
         }
         Ok(plan)
     }
@@ -150,18 +153,19 @@ impl FormatsPlan {
         let text = match () {
             () if !has_others => return Ok(()),
             () if outputs.shards.is_some() && self.colmap_form().is_some() => {
-                "an archive describes each image by itself, and COLMAP's models all images of a scene; use --dataset \
+                "an archive describes each image by itself, and COLMAP's models all images of a scene; use `dataset` \
                  nerf,coco,bop"
             }
             () if outputs.shards.is_some() && self.is_merged => {
-                "an archive describes each image by itself; remove --merge"
+                "an archive describes each image by itself; remove `merge`"
             }
             () if self.shares_models && !self.is_merged && outputs.shards.is_none() => {
-                let text = "--share-models: each scene has a folder of models of its own; add --merge, or write archives";
-                return Err(UsageError(text.into()));
+                return Err(UsageError(worded!(
+                    "`share-models`: each scene has a folder of models of its own; add `merge`, or write archives"
+                )));
             }
             () if is_normalized && (self.has(DatasetFormat::Bop) || self.colmap_form().is_some()) => {
-                "bop and colmap have the scene's own coordinates; remove --normalize, or use nerf and coco"
+                "bop and colmap have the scene's own coordinates; remove `normalize`, or use nerf and coco"
             }
             () => {
                 return match &outputs.shards {
@@ -170,15 +174,16 @@ impl FormatsPlan {
                 };
             }
         };
-        Err(UsageError(format!("--dataset: {text}")))
+        Err(UsageError(worded!("`dataset`: {}", word_options(text))))
     }
 }
 
 fn check_colmap_name(name: &Path) -> Result<(), UsageError> {
     let name = name.to_string_lossy();
     if name.contains(char::is_whitespace) {
-        let text = format!(
-            "--dataset colmap: COLMAP reads no spaces in names of images, such as {name}; set another name with -o"
+        let text = worded!(
+            "`dataset` colmap: COLMAP reads no spaces in names of images, such as {}; set another name with `output`",
+            name
         );
         return Err(UsageError(text));
     }
@@ -190,15 +195,15 @@ fn check_bop_archives(shards: &ShardPlan, outputs: &Outputs) -> Result<(), Usage
     let text = match outputs.member_extension().as_str() {
         "png" | "jpg" if shards.folder().is_some() => return Ok(()),
         "png" | "jpg" => {
-            "the models of all scenes are beside the archives; set -o to a name with {shard:06} in its last part, such as \
-             train_web/shard-{shard:06}.tar"
+            "the models of all scenes are beside the archives; set `output` to a name with {shard:06} in its last part, such \
+             as train_web/shard-{shard:06}.tar"
         }
         _ => {
-            "BOP's tools read .png and .jpg in archives; set -o to a name such as shard-{shard:06}.tar or \
+            "BOP's tools read .png and .jpg in archives; set `output` to a name such as shard-{shard:06}.tar or \
              shard-{shard:06}.jpg.tar"
         }
     };
-    Err(UsageError(format!("--dataset bop: {text}")))
+    Err(UsageError(worded!("`dataset` bop: {}", word_options(text))))
 }
 
 fn check_bop_name(image: &Path, number: i64, outputs: &Outputs) -> Result<(), UsageError> {
@@ -210,9 +215,8 @@ fn check_bop_name(image: &Path, number: i64, outputs: &Outputs) -> Result<(), Us
     if is_image && is_deep && name == format!("{number:06}").as_str() {
         return Ok(());
     }
-    Err(UsageError(
-        "--dataset bop: BOP's tools read images named ROOT/SPLIT/SCENE/rgb/000001.png; set -o ROOT/ or \
-         -o ROOT/train/000001/rgb/######.png"
-            .into(),
-    ))
+    Err(UsageError(worded!(
+        "`dataset` bop: BOP's tools read images named ROOT/SPLIT/SCENE/rgb/000001.png; set `output` ROOT/ or \
+         `output` ROOT/train/000001/rgb/######.png"
+    )))
 }

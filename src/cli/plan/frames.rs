@@ -7,6 +7,7 @@ use anyhow::{Result, anyhow, bail};
 use super::inputs::check_only;
 use crate::args::{CameraListArgs, FrameArgs, TimeArgs};
 use crate::usage::UsageError;
+use blinn_core::worded;
 use blinn_scene::{FileFrames, Scene};
 use blinn_session::{CameraList, Chunk, DEFAULT_FPS, FrameList, FrameNeighbours, MAX_FRAMES, PlannedFrame};
 
@@ -69,9 +70,9 @@ impl FrameSet {
         match (&frames.frames, frames.frame) {
             (Some(list), _) => Ok(FrameSet::Clip { frames: list.clone(), fps, chunk }),
             (None, Some(frame)) => Ok(FrameSet::Single(frame_at(frame, fps))),
-            (None, None) if frames.fps.is_some() => Err(UsageError(
-                "--fps applies only to --frame and --frames; add one of them or remove --fps".into(),
-            )),
+            (None, None) if frames.fps.is_some() => Err(UsageError(worded!(
+                "`fps` applies only to `frame` and `frames`; add one of them or remove `fps`"
+            ))),
             (None, None) => Ok(FrameSet::Single(PlannedFrame::at(1, time.time.unwrap_or(0.0)))),
         }
     }
@@ -175,7 +176,13 @@ pub fn frames_of_file(scene: &Scene) -> Option<&FileFrames> {
 fn file_frames(file: &FileFrames) -> Result<FrameList> {
     let FileFrames { start, end, step, .. } = file;
     FrameList::parse(&format!("{start}..{end}:{step}")).map_err(|text| {
-        anyhow!("--frames: the file has the frames {start} to {end} in steps of {step}: {text}; list some")
+        anyhow!(worded!(
+            "`frames`: the file has the frames {} to {} in steps of {}: {}; list some",
+            start,
+            end,
+            step,
+            text
+        ))
     })
 }
 
@@ -184,7 +191,12 @@ fn clip_frames(end: f64, fps: f64) -> Result<FrameList> {
     // Key times are f32: the time of the last frame may be slightly late.
     let last = (end * fps - 1e-3).ceil().max(1.0);
     if last > MAX_FRAMES as f64 {
-        bail!("--frames: {end} seconds at --fps {fps} are more than {MAX_FRAMES} frames; list some of them");
+        bail!(worded!(
+            "`frames`: {} seconds at `fps` {} are more than {} frames; list some of them",
+            end,
+            fps,
+            MAX_FRAMES
+        ));
     }
     Ok(FrameList::up_to(last as u32))
 }

@@ -81,7 +81,7 @@ impl RenderPlan {
         }
         let mut paths = PathConflicts::with_inputs(inputs);
         for file in files {
-            paths.add_output(&file, Writer::Flag("-o")).map_err(UsageError)?;
+            paths.add_output(&file, Writer::Option("output")).map_err(UsageError)?;
         }
         Ok(())
     }

@@ -9,6 +9,7 @@ use crate::args::{
     UpArg, named_options,
 };
 use crate::usage::UsageError;
+use blinn_core::worded;
 use blinn_import::Limits;
 use blinn_scene::UpAxis;
 use blinn_session::{CameraList, FrameList, Options, ReplacedCameraFields, load_limits};
@@ -74,7 +75,7 @@ pub fn open_cameras(
         UpArg::Z => UpAxis::Z,
         UpArg::Y => UpAxis::Y,
     });
-    CameraList::open(path, up, replaced, limits).map_err(|e| UsageError(format!("--cameras: {e}")))
+    CameraList::open(path, up, replaced, limits).map_err(|e| UsageError(worded!("`cameras`: {}", e)))
 }
 
 /// Checks that the numbers of --only are those of cameras in a list of `count`.
@@ -85,7 +86,7 @@ pub fn check_only(only: Option<&FrameList>, count: usize) -> Result<(), UsageErr
     let count = count as i64;
     let mut numbers = only.into_iter().flat_map(|list| list.frames());
     match numbers.find(|number| !(1..=count).contains(*number)) {
-        Some(outside) => Err(UsageError(format!("--only {outside}: the cameras are 1 to {count}"))),
+        Some(outside) => Err(UsageError(worded!("`only` {}: the cameras are 1 to {}", outside, count))),
         None => Ok(()),
     }
 }

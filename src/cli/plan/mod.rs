@@ -31,6 +31,7 @@ use super::args::{ProcessArgs, RenderArgs, TurntableArgs};
 use super::console::is_stdout;
 use super::usage::UsageError;
 use blinn_accel::AccelSettings;
+use blinn_core::worded;
 use blinn_output::datasets::WorldUp;
 use blinn_session::{
     Chunk, EnvironmentSource, FrameNeighbours, ImageCamera, PlannedFrame, SessionPlan, SettingsHash,
@@ -95,7 +96,7 @@ impl RenderPlan {
             has_cameras: cameras.is_some(),
             fps: args.frames.fps,
             is_clip: cameras.is_none(),
-            subset_flag: args.cameras.only.as_ref().map(|_| "--only").or(chunk.frames.map(|_| "--chunk")),
+            subset_option: args.cameras.only.as_ref().map(|_| "only").or(chunk.frames.map(|_| "chunk")),
             clockwise: false,
         };
         let outputs =
@@ -103,7 +104,7 @@ impl RenderPlan {
         chunk.check_shards(&outputs)?;
         if let Some(cameras) = &cameras {
             if args.frames.fps.is_some() && !matches!(outputs.kind, OutputKind::Animation(_)) {
-                return Err(outputs::animation_only("--fps"));
+                return Err(outputs::animation_only("fps"));
             }
             // Limits and buffers suit the largest image.
             options.size = Some(check_cameras(cameras, &outputs, &scenes.first()?)?);
@@ -163,7 +164,7 @@ impl RenderPlan {
         let outputs = if has_bop { outputs.with_bop_names() } else { outputs };
         chunk.check_shards(&outputs)?;
         if args.turn.fps.is_some() && !matches!(outputs.kind, OutputKind::Animation(_)) {
-            return Err(outputs::animation_only("--fps"));
+            return Err(outputs::animation_only("fps"));
         }
         RenderPlan {
             scenes,
@@ -331,28 +332,29 @@ impl RenderPlan {
         if process.is_some_and(|process| process.print_paths.is_some())
             && (self.outputs.is_stdout() || report.is_some_and(is_stdout))
         {
-            let text = "--print-paths: standard output has the image or the page; name a file";
-            return Err(UsageError(text.into()));
+            let text = worded!("`print-paths`: standard output has the image or the page; name a file");
+            return Err(UsageError(text));
         }
-        let report = report.filter(|report| !is_stdout(report)).map(|report| ("--report", report));
+        let report = report.filter(|report| !is_stdout(report)).map(|report| ("report", report));
         if self.outputs.shards.is_some() && has_report {
-            return Err(UsageError("--report: it shows image files, not archives; remove it".into()));
+            return Err(UsageError(worded!("`report`: it shows image files, not archives; remove it")));
         }
         if self.dry_run && self.outputs.shards.as_ref().is_some_and(|shards| shards.max_bytes().is_some()) {
-            let text = "--dry-run: the names of archives of limited bytes are not known before their images; set \
-                        --shard-size to a number of images";
-            return Err(UsageError(text.into()));
+            return Err(UsageError(worded!(
+                "`dry-run`: the names of archives of limited bytes are not known before their images; set `shard-size` to \
+                 a number of images"
+            )));
         }
         if self.check.is_some() && (self.outputs.shards.is_some() || ledger.is_some()) {
-            return Err(UsageError(
-                "--check compares all image files; remove --ledger, and write no archives".into(),
-            ));
+            return Err(UsageError(worded!(
+                "`check` compares all image files; remove `ledger`, and write no archives"
+            )));
         }
         if self.session.dataset.is_some() {
             self.formats.check_outputs(&self.outputs, self.session.options.normalize.is_some())?;
         }
-        let trace = process.and_then(|process| process.trace.as_deref()).map(|trace| ("--trace", trace));
-        let ledger = ledger.map(|ledger| ("--ledger", ledger));
+        let trace = process.and_then(|process| process.trace.as_deref()).map(|trace| ("trace", trace));
+        let ledger = ledger.map(|ledger| ("ledger", ledger));
         let outputs = [report, ledger, trace].into_iter().flatten().collect();
         self.check_output_names(&OptionFiles { inputs, outputs })?;
         Ok(self)
@@ -370,10 +372,9 @@ impl ScopedChunk {
     fn new(chunk: Option<Chunk>, scenes: &SceneList, is_sequence: bool) -> Result<Self, UsageError> {
         match chunk {
             Some(_) if scenes.is_batch() => Ok(ScopedChunk { scenes: chunk, frames: None }),
-            Some(_) if !is_sequence => Err(UsageError(
-                "--chunk: there is only one image; add --frames or --cameras, or name several scenes, a list or a folder"
-                    .into(),
-            )),
+            Some(_) if !is_sequence => Err(UsageError(worded!(
+                "`chunk`: there is only one image; add `frames` or `cameras`, or name several scenes, a list or a folder"
+            ))),
             _ => Ok(ScopedChunk { scenes: None, frames: chunk }),
         }
     }
@@ -382,15 +383,13 @@ impl ScopedChunk {
     fn check_shards(&self, outputs: &Outputs) -> Result<(), UsageError> {
         let has_byte_limit = outputs.shards.as_ref().is_some_and(|shards| shards.max_bytes().is_some());
         match self.frames {
-            Some(_) if outputs.shards.is_some() => Err(UsageError(
-                "--chunk: all frames of a scene are in one archive; name several scenes, a list or a folder"
-                    .into(),
-            )),
-            _ if self.scenes.is_some() && has_byte_limit => Err(UsageError(
-                "--chunk: where an archive of limited bytes ends depends on all scenes before; set --shard-size to a \
-                 number of images"
-                    .into(),
-            )),
+            Some(_) if outputs.shards.is_some() => Err(UsageError(worded!(
+                "`chunk`: all frames of a scene are in one archive; name several scenes, a list or a folder"
+            ))),
+            _ if self.scenes.is_some() && has_byte_limit => Err(UsageError(worded!(
+                "`chunk`: where an archive of limited bytes ends depends on all scenes before; set `shard-size` to \
+                 a number of images"
+            ))),
             _ => Ok(()),
         }
     }

@@ -10,6 +10,7 @@ use super::dataset::check_folder;
 use super::path_conflicts::{PathConflicts, Writer, differ_by_extension};
 use super::{ArchiveFolder, FrameSet, MergedFolder, Outputs, RenderPlan, ShardPlan, Target};
 use crate::usage::UsageError;
+use blinn_core::worded;
 use blinn_import::has_tar_extension;
 use blinn_session::PlannedFrame;
 
@@ -67,11 +68,11 @@ impl RenderPlan {
                 paths.add_output(&file, Writer::Scene(path)).map_err(UsageError)?;
             }
         }
-        for (flag, file) in &options.outputs {
-            paths.add_output(file, Writer::Flag(flag)).map_err(UsageError)?;
+        for (option, file) in &options.outputs {
+            paths.add_output(file, Writer::Option(option)).map_err(UsageError)?;
         }
         for file in self.merged_folder()?.iter().flat_map(|merged| merged.files(&self.formats)) {
-            paths.add_output(&file, Writer::Flag("--merge")).map_err(UsageError)?;
+            paths.add_output(&file, Writer::Option("merge")).map_err(UsageError)?;
         }
         Ok(())
     }
@@ -83,8 +84,8 @@ impl RenderPlan {
             let NumberedScene { number, path } = scene?;
             let other = MergedFolder::of(&self.outputs.transforms_file(&path, number), &self.formats)?;
             if other != merged {
-                return Err(UsageError(format!(
-                    "--merge: the images of {} would be outside {}; let scenes differ in one folder of -o only",
+                return Err(UsageError(worded!(
+                    "`merge`: the images of {} would be outside {}; let scenes differ in one folder of `output` only",
                     path.display(),
                     merged.root.display()
                 )));
@@ -108,13 +109,13 @@ impl RenderPlan {
         let count = shards.count(self.scenes.len());
         for shard in 0..count {
             let first = shards.scenes(shard..shard + 1, self.scenes.len()).start + 1;
-            paths.add_output(&shards.file(first), Writer::Flag("-o")).map_err(UsageError)?;
+            paths.add_output(&shards.file(first), Writer::Option("output")).map_err(UsageError)?;
         }
         for file in self.archive_folder().iter().flat_map(ArchiveFolder::files) {
-            paths.add_output(&file, Writer::Flag("--dataset")).map_err(UsageError)?;
+            paths.add_output(&file, Writer::Option("dataset")).map_err(UsageError)?;
         }
-        for (flag, file) in &options.outputs {
-            paths.add_output(file, Writer::Flag(flag)).map_err(UsageError)?;
+        for (option, file) in &options.outputs {
+            paths.add_output(file, Writer::Option(option)).map_err(UsageError)?;
         }
         Ok(())
     }
@@ -203,8 +204,8 @@ fn check_distinct(scenes: &[NumberedScene], outputs: &Outputs) -> Result<(), Usa
         let transforms = outputs.transforms_file(path, *number);
         if let Some(other) = transforms_files.insert(transforms.clone(), path) {
             let folder = transforms.parent().filter(|folder| !folder.as_os_str().is_empty());
-            return Err(UsageError(format!(
-                "{} and {} would both write their dataset to {}; let their folders differ, as in -o '{}/####.png'",
+            return Err(UsageError(worded!(
+                "{} and {} would both write their dataset to {}; let their folders differ, as in `output` '{}/####.png'",
                 other.display(),
                 path.display(),
                 folder.unwrap_or(Path::new(".")).display(),

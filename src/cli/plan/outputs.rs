@@ -10,6 +10,7 @@ use super::shards::{self, SampleNames, ShardPlan};
 use crate::args::OutputArgs;
 use crate::console::is_stdout;
 use crate::usage::UsageError;
+use blinn_core::worded;
 use blinn_output::{BitDepth, ImageFormat, LayerFolder, Overwrite, read_fingerprint};
 use blinn_render::display::Background;
 use blinn_render::integrator::Aov;
@@ -63,9 +64,11 @@ pub struct KeptImage {
 }
 
 /// The error for a flag that applies only to animations.
-pub fn animation_only(flag: &str) -> UsageError {
-    UsageError(format!(
-        "{flag} applies only to animations; set -o to .gif, .apng, .mp4 or .html (blinn assemble makes .webp of frames)"
+pub fn animation_only(option: &str) -> UsageError {
+    UsageError(worded!(
+        "`{}` applies only to animations; set `output` to .gif, .apng, .mp4 or .html (blinn assemble makes .webp of \
+         frames)",
+        option
     ))
 }
 
@@ -84,22 +87,25 @@ impl Outputs {
         }
         let (folder, name) = split_existing_folder(&pattern);
         if let Some(word) = PathTemplate::unknown_placeholder(name) {
-            return Err(UsageError(format!(
-                "-o {pattern}: unknown placeholder {word}: expected {{stem}}, {{ext}}, {{parent}}, {{index}}, \
-                 {{index:05}}, {{camera}}, {{frame}}, {{frame:04}}, or {{shard:05}} in the name of a .tar"
+            return Err(UsageError(worded!(
+                "`output` {}: unknown placeholder {}: expected {{stem}}, {{ext}}, {{parent}}, {{index}}, \
+                 {{index:05}}, {{camera}}, {{frame}}, {{frame:04}}, or {{shard:05}} in the name of a .tar",
+                pattern,
+                word
             )));
         }
         let template = PathTemplate::in_folder(folder, name);
         if template.has_camera() && !sequence.has_cameras {
-            return Err(UsageError(format!(
-                "-o {pattern}: {{camera}} is the name of a camera of --cameras; add --cameras or use {{frame}}"
+            return Err(UsageError(worded!(
+                "`output` {}: {{camera}} is the name of a camera of `cameras`; add `cameras` or use {{frame}}",
+                pattern
             )));
         }
         let kind = match animation_format(Path::new(&pattern)) {
             Some(_) if shards.is_some() => {
-                return Err(UsageError(
-                    "-o: an archive holds images; use {shard}.tar, {shard}.jpg.tar or the like".into(),
-                ));
+                return Err(UsageError(worded!(
+                    "`output`: an archive holds images; use {{shard}}.tar, {{shard}}.jpg.tar or the like"
+                )));
             }
             Some(format) => {
                 OutputKind::Animation(AnimationOutput::new(format, &template, args, sequence, options)?)
@@ -119,12 +125,12 @@ impl Outputs {
         };
         let OutputKind::Images(ImageKind { format, .. }) = outputs.kind else {
             return match options.depth_unit {
-                Some(_) => Err(UsageError("--depth-unit applies only to images; remove it".into())),
+                Some(_) => Err(UsageError(worded!("`depth-unit` applies only to images; remove it"))),
                 None => Ok(outputs),
             };
         };
         if args.r#loop.is_some() {
-            return Err(animation_only("--loop"));
+            return Err(animation_only("loop"));
         }
         check_depth_unit(options, format)?;
         if !format.supports_layers() {
@@ -137,10 +143,14 @@ impl Outputs {
         }
         outputs.template = None;
         if sequence.is_sequence {
-            return Err(UsageError("-o -: standard output takes one image, not several frames".into()));
+            return Err(UsageError(worded!(
+                "`output` -: standard output takes one image, not several frames"
+            )));
         }
         if !options.aovs.is_empty() {
-            return Err(UsageError("--aov: standard output takes one image; set -o to a file name".into()));
+            return Err(UsageError(worded!(
+                "`aov`: standard output takes one image; set `output` to a file name"
+            )));
         }
         Ok(outputs)
     }
@@ -235,12 +245,12 @@ impl Outputs {
     pub fn check_stdout(&self, scenes: usize, report: bool) -> Result<(), UsageError> {
         let text = match (&self.template, scenes) {
             (None, _) if report => {
-                "-o - and --report - would both be written to standard output; name a file"
+                worded!("`output` - and `report` - would both be written to standard output; name a file")
             }
-            (None, 2..) => "-o -: standard output takes one image, not several scenes",
+            (None, 2..) => worded!("`output` -: standard output takes one image, not several scenes"),
             _ => return Ok(()),
         };
-        Err(UsageError(text.into()))
+        Err(UsageError(text))
     }
 }
 
@@ -249,7 +259,7 @@ fn name_pattern(output: Option<&Path>, sequence: &SequenceInfo) -> Result<String
     let default = if sequence.has_cameras { "{stem}_{camera}.png" } else { "{stem}.png" };
     let Some(output) = output else { return Ok(default.into()) };
     let Some(text) = output.to_str() else {
-        return Err(UsageError(format!("-o {}: the name must be UTF-8", output.display())));
+        return Err(UsageError(worded!("`output` {}: the name must be UTF-8", output.display())));
     };
     let has_several = sequence.is_sequence || sequence.is_batch;
     let is_new_folder = has_several
@@ -279,13 +289,15 @@ fn check_depth_unit(options: &Options, format: ImageFormat) -> Result<(), UsageE
     let text = if options.depth_unit.is_none() {
         return Ok(());
     } else if format.supports_layers() {
-        "--depth-unit applies only to depth beside images; an .exr holds metres: remove it, or set -o to .png"
+        worded!(
+            "`depth-unit` applies only to depth beside images; an .exr holds metres: remove it, or set `output` to .png"
+        )
     } else if !options.aovs.aovs.contains(&Aov::Depth) {
-        "--depth-unit applies only to --aov depth; add it"
+        worded!("`depth-unit` applies only to `aov` depth; add it")
     } else {
         return Ok(());
     };
-    Err(UsageError(text.into()))
+    Err(UsageError(text))
 }
 
 /// ImageFormat and bit depth of images with this name.
@@ -296,13 +308,17 @@ fn image_kind(name: &str, args: &OutputArgs, options: &Options) -> Result<Output
         // Thumbnailers are given an empty file whose name ends in random letters.
         None if is_empty_file(Path::new(name)) => ImageFormat::Png,
         None if is_drawing(Path::new(name)) => {
-            return Err(UsageError(format!(
-                "-o {name}: drawings of vectors are not written; write a large .png, with --edges-only for lines alone"
+            return Err(UsageError(worded!(
+                "`output` {}: drawings of vectors are not written; write a large .png, with `edges-only` for \
+                 lines alone",
+                name
             )));
         }
         None => {
-            return Err(UsageError(format!(
-                "-o {name}: unknown format; the name must end in {}, .gif, .apng, .mp4, .html or .tar, or in / for a folder",
+            return Err(UsageError(worded!(
+                "`output` {}: unknown format; the name must end in {}, .gif, .apng, .mp4, .html or .tar, or \
+                 in / for a folder",
+                name,
                 ImageFormat::EXTENSIONS
             )));
         }
@@ -311,19 +327,19 @@ fn image_kind(name: &str, args: &OutputArgs, options: &Options) -> Result<Output
         match &mut format {
             ImageFormat::Jpeg(quality) => *quality = value,
             _ => {
-                return Err(UsageError(
-                    "--encoder-quality applies only to .jpg, .mp4 and .html; remove it".into(),
-                ));
+                return Err(UsageError(worded!(
+                    "`encoder-quality` applies only to .jpg, .mp4 and .html; remove it"
+                )));
             }
         }
     }
     if options.fixed_background() == Background::Transparent && matches!(format, ImageFormat::Jpeg(_)) {
-        return Err(UsageError(
-            "JPEG has no transparency; set --background COLOR, or write .png, .webp or .exr".into(),
-        ));
+        return Err(UsageError(worded!(
+            "JPEG has no transparency; set `background` COLOR, or write .png, .webp or .exr"
+        )));
     }
     if let Some(size) = options.known_size() {
-        format.check_size(size).map_err(|e| UsageError(format!("-o {name}: {e}")))?;
+        format.check_size(size).map_err(|e| UsageError(worded!("`output` {}: {}", name, e)))?;
     }
     let depth = bit_depth(args.depth.as_deref(), format)?;
     Ok(OutputKind::Images(ImageKind { format, depth }))
@@ -343,6 +359,7 @@ fn bit_depth(bits: Option<&str>, format: ImageFormat) -> Result<BitDepth, UsageE
     let Some(bits) = bits else { return Ok(BitDepth::Default) };
     let (name, depths) = format.bit_depths();
     let known: Vec<String> = depths.iter().map(|(bits, _)| bits.to_string()).collect();
-    let error = || UsageError(format!("--depth {bits}: {name} has {} bits per channel", known.join(" or ")));
+    let error =
+        || UsageError(worded!("`depth` {}: {} has {} bits per channel", bits, name, known.join(" or ")));
     known.iter().position(|known| known == bits).map(|i| depths[i].1).ok_or_else(error)
 }

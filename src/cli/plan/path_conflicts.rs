@@ -4,6 +4,8 @@ use std::collections::HashMap;
 use std::fmt;
 use std::path::{Path, PathBuf};
 
+use blinn_core::option_words::option_word;
+use blinn_core::worded;
 use blinn_output::canonical_path;
 
 /// Inputs and outputs by the identity of their files, however their paths are written.
@@ -21,15 +23,15 @@ enum PathUse<'a> {
 pub enum Writer<'a> {
     /// The images of a scene.
     Scene(&'a Path),
-    /// A flag such as `--report`.
-    Flag(&'static str),
+    /// An option such as `report`.
+    Option(&'static str),
 }
 
 impl fmt::Display for Writer<'_> {
     fn fmt(&self, f: &mut fmt::Formatter) -> fmt::Result {
         match self {
             Writer::Scene(path) => path.display().fmt(f),
-            Writer::Flag(flag) => f.write_str(flag),
+            Writer::Option(name) => f.write_str(&option_word(name, None)),
         }
     }
 }
@@ -65,10 +67,12 @@ impl<'a> PathConflicts<'a> {
             Some(PathUse::Output(other)) => {
                 let what_to_do = match (other, writer) {
                     (Writer::Scene(a), Writer::Scene(b)) if differ_by_extension(a, b) => {
-                        "use {stem}.{ext} in -o, which has the extension of the scene"
+                        worded!("use {{stem}}.{{ext}} in `output`, which has the extension of the scene")
                     }
-                    (Writer::Scene(_), Writer::Scene(_)) => "use {stem}, {parent} or {index} in -o",
-                    _ => "name another file",
+                    (Writer::Scene(_), Writer::Scene(_)) => {
+                        worded!("use {{stem}}, {{parent}} or {{index}} in `output`")
+                    }
+                    _ => "name another file".to_string(),
                 };
                 let file = file.display();
                 return Err(format!("{other} and {writer} would both be written to {file}; {what_to_do}"));
@@ -87,10 +91,10 @@ pub(super) fn differ_by_extension(a: &Path, b: &Path) -> bool {
 fn overwritten_input(file: &Path, writer: Writer) -> String {
     let file = file.display();
     match writer {
-        Writer::Flag(flag) => format!("{flag} {file} would overwrite an input file; name another file"),
+        Writer::Option(_) => format!("{writer} {file} would overwrite an input file; name another file"),
         Writer::Scene(scene) => {
             let scene = scene.display();
-            format!("{file} would overwrite an input file of {scene}; name another file with -o")
+            worded!("{} would overwrite an input file of {}; name another file with `output`", file, scene)
         }
     }
 }
@@ -112,15 +116,18 @@ mod tests {
         let writer = Writer::Scene(&scene);
         for name in ["a.glb", "sub/../a.glb", "sub/a.png"] {
             let error = paths.check_not_input(&at(name), writer).unwrap_err();
-            assert!(error.contains("would overwrite an input file") && error.contains("-o"), "{error}");
-            let error = paths.add_output(&at(name), Writer::Flag("--report")).unwrap_err();
-            assert!(error.starts_with("--report "), "{error}");
+            assert!(error.contains("would overwrite an input file") && error.contains("`output`"), "{error}");
+            let error = paths.add_output(&at(name), Writer::Option("report")).unwrap_err();
+            assert!(error.starts_with("`report` "), "{error}");
         }
         paths.add_output(&at("missing.png"), writer).unwrap();
         paths.check_not_input(&at("missing.png"), writer).unwrap();
         let error = paths.add_output(&at("./missing.png"), Writer::Scene(&other)).unwrap_err();
         assert!(error.contains("b.glb would both be written to") && error.contains("{stem}, "), "{error}");
         let error = paths.add_output(&at("missing.png"), Writer::Scene(&at("a.stl"))).unwrap_err();
-        assert!(error.ends_with("use {stem}.{ext} in -o, which has the extension of the scene"), "{error}");
+        assert!(
+            error.ends_with("use {stem}.{ext} in `output`, which has the extension of the scene"),
+            "{error}"
+        );
     }
 }

@@ -6,6 +6,7 @@ use std::path::{Path, PathBuf};
 use super::frames::FrameSet;
 use crate::args::values::ShardSize;
 use crate::usage::UsageError;
+use blinn_core::worded;
 use blinn_session::{PathTemplate, TemplateFields};
 
 /// The size without --shard-size.
@@ -44,30 +45,30 @@ impl ShardPlan {
     ) -> Result<Option<ShardPlan>, UsageError> {
         if !is_shard_pattern(pattern) {
             return match size {
-                Some(_) => Err(UsageError(
-                    "--shard-size applies only to archives; set -o to a name such as shards/{shard:05}.tar"
-                        .into(),
-                )),
+                Some(_) => Err(UsageError(worded!(
+                    "`shard-size` applies only to archives; set `output` to a name such as shards/{{shard:05}}.tar"
+                ))),
                 None => Ok(None),
             };
         }
         let template = PathTemplate::parse(pattern);
         if !template.has_shard_number() {
-            return Err(UsageError(format!(
-                "-o {pattern}: archives are numbered; put {{shard:05}} into the name"
+            return Err(UsageError(worded!(
+                "`output` {}: archives are numbered; put {{shard:05}} into the name",
+                pattern
             )));
         }
         if !template.has_only_shard_number() {
-            return Err(UsageError(format!(
-                "-o {pattern}: an archive holds many scenes and frames; use no other placeholder than {{shard}}"
+            return Err(UsageError(worded!(
+                "`output` {}: an archive holds many scenes and frames; use no other placeholder than {{shard}}",
+                pattern
             )));
         }
         let Some(frames) = frames.known() else {
-            return Err(UsageError(
-                "--frames: the number of frames of each scene must be known for archives; list them, such as \
-                 --frames=1-24"
-                    .into(),
-            ));
+            return Err(UsageError(worded!(
+                "`frames`: the number of frames of each scene must be known for archives; list them, such as \
+                 `frames`=1-24"
+            )));
         };
         let (scenes_per_shard, max_bytes) = match size.unwrap_or(DEFAULT_SIZE) {
             ShardSize::Images(count) => (count as usize / frames.len().max(1), None),
@@ -199,7 +200,7 @@ mod tests {
             ShardPlan::new("a.png", Some(ShardSize::Bytes(5)), &frames)
                 .unwrap_err()
                 .0
-                .contains("--shard-size")
+                .contains("`shard-size`")
         );
     }
 

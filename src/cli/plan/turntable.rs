@@ -8,6 +8,7 @@ use super::frames::FrameSet;
 use super::sequence_info::SequenceInfo;
 use crate::args::{DirectionArg, EaseArg, TurnArg, TurnArgs};
 use crate::usage::UsageError;
+use blinn_core::worded;
 use blinn_scene::{DEFAULT_VIEW_DIR, Orbit};
 use blinn_session::{
     Chunk, DatasetPlan, FrameList, FrameNeighbours, Options, PlannedFrame, TurntableRotation,
@@ -21,10 +22,9 @@ pub fn rotation(args: &TurnArgs) -> TurntableRotation {
 pub fn place_camera(args: &TurnArgs, options: &mut Options) -> Result<(), UsageError> {
     let is_upright = args.axis.unwrap_or(DVec3::Y).abs() == DVec3::Y;
     if options.ground.is_some() && !is_upright && args.turn == TurnArg::Model {
-        return Err(UsageError(
-            "--ground: a model that rotates about this --axis would go through the ground; use --turn camera"
-                .into(),
-        ));
+        return Err(UsageError(worded!(
+            "`ground`: a model that rotates about this `axis` would go through the ground; use `turn` camera"
+        )));
     }
     if let Some(elevation) = args.elevation {
         let azimuth = libm::atan2(-DEFAULT_VIEW_DIR.x, -DEFAULT_VIEW_DIR.z);
@@ -38,20 +38,20 @@ pub fn place_camera(args: &TurnArgs, options: &mut Options) -> Result<(), UsageE
 pub fn check_dataset_options(args: &TurnArgs) -> Result<(), UsageError> {
     let sampling = &args.sampling;
     let options = [
-        ("--dataset", args.dataset.is_some()),
-        ("--world-up", args.world_up.is_some()),
-        ("--on", sampling.on.is_some()),
-        ("--elevation-range", sampling.elevation_range.is_some()),
-        ("--distance-range", sampling.distance_range.is_some()),
-        ("--roll", sampling.roll.is_some()),
-        ("--look-at-jitter", sampling.look_at_jitter.is_some()),
-        ("--random-lights", sampling.random_lights),
-        ("--random-hdri", sampling.random_hdri),
-        ("--random-per-scene", sampling.random_per_scene),
-        ("--normalize", sampling.normalize.is_some()),
+        ("dataset", args.dataset.is_some()),
+        ("world-up", args.world_up.is_some()),
+        ("on", sampling.on.is_some()),
+        ("elevation-range", sampling.elevation_range.is_some()),
+        ("distance-range", sampling.distance_range.is_some()),
+        ("roll", sampling.roll.is_some()),
+        ("look-at-jitter", sampling.look_at_jitter.is_some()),
+        ("random-lights", sampling.random_lights),
+        ("random-hdri", sampling.random_hdri),
+        ("random-per-scene", sampling.random_per_scene),
+        ("normalize", sampling.normalize.is_some()),
     ];
     match options.iter().find(|(_, is_given)| *is_given && args.views.is_none()) {
-        Some((flag, _)) => Err(UsageError(format!("{flag} applies only to datasets; add --views N"))),
+        Some((option, _)) => Err(UsageError(worded!("`{}` applies only to datasets; add `views` N", option))),
         None => Ok(()),
     }
 }
@@ -67,7 +67,7 @@ pub fn frames(
     let list = args.only.clone().unwrap_or_else(|| FrameList::up_to(count));
     let numbers = list.frames();
     if let Some(outside) = numbers.iter().find(|n| !(1..=i64::from(count)).contains(n)) {
-        return Err(UsageError(format!("--only {outside}: the frames are 1 to {count}")));
+        return Err(UsageError(worded!("`only` {}: the frames are 1 to {}", outside, count)));
     }
     let part = chunk.map_or(0..numbers.len(), |chunk| chunk.range(numbers.len()));
     if let Some(dataset) = dataset {
@@ -88,7 +88,7 @@ pub fn neighbours(args: &TurnArgs) -> FrameNeighbours {
 }
 
 pub fn sequence_info(args: &TurnArgs, chunk: Option<Chunk>) -> SequenceInfo {
-    let subset_flag = args.only.as_ref().map(|_| "--only").or(chunk.map(|_| "--chunk"));
+    let subset_option = args.only.as_ref().map(|_| "only").or(chunk.map(|_| "chunk"));
     // A camera that rotates one way sees the scene rotate the other way.
     let reversals = [
         args.turn == TurnArg::Camera,
@@ -96,7 +96,7 @@ pub fn sequence_info(args: &TurnArgs, chunk: Option<Chunk>) -> SequenceInfo {
         args.axis.is_some_and(|axis| axis.y < 0.0),
     ];
     let clockwise = reversals.into_iter().fold(false, |clockwise, reversed| clockwise != reversed);
-    SequenceInfo { is_sequence: true, fps: args.fps, subset_flag, clockwise, ..SequenceInfo::default() }
+    SequenceInfo { is_sequence: true, fps: args.fps, subset_option, clockwise, ..SequenceInfo::default() }
 }
 
 /// Rotation of a frame in radians.

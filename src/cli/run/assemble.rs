@@ -15,6 +15,7 @@ use crate::files::create_parent_folder;
 use crate::summary::Summary;
 use crate::usage::UsageError;
 use blinn_core::cancellation::CancelToken;
+use blinn_core::worded;
 use blinn_import::image::jpeg;
 use blinn_output::{ANIMATION_QUALITY, AnimationFile, AnimationFormat, AnimationSettings, Overwrite};
 use blinn_render::display::{Background, composite_over};
@@ -26,15 +27,20 @@ pub fn run(args: &AssembleArgs) -> Result<Summary, UsageError> {
     let output = &args.output;
     let name = output.display();
     let Some(format) = AnimationFormat::from_path(output) else {
-        return Err(UsageError(format!("-o {name}: the name must end in .gif, .apng, .webp, .mp4 or .html")));
+        return Err(UsageError(worded!(
+            "`output` {}: the name must end in .gif, .apng, .webp, .mp4 or .html",
+            name
+        )));
     };
     if args.encoder_quality.is_some() && !format.has_quality() {
-        return Err(UsageError("--encoder-quality applies only to .webp, .mp4 and .html; remove it".into()));
+        return Err(UsageError(worded!(
+            "`encoder-quality` applies only to .webp, .mp4 and .html; remove it"
+        )));
     }
     if args.direction.is_some() && format != AnimationFormat::Html {
-        return Err(UsageError("--direction applies only to .html; remove it".into()));
+        return Err(UsageError(worded!("`direction` applies only to .html; remove it")));
     }
-    format.check_rate(args.fps).map_err(|text| UsageError(format!("-o {name}: {text}")))?;
+    format.check_rate(args.fps).map_err(|text| UsageError(worded!("`output` {}: {}", name, text)))?;
     let reporter = Reporter::new(&args.log, 1, args.quiet);
     let failure = panics::catch(|| assemble(args, format, &reporter)).err();
     let failure = failure.map(|error| single_line(&scene_error(output, &error)));

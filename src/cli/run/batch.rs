@@ -18,6 +18,7 @@ use crate::console::{print_stdout, scene_error, single_line};
 use crate::plan::{ArchiveFolder, ClipFrames, NumberedScene, RenderPlan};
 use crate::summary::Summary;
 use blinn_core::cancellation::CancelToken;
+use blinn_core::worded;
 use blinn_output::ShardPart;
 use blinn_session::{Finished, Job, Scheduler};
 
@@ -92,7 +93,7 @@ impl<'a> Batch<'a> {
                 page.add_scene(path, section.finish(), &warnings, images.kept as usize, failure_line)
         {
             // Images are rendered without the page.
-            fail(self.summary, self.reporter, &Error::new(error).context("--report"));
+            fail(self.summary, self.reporter, &Error::new(error).context(worded!("`report`")));
             self.report = None;
         }
         if let Some(key) = *key {
@@ -133,7 +134,7 @@ impl<'a> Batch<'a> {
         if let Some(ledger) = &mut self.ledger
             && let Err(error) = write(ledger)
         {
-            fail(self.summary, self.reporter, &error.context("--ledger"));
+            fail(self.summary, self.reporter, &error.context(worded!("`ledger`")));
             self.ledger = None;
         }
     }
@@ -185,13 +186,13 @@ impl<'a> Batch<'a> {
     fn finish_dataset(&self) -> Result<()> {
         if self.plan.dry_run {
             let archives = self.plan.archive_folder();
-            let merged = merged_files(self.plan).context("--merge")?;
+            let merged = merged_files(self.plan).context(worded!("`merge`"))?;
             let files = archives.iter().flat_map(ArchiveFolder::files).chain(merged);
             let lines = files.map(|file| format!("{}\n", file.display()));
             return print_stdout(lines.collect::<String>().as_bytes());
         }
-        let mut written = write_merged(self.plan, self.reporter).context("--merge")?;
-        written.extend(write_archive_index(self.plan, self.reporter).context("--dataset")?);
+        let mut written = write_merged(self.plan, self.reporter).context(worded!("`merge`"))?;
+        written.extend(write_archive_index(self.plan, self.reporter).context(worded!("`dataset`"))?);
         written.iter().for_each(|file| self.reporter.wrote(None, file));
         Ok(())
     }

@@ -10,6 +10,7 @@ use serde_json::{Map, Value};
 
 use super::progress::Reporter;
 use crate::files::create_parent_folder;
+use blinn_core::worded;
 use blinn_output::{Overwrite, SaveError, write_atomically_with};
 
 /// Writes a file and returns its path, or `None` if --no-overwrite keeps one with the same content.
@@ -27,7 +28,10 @@ pub fn write_common_file(
         if fs::read(file).is_ok_and(|known| known == bytes) {
             return Ok(None);
         }
-        bail!("{} exists, and --no-overwrite keeps it; run again with --resume instead", file.display());
+        bail!(worded!(
+            "{} exists, and `no-overwrite` keeps it; run again with `resume` instead",
+            file.display()
+        ));
     }
     create_parent_folder(file)?;
     let written = write_atomically_with(file, replace, |target| {
@@ -66,8 +70,10 @@ pub fn merge_models_info<'p>(scenes: impl Iterator<Item = &'p Path>) -> Result<S
 /// Warns that a file lacks `missing` of `count` scenes, if it does.
 pub fn warn_of_missing(reporter: &Reporter, file: &Path, missing: usize, count: usize) {
     if missing > 0 {
-        let text = format!(
-            "{missing} of {count} scenes are missing: they failed, or other shares have not rendered them; --resume adds them"
+        let text = worded!(
+            "{} of {} scenes are missing: they failed, or other shares have not rendered them; `resume` adds them",
+            missing,
+            count
         );
         reporter.warn(file, &text);
     }

@@ -13,6 +13,7 @@ use crate::diff::text::amount_text;
 use crate::diff::{html, images};
 use crate::files::create_parent_folder;
 use crate::plan::CheckPlan;
+use blinn_core::worded;
 use blinn_import::Limits;
 use blinn_output::{ImageFormat, Overwrite, write_atomically};
 
@@ -86,7 +87,7 @@ pub fn check(plan: &CheckPlan, files: &[PathBuf], limits: &Limits, log: &SceneLo
     let count = problems.len();
     let more = if count > NAMED { format!("; and {} more", count - NAMED) } else { String::new() };
     problems.truncate(NAMED);
-    bail!("{count} of {} images fail --check: {}{more}", files.len(), problems.join("; "))
+    bail!(worded!("{} of {} images fail `check`: {}{}", count, files.len(), problems.join("; "), more))
 }
 
 /// Replaces the golden image.
@@ -104,7 +105,7 @@ fn bless(plan: &CheckPlan, file: &Path, log: &SceneLog) -> Result<()> {
 fn problem(plan: &CheckPlan, file: &Path, limits: &Limits, log: &SceneLog) -> Result<Option<String>> {
     let golden = plan.golden(file);
     if !golden.exists() {
-        return Ok(Some(format!("{} is missing, --bless writes it", golden.display())));
+        return Ok(Some(worded!("{} is missing, `bless` writes it", golden.display())));
     }
     let comparison = images::compare(&golden, file, &plan.compare, limits)?;
     let page = file.with_extension("diff.html");

@@ -11,6 +11,7 @@ use crate::args::{ProcessArgs, RenderArgs, TurntableArgs};
 use crate::plan::{PlanInputs, RenderPlan};
 use crate::summary::Summary;
 use crate::usage::UsageError;
+use blinn_core::worded;
 
 pub fn render(args: &RenderArgs, restart_argv: Option<&[OsString]>) -> Result<Summary, UsageError> {
     let plan = RenderPlan::for_render(args, PlanInputs::of_render(args)?)?;
@@ -53,12 +54,12 @@ fn execute(
         render_scenes(&plan, process, &reporter, &mut summary)?;
         match reporter.trace.as_ref().filter(|_| !plan.dry_run).map(Trace::write) {
             Some(Ok(file)) => reporter.wrote(None, file),
-            Some(Err(error)) => fail(&mut summary, &reporter, &error.context("--trace")),
+            Some(Err(error)) => fail(&mut summary, &reporter, &error.context(worded!("`trace`"))),
             None => {}
         }
     }
     if let Err(error) = reporter.paths_printed() {
-        fail(&mut summary, &reporter, &error.context("--print-paths"));
+        fail(&mut summary, &reporter, &error.context(worded!("`print-paths`")));
     }
     reporter.done(&summary);
     Ok(summary)

@@ -51,7 +51,7 @@ impl ReportSection {
 
     /// Returns an error if the page would overwrite an input, and marks it then.
     pub fn check_not_input(&mut self, paths: &PathConflicts) -> Result<()> {
-        paths.check_not_input(&self.page, Writer::Flag("--report")).map_err(|text| {
+        paths.check_not_input(&self.page, Writer::Option("report")).map_err(|text| {
             self.overwrites_input = true;
             Error::msg(text)
         })

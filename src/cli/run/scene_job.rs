@@ -25,6 +25,7 @@ use crate::plan::{
 use crate::scene_file::is_stdin;
 use crate::watched_files::scene_files;
 use blinn_core::cancellation::CancelToken;
+use blinn_core::worded;
 use blinn_import::{is_in_archive, open_input_file, open_scene_file};
 use blinn_output::{ImageFormat, ShardPart, check_writable};
 use blinn_scene::{ClipBoundsCache, Scene, clip_duration};
@@ -192,9 +193,10 @@ impl<'a> SceneJob<'a> {
                 self.plan.dataset_folders(self.path, self.index).preferred_model(&self.plan.formats)
             {
                 let file = file.display();
-                bail!(
-                    "--dataset colmap: readers would prefer {file} to the text files; remove it or write colmap-bin"
-                );
+                bail!(worded!(
+                    "`dataset` colmap: readers would prefer {} to the text files; remove it or write colmap-bin",
+                    file
+                ));
             }
         }
         let first = &frames[..frames.len().min(1)];

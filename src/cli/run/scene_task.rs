@@ -17,6 +17,7 @@ use super::report_section::ReportSection;
 use super::scene_job::SceneJob;
 use crate::plan::{ClipFrames, NumberedScene, RenderPlan};
 use blinn_core::cancellation::{CancelToken, Cancelled};
+use blinn_core::worded;
 use blinn_import::LoadError;
 use blinn_output::ShardPart;
 use blinn_scene::ClipBoundsCache;
@@ -186,8 +187,8 @@ fn is_cancellation(error: &Error) -> bool {
 }
 
 fn timeout_error(timeout: Duration) -> Error {
-    anyhow!(
-        "gave up after {} s; raise --timeout, or make the scene or its images smaller",
+    anyhow!(worded!(
+        "gave up after {} s; raise `timeout`, or make the scene or its images smaller",
         timeout.as_secs_f64()
-    )
+    ))
 }

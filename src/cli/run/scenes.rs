@@ -15,6 +15,7 @@ use crate::plan::{NumberedScene, RenderPlan};
 use crate::plural::plural;
 use crate::summary::Summary;
 use crate::usage::UsageError;
+use blinn_core::worded;
 use blinn_session::memory::peak_bytes;
 use blinn_session::{format_bytes, run_scheduled};
 
@@ -30,14 +31,14 @@ pub fn render_scenes(
     let report = match report.map(|file| Report::new(file, plan.outputs.replace)).transpose() {
         Ok(report) => report,
         Err(error) => {
-            fail(summary, reporter, &error.context("--report"));
+            fail(summary, reporter, &error.context(worded!("`report`")));
             return Ok(Vec::new());
         }
     };
     let ledger = match SceneLedger::open(plan, process) {
         Ok(ledger) => ledger,
         Err(error) => {
-            fail(summary, reporter, &error.context("--ledger"));
+            fail(summary, reporter, &error.context(worded!("`ledger`")));
             return Ok(Vec::new());
         }
     };

@@ -12,6 +12,8 @@ use crate::scene_file::is_stdin;
 use crate::summary::Summary;
 use crate::usage::UsageError;
 use crate::watched_files::WatchedFiles;
+use blinn_core::option_words::word_options;
+use blinn_core::worded;
 use blinn_session::EnvironmentSource;
 
 /// Checks that a plan can be watched.
@@ -23,11 +25,11 @@ pub fn check(plan: &RenderPlan) -> Result<(), UsageError> {
     let text = match scene {
         None => "it follows one scene; name one file",
         Some(scene) if is_stdin(&scene) => "standard input does not change; save it to a file",
-        _ if plan.outputs.is_stdout() => "standard output takes one image; set -o to a file name",
-        _ if plan.outputs.shards.is_some() => "an archive is written once; set -o to images",
+        _ if plan.outputs.is_stdout() => "standard output takes one image; set `output` to a file name",
+        _ if plan.outputs.shards.is_some() => "an archive is written once; set `output` to images",
         _ => return Ok(()),
     };
-    Err(UsageError(format!("--watch: {text}")))
+    Err(UsageError(worded!("`watch`: {}", word_options(text))))
 }
 
 /// Renders, waits for a change, and so on, until the process ends. Returns only if it cannot begin.

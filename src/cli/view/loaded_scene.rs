@@ -4,13 +4,12 @@ use std::path::Path;
 
 use anyhow::Result;
 
-use crate::option_words::with_flags;
 use crate::plan::RenderPlan;
 use crate::scene_file::load_scene_file;
 use blinn_core::cancellation::CancelToken;
 use blinn_import::LoadOptions;
 use blinn_scene::{Animation, AreaLight, Instance, Light, Scene, Selection};
-use blinn_session::BackFaceCulling;
+use blinn_session::{BackFaceCulling, without_error_codes};
 
 /// A scene, and the parts that a selection removes from it.
 pub struct LoadedScene {
@@ -48,7 +47,7 @@ impl LoadedScene {
                 area_lights: scene.area_lights.clone(),
                 animations: scene.animations.clone(),
             }),
-            warnings: warnings.iter().map(|warning| with_flags(&warning.to_string())).collect(),
+            warnings: warnings.iter().map(|warning| without_error_codes(&warning.to_string())).collect(),
             scene,
         })
     }

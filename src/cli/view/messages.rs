@@ -4,7 +4,7 @@ use serde::Deserialize;
 use serde_json::{Value, json};
 
 use super::state::ViewState;
-use crate::option_words::with_flags;
+use blinn_session::without_error_codes;
 
 /// A message of the page.
 #[derive(Clone, Debug, Deserialize)]
@@ -43,12 +43,12 @@ pub struct PickMessage {
 
 /// The text of an error of a picture, which the next picture clears.
 pub fn error(text: &str) -> String {
-    json!({"type": "error", "text": with_flags(text), "scene": false}).to_string()
+    json!({"type": "error", "text": without_error_codes(text), "scene": false}).to_string()
 }
 
 /// The text of an error of the scene's files, which stays until they are read without one.
 pub fn scene_error(text: &str) -> String {
-    json!({"type": "error", "text": with_flags(text), "scene": true}).to_string()
+    json!({"type": "error", "text": without_error_codes(text), "scene": true}).to_string()
 }
 
 /// The text of a status: `loading`, `rendering`, `idle` or `reloading`.

@@ -3,6 +3,8 @@
 
 use std::path::Path;
 
+use blinn_core::option_words::word_options;
+
 /// The help for a file of another format.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 enum Remedy {
@@ -155,7 +157,7 @@ pub(crate) fn hint(path: &Path, head: &[u8]) -> Option<String> {
         let cloud = || FORMATS.iter().find(|format| format.extensions.contains(&"xyz"));
         by_name().or_else(|| cloud().filter(|_| is_table_of_numbers(head)))
     };
-    found.map(|format| format!("the file is {}; {}", format.name, format.remedy.text()))
+    found.map(|format| format!("the file is {}; {}", format.name, word_options(format.remedy.text())))
 }
 
 /// Returns the encoding of a text that no importer decodes: UTF-32, and UTF-16 unless it is that of an OBJ or STL file.

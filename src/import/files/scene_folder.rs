@@ -12,6 +12,7 @@ use crate::files::read_file::{FILE_SIZE, read_limited, reject_lfs_pointer};
 use crate::files::source_tracker::SourceTracker;
 use crate::files::tar_archive::{ArchivePath, file_version};
 use blinn_core::cancellation::CancelToken;
+use blinn_core::worded;
 use blinn_scene::FileDigest;
 
 #[cfg(test)]
@@ -226,7 +227,8 @@ impl SceneFolder {
             return refuse("is not a file name");
         }
         let relative = self.normalize(name);
-        let outside = "is outside the scene's folder and was not read; allow it with `allow-outside`";
+        let outside =
+            worded!("is outside the scene's folder and was not read; allow it with `allow-outside`");
         // A colon without slashes is part of a file name. Drive letters are path prefixes on Windows.
         if relative.contains("://") {
             return refuse("is not a local file and was not read");
@@ -240,10 +242,10 @@ impl SceneFolder {
                 Component::Normal(_) => depth += 1,
                 Component::CurDir => {}
                 Component::ParentDir => depth -= 1,
-                Component::RootDir | Component::Prefix(_) => return refuse(outside),
+                Component::RootDir | Component::Prefix(_) => return refuse(&outside),
             }
             if depth < 0 && !self.allow_outside {
-                return refuse(outside);
+                return refuse(&outside);
             }
         }
         let path = self.path.join(&relative);
@@ -263,7 +265,7 @@ impl SceneFolder {
             |e: io::Error| ReferenceError::Missing(format!("'{}' cannot be read: {e}", printable(name)));
         let real = path.canonicalize().map_err(missing)?;
         let root = self.path.canonicalize().map_err(missing)?;
-        if real.starts_with(&root) { Ok(real) } else { refuse(outside) }
+        if real.starts_with(&root) { Ok(real) } else { refuse(&outside) }
     }
 }
 

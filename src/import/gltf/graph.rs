@@ -5,6 +5,7 @@ use ::gltf::json::Root;
 use crate::error::{LoadError, Warnings};
 use crate::files::escape::printable;
 use crate::options::SceneChoice;
+use blinn_core::worded;
 
 /// A node of the scene.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -107,7 +108,7 @@ pub(super) fn warn_of_empty_scene(
     if let Some(other) = root.scenes.iter().position(&mut shows_mesh) {
         let default = root.scene.map_or(0, |scene| scene.value());
         let name = printable(&scene_names(root)[other]);
-        let message = format!("the default scene has no meshes; select another with `scene {name}`");
+        let message = worded!("the default scene has no meshes; select another with `scene {}`", name);
         warnings.add(format_args!("scenes[{default}]"), message);
     }
 }

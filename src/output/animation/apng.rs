@@ -10,6 +10,7 @@ use super::encoder::{AnimationSettings, Encoder};
 use super::frame_timing::FrameTiming;
 use super::spool::Spool;
 use crate::png_chunks::{SIGNATURE, chunks, write_chunk};
+use blinn_core::worded;
 use blinn_render::PixelRect;
 
 /// Denominator of all delays, whose numerators have 16 bits.
@@ -38,7 +39,7 @@ pub(super) fn check_rate(fps: f64) -> Result<(), String> {
     if timing(fps).delay(0) <= u64::from(u16::MAX) {
         return Ok(());
     }
-    Err(format!("APNG has at least one frame in 6.5 s, not {fps} frames a second; set another `fps`"))
+    Err(worded!("APNG has at least one frame in 6.5 s, not {} frames a second; set another `fps`", fps))
 }
 
 impl Apng {

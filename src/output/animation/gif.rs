@@ -9,6 +9,7 @@ use super::encoder::{AnimationSettings, Encoder, invalid_input};
 use super::frame_timing::FrameTiming;
 use super::palette::quantize;
 use super::spool::Spool;
+use blinn_core::worded;
 
 /// Browsers play delays below two hundredths of a second as ten hundredths.
 const MAX_FPS: f64 = 50.0;
@@ -33,9 +34,11 @@ fn timing(fps: f64) -> FrameTiming {
 /// Checks that browsers play the delay, and that it fits 16 bits.
 pub(super) fn check_rate(fps: f64) -> Result<(), String> {
     if fps > MAX_FPS || timing(fps).delay(0) > u64::from(u16::MAX) {
-        return Err(format!(
-            "GIF has at most {MAX_FPS} frames a second and at least one in 655 s, not {fps}; \
-             set another `fps`, or write .apng or .mp4"
+        return Err(worded!(
+            "GIF has at most {} frames a second and at least one in 655 s, not {}; \
+             set another `fps`, or write .apng or .mp4",
+            MAX_FPS,
+            fps
         ));
     }
     Ok(())

@@ -8,6 +8,7 @@ use super::encoder::{AnimationSettings, Encoder, invalid_input};
 use super::frame_timing::FrameTiming;
 use super::spool::Spool;
 use crate::riff::{chunks, write_chunk};
+use blinn_core::worded;
 use blinn_render::PixelRect;
 
 /// Largest number of pixels a side.
@@ -38,7 +39,7 @@ pub(super) fn check_rate(fps: f64) -> Result<(), String> {
     if fps <= 1000.0 && timing(fps).delay(0) <= MAX_DELAY {
         return Ok(());
     }
-    Err(format!("WebP has 0.00006 to 1000 frames a second, not {fps}; set another `fps`"))
+    Err(worded!("WebP has 0.00006 to 1000 frames a second, not {}; set another `fps`", fps))
 }
 
 /// Checks the number of pixels a side.

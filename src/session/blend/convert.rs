@@ -13,6 +13,8 @@ use super::find::find;
 use super::probe::{Blender, version_name};
 use crate::settings_hash::SettingsHash;
 use blinn_blender::{CONVERT, MODULES};
+use blinn_core::option_words::word_options;
+use blinn_core::worded;
 use blinn_import::{BakeMode, LoadError, LoadOptions, SceneChoice, open_scene_file};
 
 /// The last line of Blender, whatever went before.
@@ -138,7 +140,7 @@ impl Settings<'_> {
 
     /// The error of a conversion that failed: its own, or what Blender printed last.
     fn failure(&self, ended: &Ended, report: Report) -> LoadError {
-        LoadError::Unsupported(report.error.unwrap_or_else(|| self.reason(ended)))
+        LoadError::Unsupported(report.error.map_or_else(|| self.reason(ended), |text| word_options(&text)))
     }
 
     /// The reason for the end of a Blender that reported none.
@@ -147,18 +149,23 @@ impl Settings<'_> {
         let memory = self.options.limits.memory_bytes;
         if i64::try_from(memory).is_ok() && OUT_OF_MEMORY.iter().any(|text| ended.output.contains(text)) {
             let allowed = memory.div_ceil(1 << 20);
-            return format!(
-                "Blender {version} needs more than the {allowed} MiB of memory that it may have for the conversion; allow \
-                 more with `max-memory`"
+            return worded!(
+                "Blender {} needs more than the {} MiB of memory that it may have for the conversion; allow \
+                 more with `max-memory`",
+                version,
+                allowed
             );
         }
         let is_message = |line: &&str| !matches!(line.trim(), "" | GOODBYE);
         let last = ended.output.lines().rfind(is_message).unwrap_or("no message").trim();
         match status.code() {
             Some(_) => format!("Blender {version} ended with {status}: {last}"),
-            None => format!(
-                "Blender {version} crashed while it converted the file ({status}: {last}); the file may be damaged: save it \
-                 again in Blender, use its backup (.blend1), or name another Blender with `blender`"
+            None => worded!(
+                "Blender {} crashed while it converted the file ({}: {}); the file may be damaged: save it \
+                 again in Blender, use its backup (.blend1), or name another Blender with `blender`",
+                version,
+                status,
+                last
             ),
         }
     }

@@ -8,6 +8,7 @@ use std::sync::Mutex;
 
 use super::probe::{Blender, Program, Version, probe, program_names, version_name};
 use blinn_core::cancellation::CancelToken;
+use blinn_core::worded;
 use blinn_import::LoadError;
 
 /// Names Blender where the option does not.
@@ -39,7 +40,7 @@ pub fn find(option: Option<&Path>, cancel: &CancelToken) -> Result<Blender, Load
         return Ok(blender.clone());
     }
     let blender = match (&environment.0, &environment.1) {
-        (Some(path), _) => named(path, "`blender`", cancel)?,
+        (Some(path), _) => named(path, &worded!("`blender`"), cancel)?,
         (None, Some(path)) => named(Path::new(path), "$BLINN_BLENDER", cancel)?,
         (None, None) => newest(environment.2.as_ref(), cancel)?,
     };
@@ -88,14 +89,16 @@ fn newest(search_path: Option<&OsString>, cancel: &CancelToken) -> Result<Blende
     let oldest = oldest_name();
     match newest {
         Some(blender) if blender.version >= OLDEST => Ok(blender),
-        Some(blender) => Err(LoadError::Unsupported(format!(
-            "a .blend file needs Blender {oldest} or later, and the newest on PATH is {}; name another with `blender`, or \
+        Some(blender) => Err(LoadError::Unsupported(worded!(
+            "a .blend file needs Blender {} or later, and the newest on PATH is {}; name another with `blender`, or \
              export the file as .glb",
+            oldest,
             version_name(blender.version)
         ))),
-        None => Err(LoadError::Unsupported(format!(
-            "a .blend file needs Blender {oldest} or later, and none is on PATH; install Blender or Python's module bpy, \
-             name it with `blender`, or export the file as .glb"
+        None => Err(LoadError::Unsupported(worded!(
+            "a .blend file needs Blender {} or later, and none is on PATH; install Blender or Python's module bpy, \
+             name it with `blender`, or export the file as .glb",
+            oldest
         ))),
     }
 }

@@ -11,6 +11,7 @@ mod probe;
 use std::path::Path;
 
 use blend_file::BlendFile;
+use blinn_core::option_words::word_options;
 use blinn_import::{LoadError, LoadOptions, SceneChoice, Warning, load, load_bytes};
 use blinn_scene::{Scene, SourceFormat};
 
@@ -35,6 +36,6 @@ pub fn load_scene(
     scene.source.digest = file.digest;
     scene.source.files = conversion.source_files(&file);
     let lines = conversion.report.warnings.iter();
-    let own = lines.map(|message| Warning { location: String::new(), message: message.clone() });
+    let own = lines.map(|text| Warning { location: String::new(), message: word_options(text) });
     Ok((scene, own.chain(import_warnings).collect()))
 }

@@ -1,6 +1,7 @@
 //! Parsers of counts and tolerances.
 
 use blinn_bench::scenes;
+use blinn_core::worded;
 use blinn_session::FrameList;
 use blinn_session::values::number;
 
@@ -27,8 +28,9 @@ pub fn frame_count(text: &str) -> Result<u32, String> {
     count.ok_or_else(|| {
         let is_list = text.parse::<u64>().is_err() && FrameList::parse(text).is_ok();
         let list = if is_list { text } else { "LIST" };
-        format!(
-            "expected the number of frames in a turn, 1 to 1000000; to render some of them, use --only {list}"
+        worded!(
+            "expected the number of frames in a turn, 1 to 1000000; to render some of them, use `only` {}",
+            list
         )
     })
 }

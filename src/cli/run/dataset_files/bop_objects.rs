@@ -10,6 +10,7 @@ use serde_json::{Map, Value};
 use twox_hash::XxHash3_128;
 
 use super::context::{DatasetFiles, ImageMasks};
+use blinn_core::worded;
 use blinn_output::datasets::{
     BopImage, BopModel, BopObject, Dataset, DatasetView, Pinhole, PosedObject, RigidPose, WorldUp,
     posed_objects,
@@ -90,11 +91,11 @@ impl<'a> BopObjects<'a> {
             info.insert(key, model.info());
             let (file, bytes) = (folders.model(number), model.to_ply());
             if shares_models && fs::read(&file).is_ok_and(|known| known != bytes) {
-                bail!(
-                    "--share-models: {} is another model with the same number; remove it if it is not of this dataset, \
-                     else omit --share-models",
+                bail!(worded!(
+                    "`share-models`: {} is another model with the same number; remove it if it is not of this dataset, \
+                     else omit `share-models`",
                     file.display()
-                );
+                ));
             }
             written.extend(self.files.update_file(&file, &bytes)?);
         }
@@ -110,16 +111,18 @@ fn first_object(files: &DatasetFiles, last: u32) -> Result<u32> {
     let plan = files.transforms.plan;
     let has_common_folder = plan.formats.is_merged || plan.outputs.shards.is_some();
     if has_common_folder && last >= OBJECTS_PER_SCENE {
-        let what = if plan.formats.is_merged { "--merge" } else { "--dataset bop" };
-        bail!(
-            "{what}: the scene has {last} objects, but scenes whose models are in one folder number only {} in each; \
-             add --share-models, or write each scene to a folder of its own",
+        let what = if plan.formats.is_merged { worded!("`merge`") } else { worded!("`dataset` bop") };
+        bail!(worded!(
+            "{}: the scene has {} objects, but scenes whose models are in one folder number only {} in each; \
+             add `share-models`, or write each scene to a folder of its own",
+            what,
+            last,
             OBJECTS_PER_SCENE - 1
-        );
+        ));
     }
     let index = if has_common_folder { files.transforms.index } else { 0 };
     let first = u32::try_from(index).ok().and_then(|index| index.checked_mul(OBJECTS_PER_SCENE));
-    first.context("--dataset bop: there are too many scenes; add --share-models")
+    first.context(worded!("`dataset` bop: there are too many scenes; add `share-models`"))
 }
 
 /// The number of a model that scenes share: 31 bits of a hash of its file, as tools keep numbers in signed integers.

@@ -7,6 +7,7 @@ use anyhow::{Result, bail};
 
 use crate::args::values::CategoryRule;
 use crate::plan::{RenderPlan, SceneNames, SharedCategories};
+use blinn_core::worded;
 use blinn_output::datasets::CocoCategory;
 use blinn_scene::Scene;
 
@@ -57,7 +58,11 @@ impl ObjectCategories {
                     if glob.matches_name(&names.stem) || glob.matches_path(&names.path) {
                         every_object(&mut categories, category);
                     } else if !is_batch {
-                        bail!("--category {category}: the scene's name does not match '{}'", glob.as_str());
+                        bail!(worded!(
+                            "`category` {}: the scene's name does not match '{}'",
+                            category,
+                            glob.as_str()
+                        ));
                     }
                 }
                 CategoryRule::Objects { category, glob } => {
@@ -74,7 +79,7 @@ impl ObjectCategories {
                     categories.index(category);
                     if !is_batch && !scene.materials.iter().any(|material| glob.matches_name(&material.name))
                     {
-                        bail!("--category {category}: no material matches '{}'", glob.as_str());
+                        bail!(worded!("`category` {}: no material matches '{}'", category, glob.as_str()));
                     }
                     for instance in &scene.instances {
                         let mesh = &scene.meshes[instance.mesh as usize];

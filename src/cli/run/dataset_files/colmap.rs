@@ -7,6 +7,7 @@ use glam::DVec2;
 
 use super::context::{DatasetContext, DatasetFiles, NumberedView};
 use crate::files::with_slashes;
+use blinn_core::worded;
 use blinn_output::datasets::{ColmapForm, ColmapImage, ColmapModel, ColmapPoint, Pinhole, RigidPose};
 use blinn_render::trace_surface_tracks;
 use blinn_scene::{Camera, linear_to_srgb8};
@@ -59,7 +60,7 @@ impl DatasetFiles<'_> {
         // COLMAP's ids of images end at 2³¹ − 1.
         let last = before.and_then(|before| before.checked_add(i64::try_from(views).ok()?));
         last.and_then(|last| i32::try_from(last).ok())
-            .context("--merge: there are too many images for COLMAP")?;
+            .context(worded!("`merge`: there are too many images for COLMAP"))?;
         Ok(u32::try_from(before.unwrap_or_default())?)
     }
 }

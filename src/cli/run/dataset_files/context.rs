@@ -9,6 +9,7 @@ use crate::files::create_parent_folder;
 use crate::run::dataset::TransformsFile;
 use crate::run::progress::SceneLog;
 use blinn_core::cancellation::CancelToken;
+use blinn_core::worded;
 use blinn_output::datasets::{Dataset, DatasetView};
 use blinn_output::{Overwrite, SaveError, write_atomically};
 use blinn_render::integrator::Frame;
@@ -73,7 +74,7 @@ impl DatasetFiles<'_> {
             Err(_) if replace == Overwrite::No && fs::read(file).is_ok_and(|known| known == bytes) => {
                 Ok(None)
             }
-            Err(cause) => Err(SaveError { path: file.to_path_buf(), cause }).context("--dataset"),
+            Err(cause) => Err(SaveError { path: file.to_path_buf(), cause }).context(worded!("`dataset`")),
         }
     }
 }

@@ -9,6 +9,7 @@ use super::{ImageSink, SceneOutput, WrittenFiles};
 use crate::plan::AnimationOutput;
 use crate::run::animation_writer::{AnimationWriter, WrittenAnimation};
 use crate::run::report_section::ReportSection;
+use blinn_core::worded;
 use blinn_session::{PlannedFrame, RenderedImage};
 
 /// Appends each frame to an animation, which appears when it is complete.
@@ -29,7 +30,7 @@ impl<'a> AnimationSink<'a> {
     ) -> Result<AnimationSink<'a>> {
         let animation = &animation
             .in_scene(output.scene)
-            .map_err(|text| anyhow::anyhow!("-o {}: {text}", file.display()))?;
+            .map_err(|text| anyhow::anyhow!(worded!("`output` {}: {}", file.display(), text)))?;
         let writer = AnimationWriter::new(file, animation, size, output.plan.outputs.replace)?;
         Ok(AnimationSink { output, report, writer })
     }

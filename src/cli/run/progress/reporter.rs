@@ -19,9 +19,8 @@ use super::written_files::WrittenFiles;
 use crate::args::{LogArgs, PathsArg, ProgressArg};
 use crate::console::{eprint_line, print_stdout, single_line};
 use crate::message_style::{Level, MessageStyle};
-use crate::option_words::with_flags;
 use crate::summary::Summary;
-use blinn_session::format_bytes;
+use blinn_session::{format_bytes, without_error_codes};
 
 pub struct Reporter {
     style: Style,
@@ -131,7 +130,7 @@ impl Reporter {
         if self.quiet {
             return;
         }
-        let text = single_line(&with_flags(text));
+        let text = single_line(&without_error_codes(text));
         match self.style {
             Style::Json => {
                 self.event(json!({"event": "warning", "scene": scene.to_string_lossy(), "text": text}))
@@ -147,7 +146,7 @@ impl Reporter {
 
     /// Reports a failure, of a scene or of anything else, also with --quiet.
     pub fn fail(&self, scene: Option<&Path>, line: &str) {
-        let line = &with_flags(line);
+        let line = &without_error_codes(line);
         match self.style {
             Style::OpenJd => self.line(&format!("openjd_fail: {line}")),
             Style::Json => self.event(json!({
@@ -161,7 +160,7 @@ impl Reporter {
     /// Reports a remark on a scene; in batches, with --verbose only.
     fn hint(&self, scene: &Path, text: &str) {
         if !self.quiet && (self.verbose || !self.is_batch) {
-            let text = format!("{}: {}", scene.display(), single_line(&with_flags(text)));
+            let text = format!("{}: {}", scene.display(), single_line(&without_error_codes(text)));
             self.remark(&self.label(Level::Hint, &text));
         }
     }
@@ -176,7 +175,7 @@ impl Reporter {
     /// Reports a choice, for --verbose.
     fn note(&self, text: &str) {
         if self.verbose && !self.quiet {
-            self.remark(&single_line(&with_flags(text)));
+            self.remark(&single_line(&without_error_codes(text)));
         }
     }
 

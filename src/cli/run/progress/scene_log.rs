@@ -11,10 +11,10 @@ use anyhow::Result;
 use super::message::Message;
 use super::reporter::Reporter;
 use crate::console::strict_error;
-use crate::option_words::with_flags;
 use crate::warning_filter::WarningFilter;
+use blinn_core::worded;
 use blinn_import::Warning;
-use blinn_session::{Notice, SessionError, SessionLog};
+use blinn_session::{Notice, SessionError, SessionLog, without_error_codes};
 
 /// Reports each warning of a scene once: the first few of each kind and the number of the others. Collects all if a
 /// page needs them. Messages may wait until those of earlier scenes are reported.
@@ -156,7 +156,7 @@ impl<'a> SceneLog<'a> {
             if self.strict {
                 return Err(strict_error(warning));
             }
-            self.report_of_kind(&with_flags(&warning.to_string()), &warning.message);
+            self.report_of_kind(&without_error_codes(&warning.to_string()), &warning.message);
         }
         self.report_withheld();
         Ok(())
@@ -180,7 +180,7 @@ impl<'a> SceneLog<'a> {
 
     /// Reports how many warnings were withheld since the last call.
     fn report_withheld(&self) {
-        let lines = self.warnings().filter.summary("use --verbose to print all");
+        let lines = self.warnings().filter.summary(&worded!("use `verbose` to print all"));
         for line in lines {
             self.send(Message::Warning(line));
         }
@@ -214,7 +214,7 @@ impl SessionLog for SceneLog<'_> {
         if self.strict {
             return Err(SessionError::Warning(notice));
         }
-        self.report(&with_flags(&notice.to_string()));
+        self.report(&without_error_codes(&notice.to_string()));
         Ok(())
     }
 

@@ -15,6 +15,7 @@ use openh264::{OpenH264API, Timestamp};
 use super::encoder::{AnimationSettings, Encoder, invalid_input};
 use super::spool::Spool;
 use super::yuv::Yuv420;
+use blinn_core::worded;
 use boxes::{Track, media_header, movie_header};
 use level::StreamRate;
 
@@ -61,7 +62,7 @@ pub(super) fn check_rate(fps: f64) -> Result<(), String> {
     if (1.0..=1e9).contains(&timescale(fps)) {
         return Ok(());
     }
-    Err(format!("MP4 has 0.001 to 1000000 frames a second, not {fps}; set another `fps`"))
+    Err(worded!("MP4 has 0.001 to 1000000 frames a second, not {}; set another `fps`", fps))
 }
 
 /// Checks that openh264 encodes frames of this size.
@@ -72,9 +73,14 @@ pub(super) fn check_size((width, height): (u32, u32)) -> Result<(), String> {
     if long <= max_long && short <= max_short && short >= MIN_SIDE {
         return Ok(());
     }
-    Err(format!(
-        "MP4 has at most {max_long}x{max_short} pixels, in portrait or landscape, and at least {MIN_SIDE} a side, \
-         not {width}x{height}; set another `size`, or write .apng"
+    Err(worded!(
+        "MP4 has at most {}x{} pixels, in portrait or landscape, and at least {} a side, \
+         not {}x{}; set another `size`, or write .apng",
+        max_long,
+        max_short,
+        MIN_SIDE,
+        width,
+        height
     ))
 }
 
@@ -195,10 +201,9 @@ struct Sample {
 impl Encoder for Mp4 {
     fn frame(&mut self, pixels: &[[u8; 4]], body: &mut Spool) -> io::Result<()> {
         if pixels.iter().any(|p| p[3] < 255) {
-            return Err(invalid_input(
+            return Err(invalid_input(worded!(
                 "MP4 has no transparency; set `background COLOR`, or write .webp, .apng, .gif or .html"
-                    .into(),
-            ));
+            )));
         }
         let stream = self.encode(pixels)?;
         let sample = self.sample(&stream)?;
