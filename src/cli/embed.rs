@@ -1,5 +1,5 @@
 //! The parts of the command line that the Python module uses: the program itself, the properties that `blinn info` prints,
-//! its words for options, and the handling of panics.
+//! its flags and words for them, and the handling of panics.
 
 use std::ffi::OsString;
 
@@ -7,6 +7,7 @@ use blinn_core::option_words::{OptionWord, set_option_word};
 
 use super::{Host, run_arguments};
 
+pub use super::args::usage_error::{has_flag, shown_flags};
 pub use super::info::scene_properties;
 pub use super::option_words::flag;
 pub use super::run::panics::{catch as catch_panic, install_hook as install_panic_hook};

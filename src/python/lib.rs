@@ -48,6 +48,7 @@ fn _blinn(module: &Bound<'_, PyModule>) -> PyResult<()> {
     module.add_class::<scene::PyScene>()?;
     module.add_class::<pictures::PyPictures>()?;
     module.add_function(wrap_pyfunction!(camera_list::load_cameras, module)?)?;
+    module.add_function(wrap_pyfunction!(command::check_dataset_options, module)?)?;
     module.add_function(wrap_pyfunction!(command::main, module)?)?;
     module.add_function(wrap_pyfunction!(option_types::option_types, module)?)?;
     module.add_function(wrap_pyfunction!(options::list_render_options, module)?)?;

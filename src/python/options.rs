@@ -110,12 +110,16 @@ fn unknown(key: &str, set: OptionSet) -> PyErr {
     if other.keywords().contains(&key.replace('-', "_")) {
         return PyTypeError::new_err(format!("'{key}' is an option of {call}()"));
     }
-    let keywords = set.keywords();
     let parameters: &[&str] = if set == OptionSet::Render { &RENDER_PARAMETERS } else { &["name"] };
-    let names = keywords.iter().map(String::as_str).chain(parameters.iter().copied());
+    unknown_option(key, &set.keywords(), parameters)
+}
+
+/// The exception for a keyword argument of another name than options and parameters.
+pub fn unknown_option(key: &str, options: &[String], parameters: &[&str]) -> PyErr {
+    let names = options.iter().map(String::as_str).chain(parameters.iter().copied());
     PyTypeError::new_err(match closest_name(key, names) {
         Some(name) => format!("unknown option '{key}'; did you mean '{name}'?"),
-        None => format!("unknown option '{key}'; options: {}", keywords.join(", ")),
+        None => format!("unknown option '{key}'; options: {}", options.join(", ")),
     })
 }
 

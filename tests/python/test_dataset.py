@@ -73,14 +73,18 @@ def test_resumed_datasets_write_only_what_is_missing(models: Path, tmp_path: Pat
 
 def test_errors_are_exceptions(models: Path, tmp_path: Path, quad: blinn.Scene) -> None:
     cube = models / "tests/cube.obj"
-    with pytest.raises(ValueError, match="unexpected argument smaples: did you mean samples"):
+    with pytest.raises(TypeError, match=r"unknown option 'smaples'; did you mean 'samples'\?"):
         blinn.write_dataset(cube, tmp_path, views=1, smaples=3)
+    with pytest.raises(TypeError, match="unknown option 'nonsense'; options: .*samples"):
+        blinn.write_dataset(cube, tmp_path, views=1, nonsense=3)
+    with pytest.raises(TypeError, match="unknown option 'print_paths'"):
+        blinn.write_dataset(cube, tmp_path, views=1, print_paths=True)
     with pytest.raises(ValueError, match="'cocoo' for formats: unknown format 'cocoo'; did you mean 'coco'"):
         blinn.write_dataset(cube, tmp_path, views=1, formats="cocoo")
     with pytest.raises(blinn.RenderError, match="missing.glb"):
         blinn.write_dataset([cube, tmp_path / "missing.glb"], tmp_path / "b", views=1, **SMALL)
     assert "cube/0001.png" in names(tmp_path / "b"), "others are written"
-    with pytest.raises(ValueError, match="use formats"):
+    with pytest.raises(TypeError, match="use formats"):
         blinn.write_dataset(cube, tmp_path, views=1, dataset="coco")
     with pytest.raises(ValueError, match="no scenes"):
         blinn.write_dataset([], tmp_path, views=1)

@@ -167,6 +167,18 @@ fn unknown_command(error: &Error) -> String {
     format!("unknown command '{word}': {hint}")
 }
 
+/// The names of a command's flags, without `--` and without those that help does not show.
+pub fn shown_flags(command: &str) -> Vec<String> {
+    let root = help::full();
+    let command = root.find_subcommand(command);
+    command.into_iter().flat_map(long_flags).map(str::to_string).collect()
+}
+
+/// True if a command has a flag of a name without `--`, or of an alias.
+pub fn has_flag(command: &str, name: &str) -> bool {
+    help::full().find_subcommand(command).is_some_and(|command| find_flag(command, name).is_some())
+}
+
 /// The names of a command's flags, without `--`.
 fn long_flags(command: &Command) -> Vec<&str> {
     let shown = command.get_arguments().filter(|argument| !argument.is_hide_set());

@@ -11,7 +11,7 @@ import warnings
 from pathlib import Path
 from typing import Any, Callable, Iterable, Sequence, Union
 
-from ._blinn import RenderError, SceneWarning
+from ._blinn import RenderError, SceneWarning, check_dataset_options
 from ._progress import Progress, shown_progress
 from ._scene import Scene
 
@@ -54,12 +54,10 @@ def write_dataset(
     The work is done by the command in a process of its own, so the files equal those of the command bit for bit. Defects
     of scenes are issued as `SceneWarning`.
 
-    Raises ValueError for options that the command does not take, and `RenderError` if a scene fails; all others are
-    written by then.
+    Raises TypeError for options that the command does not have, ValueError for values that it does not take, and
+    `RenderError` if a scene fails; all others are written by then.
     """
-    for option, instead in (("dataset", "formats"), ("output", "folder and name"), ("aov", "layers")):
-        if option in options:
-            raise ValueError(f"{option} is no option of write_dataset; use {instead}")
+    check_dataset_options(list(options))
     flags = [f"--views={views}", f"--dataset={_list(formats)}"]
     if layers:
         flags.append(f"--aov={_list(layers)}")
