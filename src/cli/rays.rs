@@ -16,6 +16,7 @@ use super::summary::Summary;
 use super::usage::UsageError;
 use blinn_bench::npz::encode_npz;
 use blinn_bench::{BenchStage, DumpSettings, dump_rays};
+use blinn_core::worded;
 use blinn_import::LoadOptions;
 use blinn_output::{Overwrite, check_writable, write_atomically};
 use blinn_session::simd_level;
@@ -72,5 +73,5 @@ fn prepare(file: &Path) -> Result<()> {
         return Ok(());
     }
     create_parent_folder(file)?;
-    check_writable(file, Overwrite::Yes).context("--dump")
+    check_writable(file, Overwrite::Yes).context(worded!("`dump`"))
 }

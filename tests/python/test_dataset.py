@@ -103,6 +103,10 @@ def test_messages_name_keywords(models: Path, tmp_path: Path) -> None:
     with pytest.raises(ValueError, match="name") as error:
         blinn.write_dataset(cube, tmp_path, views=1, name="x.mp4", **SMALL)
     assert "--" not in str(error.value) and "-o" not in str(error.value)
+    missing = tmp_path / "a --size `hide` -o.glb"
+    with pytest.raises(blinn.RenderError) as failure:
+        blinn.write_dataset(missing, tmp_path, views=1, **SMALL)
+    assert str(missing) in str(failure.value), "names of files are no options"
 
 
 def test_depths_of_pictures_are_metric(quad: blinn.Scene, tmp_path: Path) -> None:

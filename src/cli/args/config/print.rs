@@ -10,6 +10,7 @@ use super::{explicit_args, has_conflict, key};
 use crate::args::command_tree::{built, find_command, innermost};
 use crate::args::help;
 use crate::usage::UsageError;
+use blinn_core::worded;
 
 /// The options of a command line with their defaults as TOML. Defaults that conflict with explicit options are left
 /// out.
@@ -46,7 +47,7 @@ fn value_of(arg: &Arg, matches: &ArgMatches) -> Result<Option<Value>, UsageError
     for raw in matches.try_get_raw(id).ok().flatten().into_iter().flatten() {
         let text = raw.to_str().ok_or_else(|| {
             let name = key(arg).unwrap_or(id);
-            UsageError(format!("--print-config: {name} {} is not UTF-8, as TOML has to be", raw.display()))
+            UsageError(worded!("`print-config`: {} {} is not UTF-8, as TOML has to be", name, raw.display()))
         })?;
         texts.push(text);
     }

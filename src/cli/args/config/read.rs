@@ -10,6 +10,7 @@ use super::{explicit_args, has_conflict, key};
 use crate::args::command_tree::{built, find_command, innermost};
 use crate::args::help;
 use crate::usage::UsageError;
+use blinn_core::worded;
 
 /// Inserts the options of the `--config` file that `argv` names. Options that `argv` sets itself, and those that
 /// conflict with them, are left out.
@@ -22,7 +23,7 @@ pub fn merge_file(mut argv: Vec<OsString>) -> Result<Vec<OsString>, UsageError> 
     let matches = lenient.clone().try_get_matches_from(&argv);
     let Some(command) = matches.as_ref().ok().and_then(innermost) else { return Ok(argv) };
     let Ok(Some(file)) = command.matches.try_get_one::<PathBuf>("config") else { return Ok(argv) };
-    let error = |text: String| UsageError(format!("--config {}: {text}", file.display()));
+    let error = |text: String| UsageError(worded!("`config` {}: {}", file.display(), text));
     let text = std::fs::read_to_string(file).map_err(|e| error(e.to_string()))?;
     let table = parse(&text).map_err(error)?;
     let root = built();
