@@ -80,6 +80,17 @@ pub enum Reflectance {
     Unshaded,
 }
 
+impl Reflectance {
+    /// Returns the metallic-roughness model without textures.
+    pub fn metallic_roughness(metallic: f32, roughness: f32) -> Reflectance {
+        Reflectance::MetallicRoughness {
+            metallic: ScalarInput::new(metallic),
+            roughness: ScalarInput::new(roughness),
+            dielectric: Dielectric::default(),
+        }
+    }
+}
+
 /// How a surface reflects its surroundings.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Reflection {
@@ -181,11 +192,7 @@ impl Default for Material {
             alpha: ScalarInput::new(1.0),
             alpha_from_base: false,
             alpha_mode: AlphaMode::Opaque,
-            reflectance: Reflectance::MetallicRoughness {
-                metallic: ScalarInput::new(0.0),
-                roughness: ScalarInput::new(1.0),
-                dielectric: Dielectric::default(),
-            },
+            reflectance: Reflectance::metallic_roughness(0.0, 1.0),
             emission: ColorInput::new(Vec3::ZERO),
             emission_strength: 1.0,
             normal: None,

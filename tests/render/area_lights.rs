@@ -5,8 +5,8 @@ use std::sync::Arc;
 use blinn::geometry::Rgb;
 use blinn::integrator::{Emitters, Frame};
 use blinn::scene::{
-    AreaLightShape, ColorInput, Dielectric, Lighting, Material, Mesh, MtlReflectance, PosedAreaLight,
-    Projection, Reflectance, Reflection, ScalarInput, Scene, View,
+    AreaLightShape, ColorInput, Lighting, Material, Mesh, MtlReflectance, PosedAreaLight, Projection,
+    Reflectance, Reflection, Scene, View,
 };
 use glam::{DAffine3, DVec3, Vec3};
 
@@ -25,11 +25,7 @@ fn matte(albedo: f32, emission: f32) -> Material {
 fn rough_metal() -> Material {
     Material {
         base_color: ColorInput::new(Rgb::splat(0.9)),
-        reflectance: Reflectance::MetallicRoughness {
-            metallic: ScalarInput::new(1.0),
-            roughness: ScalarInput::new(0.5),
-            dielectric: Dielectric::default(),
-        },
+        reflectance: Reflectance::metallic_roughness(1.0, 0.5),
         reflection: Reflection::Fresnel,
         double_sided: true,
         ..Material::default()

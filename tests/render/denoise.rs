@@ -10,8 +10,8 @@ use blinn::geometry::{Rgb, Rgba};
 use blinn::integrator::{AmbientOcclusion, Frame, Phong};
 use blinn::render::{Denoise, NoisyPicture, PixelRect, Pixels, ProgressMonitor, RenderSettings, render};
 use blinn::scene::{
-    AreaLightShape, ColorInput, Dielectric, Environment, Lighting, Material, PosedAreaLight, Projection,
-    Reflectance, Reflection, ScalarInput, Scene, Sheen, View,
+    AreaLightShape, ColorInput, Environment, Lighting, Material, PosedAreaLight, Projection, Reflectance,
+    Reflection, ScalarInput, Scene, Sheen, View,
 };
 use glam::{DAffine3, DMat3, DVec3};
 
@@ -23,11 +23,7 @@ const HEIGHT: u32 = 80;
 fn plastic(color: Rgb, roughness: f32) -> Material {
     Material {
         base_color: ColorInput::new(color),
-        reflectance: Reflectance::MetallicRoughness {
-            metallic: ScalarInput::new(0.0),
-            roughness: ScalarInput::new(roughness),
-            dielectric: Dielectric::default(),
-        },
+        reflectance: Reflectance::metallic_roughness(0.0, roughness),
         reflection: Reflection::Fresnel,
         double_sided: true,
         ..Material::default()

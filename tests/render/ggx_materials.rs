@@ -8,9 +8,7 @@ use blinn::geometry::Rgb;
 use blinn::integrator::{Frame, Phong};
 use blinn::render::{RenderSettings, render};
 use blinn::scene::linear_to_srgb;
-use blinn::scene::{
-    ColorInput, Dielectric, Lighting, Material, Mesh, PosedLight, Reflectance, Reflection, ScalarInput,
-};
+use blinn::scene::{ColorInput, Lighting, Material, Mesh, PosedLight, Reflectance, Reflection, ScalarInput};
 use glam::{DVec3, Vec3};
 
 use crate::common::scenes;
@@ -26,11 +24,7 @@ fn ball() -> Mesh {
 fn physical(metallic: f64, roughness: f64) -> Material {
     Material {
         base_color: ColorInput::new(Rgb::splat(BASE as f32)),
-        reflectance: Reflectance::MetallicRoughness {
-            metallic: ScalarInput::new(metallic as f32),
-            roughness: ScalarInput::new(roughness as f32),
-            dielectric: Dielectric::default(),
-        },
+        reflectance: Reflectance::metallic_roughness(metallic as f32, roughness as f32),
         ..Default::default()
     }
 }

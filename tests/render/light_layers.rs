@@ -7,8 +7,8 @@ use blinn::geometry::{Rgb, Rgba};
 use blinn::integrator::{AmbientOcclusion, Emitters, Frame, LightLayer, LightLayers, Phong};
 use blinn::render::{Denoise, PixelRect, RenderSettings, render, render_light_layers};
 use blinn::scene::{
-    AlphaMode, AreaLightShape, ColorInput, Dielectric, Environment, Lighting, Material, MtlReflectance,
-    PosedAreaLight, PosedLight, Projection, Reflectance, Reflection, ScalarInput, Scene, View,
+    AlphaMode, AreaLightShape, ColorInput, Environment, Lighting, Material, MtlReflectance, PosedAreaLight,
+    PosedLight, Projection, Reflectance, Reflection, ScalarInput, Scene, View,
 };
 use glam::{DAffine3, DVec3};
 
@@ -19,11 +19,7 @@ const SIDE: u32 = 48;
 fn physical(color: Rgb, metallic: f32, roughness: f32) -> Material {
     Material {
         base_color: ColorInput::new(color),
-        reflectance: Reflectance::MetallicRoughness {
-            metallic: ScalarInput::new(metallic),
-            roughness: ScalarInput::new(roughness),
-            dielectric: Dielectric::default(),
-        },
+        reflectance: Reflectance::metallic_roughness(metallic, roughness),
         reflection: Reflection::Fresnel,
         double_sided: true,
         ..Material::default()

@@ -4,8 +4,7 @@ use blinn::geometry::Rgb;
 use blinn::integrator::{Frame, Phong};
 use blinn::render::{RenderSettings, render};
 use blinn::scene::{
-    ColorInput, Dielectric, Lighting, Material, PosedLight, Projection, Reflectance, Reflection, ScalarInput,
-    Scene, View,
+    ColorInput, Lighting, Material, PosedLight, Projection, Reflectance, Reflection, ScalarInput, Scene, View,
 };
 use glam::{DAffine3, DVec3, Vec3};
 
@@ -14,11 +13,7 @@ use crate::common::scenes;
 fn physical(metallic: f32, roughness: f32) -> Material {
     Material {
         base_color: ColorInput::new(Rgb::ONE),
-        reflectance: Reflectance::MetallicRoughness {
-            metallic: ScalarInput::new(metallic),
-            roughness: ScalarInput::new(roughness),
-            dielectric: Dielectric::default(),
-        },
+        reflectance: Reflectance::metallic_roughness(metallic, roughness),
         reflection: Reflection::Fresnel,
         double_sided: true,
         ..Material::default()

@@ -4,8 +4,8 @@ use blinn::geometry::{Rgb, Rgba};
 use blinn::integrator::{Frame, Phong};
 use blinn::render::{RenderSettings, render};
 use blinn::scene::{
-    Clearcoat, ColorInput, Dielectric, Environment, Lighting, Material, Mesh, MtlReflectance, Reflectance,
-    Reflection, ScalarInput, SkyIrradiance,
+    Clearcoat, ColorInput, Environment, Lighting, Material, Mesh, MtlReflectance, Reflectance, Reflection,
+    ScalarInput, SkyIrradiance,
 };
 
 use crate::common::scenes;
@@ -19,11 +19,7 @@ fn ball() -> Mesh {
 pub(crate) fn physical(base: f32, metallic: f32, roughness: f32) -> Material {
     Material {
         base_color: ColorInput::new(Rgb::splat(base)),
-        reflectance: Reflectance::MetallicRoughness {
-            metallic: ScalarInput::new(metallic),
-            roughness: ScalarInput::new(roughness),
-            dielectric: Dielectric::default(),
-        },
+        reflectance: Reflectance::metallic_roughness(metallic, roughness),
         reflection: Reflection::Fresnel,
         ..Default::default()
     }

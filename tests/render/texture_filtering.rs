@@ -10,9 +10,9 @@ use blinn::geometry::{Rgb, Rgba};
 use blinn::integrator::{Aov, Frame, Integrator, LowDiscrepancySampler, Phong, Sample, Scratch};
 use blinn::render::{RenderSettings, render, render_aovs};
 use blinn::scene::{
-    AlphaMode, Anisotropy, Channels, ColorInput, Dielectric, Image, Instance, Material, Mesh, MipMaps,
-    MtlReflectance, Node, NormalMap, PoseSettings, PosedLight, Reflectance, Reflection, ScalarInput, Scene,
-    TexelSemantics, Texels, Texture, TextureFilter, TextureRef, UvTransform, View, Wrap, pose,
+    AlphaMode, Anisotropy, Channels, ColorInput, Image, Instance, Material, Mesh, MipMaps, MtlReflectance,
+    Node, NormalMap, PoseSettings, PosedLight, Reflectance, Reflection, ScalarInput, Scene, TexelSemantics,
+    Texels, Texture, TextureFilter, TextureRef, UvTransform, View, Wrap, pose,
 };
 use glam::{DVec3, Vec2, Vec3, Vec4};
 
@@ -336,11 +336,7 @@ fn bumps() -> Image {
 fn ball(roughness: f32, bumpy: bool) -> Scene {
     let material = Material {
         base_color: ColorInput::new(Rgb::splat(0.8)),
-        reflectance: Reflectance::MetallicRoughness {
-            metallic: ScalarInput::new(1.0),
-            roughness: ScalarInput::new(roughness),
-            dielectric: Dielectric::default(),
-        },
+        reflectance: Reflectance::metallic_roughness(1.0, roughness),
         normal: bumpy.then(|| NormalMap { texture: reference(0), scale: 1.0, scale_is_strength: false }),
         ..Default::default()
     };

@@ -4,8 +4,8 @@ use blinn::geometry::{Rgb, Rgba};
 use blinn::integrator::{Frame, Phong};
 use blinn::render::{RenderSettings, render};
 use blinn::scene::{
-    AlphaMode, ColorInput, Dielectric, Lighting, Material, PosedLight, PosedLightKind, Projection,
-    Reflectance, ScalarInput, Scene, View,
+    AlphaMode, ColorInput, Lighting, Material, PosedLight, PosedLightKind, Projection, Reflectance,
+    ScalarInput, Scene, View,
 };
 use glam::{DAffine3, DVec3, Vec3};
 
@@ -48,11 +48,7 @@ fn render_through(pane: Material, wall: Reflectance, sun: f32) -> Vec<Rgba> {
 fn glass(metallic: f32) -> Material {
     Material {
         base_color: ColorInput::new(Rgb::new(0.25, 0.5, 1.0)),
-        reflectance: Reflectance::MetallicRoughness {
-            metallic: ScalarInput::new(metallic),
-            roughness: ScalarInput::new(1.0),
-            dielectric: Dielectric::default(),
-        },
+        reflectance: Reflectance::metallic_roughness(metallic, 1.0),
         transmission: ScalarInput::new(1.0),
         double_sided: true,
         ..Material::default()
@@ -90,11 +86,7 @@ fn metals_do_not_transmit_light() {
 /// KHR_materials_unlit overrides other extensions: only its colour counts.
 #[test]
 fn unlit_materials_do_not_transmit_light() {
-    let lit = Reflectance::MetallicRoughness {
-        metallic: ScalarInput::new(0.0),
-        roughness: ScalarInput::new(1.0),
-        dielectric: Dielectric::default(),
-    };
+    let lit = Reflectance::metallic_roughness(0.0, 1.0);
     // The pane is opaque, and the wall is in its shadow; with an alpha below 1, too.
     for alpha_mode in [AlphaMode::Opaque, AlphaMode::Blend] {
         let render = |transmission: f32| {
@@ -113,11 +105,7 @@ fn unlit_materials_do_not_transmit_light() {
 #[test]
 fn masked_glass_transmits_light() {
     let render = |alpha_mode: AlphaMode| {
-        let wall = Reflectance::MetallicRoughness {
-            metallic: ScalarInput::new(0.0),
-            roughness: ScalarInput::new(1.0),
-            dielectric: Dielectric::default(),
-        };
+        let wall = Reflectance::metallic_roughness(0.0, 1.0);
         render_through(Material { alpha_mode, ..glass(0.0) }, wall, 1.0)
     };
     let opaque = render(AlphaMode::Opaque);

@@ -5,19 +5,15 @@ use crate::integrator::phong::Phong;
 use crate::integrator::{Integrator, LowDiscrepancySampler, Sample, Scratch};
 use blinn_accel::{Accel, AccelSettings};
 use blinn_scene::{
-    ColorInput, Dielectric, Instance, Lighting, LocalTransform, Material, Mesh, Node, PoseSettings,
-    Projection, Reflectance, Reflection, ScalarInput, Scene, View, pose,
+    ColorInput, Instance, Lighting, LocalTransform, Material, Mesh, Node, PoseSettings, Projection,
+    Reflectance, Reflection, Scene, View, pose,
 };
 
 /// A polished blue floor, whose normals lean towards a red wall.
 fn floor_and_wall() -> Scene {
     let material = |color: Rgb, metallic: f32, roughness: f32| Material {
         base_color: ColorInput::new(color),
-        reflectance: Reflectance::MetallicRoughness {
-            metallic: ScalarInput::new(metallic),
-            roughness: ScalarInput::new(roughness),
-            dielectric: Dielectric::default(),
-        },
+        reflectance: Reflectance::metallic_roughness(metallic, roughness),
         reflection: Reflection::Fresnel,
         double_sided: true,
         ..Material::default()
