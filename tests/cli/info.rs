@@ -165,6 +165,18 @@ fn a_scene_without_meshes_is_a_warning() {
 
 /// `info` has the warnings of `render`'s BVH build.
 #[test]
+fn names_of_files_in_backticks_are_no_options() {
+    let dir = tempfile::tempdir().unwrap();
+    let text =
+        r#"{"asset":{"version":"2.0"},"cameras":[{"type":"perspective","perspective":{"znear":0.1}}]}"#;
+    fs::write(dir.path().join("a.gltf"), text).unwrap();
+    let output = blinn_args(dir.path(), &["info", "a.gltf"]);
+    let text = String::from_utf8(output.stdout).unwrap();
+    assert!(text.contains("missing field `yfov`"), "{text}");
+    fails(dir.path(), &["info", "of `hide`.glb"], 1, "of `hide`.glb");
+}
+
+#[test]
 fn info_warns_of_ignored_triangles() {
     let dir = tempfile::tempdir().unwrap();
     let text = "v 0 0 0\nv 1 0 0\nv 0 1 0\nv nan 0 0\nf 1 2 3\nf 1 2 4\n";

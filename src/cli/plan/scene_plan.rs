@@ -8,6 +8,7 @@ use twox_hash::XxHash3_128;
 use super::dataset::first_orbit;
 use super::frames::FrameSet;
 use super::{FormatsPlan, RenderPlan, SceneNames};
+use blinn_core::worded;
 use blinn_scene::ViewSampling;
 use blinn_session::DatasetPlan;
 
@@ -48,10 +49,12 @@ impl RenderPlan {
     }
 
     /// A warning about categories that have other ids in each scene of the archives.
-    pub fn category_warning(&self) -> Option<(PathBuf, &'static str)> {
+    pub fn category_warning(&self) -> Option<(PathBuf, String)> {
         let shards = self.outputs.shards.as_ref().filter(|_| self.formats.coco_masks().is_some())?;
-        let text = "ids of categories differ between scenes, whose objects or materials are not known before they are read: \
-                    go by the names of categories, or use `category` NAME=GLOB, scene, or folder";
+        let text = worded!(
+            "ids of categories differ between scenes, whose objects or materials are not known before they are read: \
+             go by the names of categories, or use `category` NAME=GLOB, scene, or folder"
+        );
         (self.scenes.len() > 1 && self.formats.has_categories_of_content())
             .then(|| (shards.numbered(0), text))
     }

@@ -41,7 +41,7 @@ fn execute(
     reporter.expect_files(plan.expected_files());
     plan.scenes.left_out().for_each(|(folder, text)| reporter.warn(folder, &text));
     if let Some((archive, text)) = plan.category_warning() {
-        reporter.warn(&archive, text);
+        reporter.warn(&archive, &text);
     }
     reporter.trace = process.trace.as_deref().map(|file| Trace::new(file, plan.outputs.replace));
     let mut summary = Summary::default();

@@ -49,6 +49,7 @@ use super::summary::Summary;
 use super::usage::UsageError;
 use super::watched_files::WatchedFiles;
 use access::Access;
+use blinn_core::option_words::word_options;
 use hub::Hub;
 use picture_plans::PicturePlans;
 use renderer::Renderer;
@@ -115,7 +116,7 @@ fn serve(args: &ViewArgs, plans: PicturePlans) -> Result<()> {
     let is_reached_by_flags = args.server.base_url.is_some() || !args.server.allow_host.is_empty();
     let hint = remote::hint(server.port()?, |name| std::env::var(name).ok())
         .filter(|_| !is_reached_by_flags)
-        .or_else(|| is_terminal.then(|| OPEN.to_string()))
+        .or_else(|| is_terminal.then(|| word_options(OPEN)))
         .filter(|_| !args.common.quiet);
     let watched = renderer.watched();
     thread::Builder::new().name("files".into()).spawn(move || watch(&watched, &hub))?;
