@@ -15,7 +15,7 @@ pub struct SequenceInfo {
     pub is_clip: bool,
     /// Frames per second if given.
     pub fps: Option<f64>,
-    /// The flag that restricts rendering to some of the frames.
+    /// The option that restricts rendering to some of the frames.
     pub subset_option: Option<&'static str>,
     /// True if the content appears to rotate clockwise as seen from above.
     pub clockwise: bool,
