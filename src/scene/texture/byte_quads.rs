@@ -20,7 +20,7 @@ pub(super) struct ByteQuads<'a> {
 }
 
 impl<'a> ByteQuads<'a> {
-    /// Returns `None` for other images and filters.
+    /// Takes an image of even width and height. Returns `None` for other texels and filters.
     pub fn new(image: TexelView<'a>, filter: DownsampleFilter) -> Option<ByteQuads<'a>> {
         let Texels::U8(bytes) = image.texels else { return None };
         let color = match filter {
@@ -28,9 +28,7 @@ impl<'a> ByteQuads<'a> {
             DownsampleFilter::Light { alpha_weighted: false } => light_quarters(),
             _ => return None,
         };
-        let is_even = image.width.is_multiple_of(2) && image.height.is_multiple_of(2);
-        let width = image.width as usize;
-        is_even.then_some(ByteQuads { bytes, width, channels: image.channels, color })
+        Some(ByteQuads { bytes, width: image.width as usize, channels: image.channels, color })
     }
 
     /// Computes the means of row `y` of the level.

@@ -27,6 +27,7 @@ impl<'a> FirstLevel<'a> {
     pub fn new(image: TexelView<'a>, filter: DownsampleFilter) -> FirstLevel<'a> {
         let step = Downsampling::new(Size { width: image.width as usize, height: image.height as usize });
         let quads = match filter {
+            _ if !step.is_even() => None,
             DownsampleFilter::Normals => NormalQuads::new(image).map(Quads::Normals),
             _ => ByteQuads::new(image, filter).map(Quads::Bytes),
         };

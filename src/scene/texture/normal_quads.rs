@@ -15,7 +15,7 @@ pub(super) struct NormalQuads<'a> {
 }
 
 impl<'a> NormalQuads<'a> {
-    /// Returns `None` for other images.
+    /// Takes an image of even width and height. Returns `None` for other texels.
     pub fn new(image: TexelView<'a>) -> Option<NormalQuads<'a>> {
         let Texels::U8(bytes) = image.texels else { return None };
         let has_alpha = match image.channels {
@@ -23,8 +23,7 @@ impl<'a> NormalQuads<'a> {
             Channels::Rgb => false,
             Channels::Rgba => true,
         };
-        let is_even = image.width.is_multiple_of(2) && image.height.is_multiple_of(2);
-        is_even.then_some(NormalQuads { bytes, width: image.width as usize, has_alpha })
+        Some(NormalQuads { bytes, width: image.width as usize, has_alpha })
     }
 
     /// Computes the means of row `y` of the level.
@@ -89,7 +88,7 @@ fn unit_vectors<const CHANNELS: usize>(pairs: &[[[u8; CHANNELS]; 2]], side: usiz
     let [x, y, z] = &mut v;
     for i in 0..LANES {
         let length = (x[i] * x[i] + y[i] * y[i] + z[i] * z[i]).sqrt();
-        // Of bytes, no vector is zero or too long for its reciprocal.
+        // Lengths of vectors of bytes are never 0.
         let scale = 1.0 / length;
         x[i] *= scale;
         y[i] *= scale;
