@@ -41,7 +41,7 @@ pub struct RenderSettings {
     pub tile: u32,
 }
 
-/// What may make pictures noisy.
+/// Sources of noise in a picture.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct NoiseSources {
     /// Random estimators find part of the light.

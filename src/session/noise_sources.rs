@@ -1,4 +1,4 @@
-//! What may make the pictures of a scene noisy, as far as that is known before the scene is posed.
+//! Sources of noise in the pictures of a scene, as far as they are known before the scene is posed.
 
 use crate::options::Options;
 use blinn_render::NoiseSources;
