@@ -1,6 +1,8 @@
 use super::*;
 use blinn_scene::UvTransform;
 
+mod mikktspace;
+
 /// A rotated map rotates the tangents, except in Blender's files.
 #[test]
 fn tangents_follow_the_texture_transform_except_in_blender_files() {
@@ -96,6 +98,7 @@ proptest::proptest! {
         let mut split = mesh.clone();
         generate(&mut split, map(), &Source::default());
         assert_eq!(split.tangents.len(), split.positions.len());
+        assert!(split.tangents.iter().all(|tangent| tangent.is_finite()));
         assert_eq!(split.uvs[0].len(), split.positions.len());
         for (a, b) in mesh.triangles.as_flattened().iter().zip(split.triangles.as_flattened()) {
             let a = *a as usize;
