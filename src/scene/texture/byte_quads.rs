@@ -2,8 +2,6 @@
 
 use std::sync::OnceLock;
 
-use glam::Vec4;
-
 use crate::texture::downsample::DownsampleFilter;
 use crate::texture::srgb::decode_table_8;
 use crate::texture::texels::{Channels, TexelView, Texels};
@@ -32,35 +30,28 @@ impl<'a> ByteQuads<'a> {
     }
 
     /// Computes the means of row `y` of the level.
-    pub fn compute_row(&self, y: usize, row: &mut [Vec4]) {
+    pub fn compute_row(&self, y: usize, row: &mut [f32]) {
         match self.channels {
-            Channels::L => self.means::<1>(y, row, |[l]| Vec4::new(l, l, l, 1.0)),
-            Channels::La => self.means::<2>(y, row, |[l, a]| Vec4::new(l, l, l, a)),
-            Channels::Rgb => self.means::<3>(y, row, |[r, g, b]| Vec4::new(r, g, b, 1.0)),
-            Channels::Rgba => self.means::<4>(y, row, Vec4::from_array),
+            Channels::L => self.means::<1>(y, row),
+            Channels::La => self.means::<2>(y, row),
+            Channels::Rgb => self.means::<3>(y, row),
+            Channels::Rgba => self.means::<4>(y, row),
         }
     }
 
-    #[inline]
-    fn means<const CHANNELS: usize>(
-        &self,
-        y: usize,
-        row: &mut [Vec4],
-        texel: impl Fn([f32; CHANNELS]) -> Vec4,
-    ) {
+    fn means<const CHANNELS: usize>(&self, y: usize, row: &mut [f32]) {
         let (texels, _) = self.bytes.as_chunks::<CHANNELS>();
         let fine = |y: usize| texels[y * self.width..][..self.width].as_chunks::<2>().0;
         let alpha = data_quarters();
+        let (row, _) = row.as_chunks_mut::<CHANNELS>();
         for ((mean, above), below) in row.iter_mut().zip(fine(2 * y)).zip(fine(2 * y + 1)) {
-            let mut sum = [0.0; CHANNELS];
-            for (channel, sum) in sum.iter_mut().enumerate() {
+            for (channel, mean) in mean.iter_mut().enumerate() {
                 let is_alpha = CHANNELS.is_multiple_of(2) && channel + 1 == CHANNELS;
                 let table = if is_alpha { alpha } else { self.color };
                 let quarter = |texel: &[u8; CHANNELS]| table[usize::from(texel[channel])];
                 // Quarters of floats are exact, so their order alone rounds.
-                *sum = quarter(&above[0]) + quarter(&above[1]) + quarter(&below[0]) + quarter(&below[1]);
+                *mean = quarter(&above[0]) + quarter(&above[1]) + quarter(&below[0]) + quarter(&below[1]);
             }
-            *mean = texel(sum);
         }
     }
 }

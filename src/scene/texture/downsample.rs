@@ -1,8 +1,11 @@
 //! Downsampling filters: the mean of each texel of a mip level over the finer level.
 
-use glam::{Vec3, Vec4};
+use std::ops::Range;
 
-use crate::texture::texels::MIN_ALPHA_WEIGHT;
+use glam::Vec4;
+
+use crate::texture::texels::{Channels, MIN_ALPHA_WEIGHT};
+use blinn_core::simd::{AutovecKernel, SimdLevel};
 
 /// How a mip level is averaged.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -32,6 +35,22 @@ impl DownsampleFilter {
             DownsampleFilter::Normals => 5,
         }
     }
+
+    /// Returns true if colours are weighted by alpha.
+    pub fn is_alpha_weighted(self) -> bool {
+        use DownsampleFilter::{EncodedBilinear, Light};
+        matches!(self, Light { alpha_weighted: true } | EncodedBilinear { alpha_weighted: true })
+    }
+
+    /// Returns the number of channels of the means of an image. Weighted colours have their weight with them, vectors have
+    /// no alpha.
+    pub fn mean_channels(self, image: Channels) -> usize {
+        match (self, image) {
+            (DownsampleFilter::Normals, _) => 3,
+            _ if self.is_alpha_weighted() => (image as usize).next_multiple_of(2),
+            _ => image as usize,
+        }
+    }
 }
 
 /// Weights a colour by its alpha.
@@ -58,133 +77,161 @@ impl Size {
     pub fn half(self) -> Size {
         Size { width: (self.width / 2).max(1), height: (self.height / 2).max(1) }
     }
+
+    /// Returns true if each texel of the next smaller level covers 2 × 2 texels.
+    pub fn is_even(self) -> bool {
+        self.width.is_multiple_of(2) && self.height.is_multiple_of(2)
+    }
+
+    /// Returns the number of texels.
+    pub fn texels(self) -> usize {
+        self.width * self.height
+    }
 }
 
-/// The step from a level to the next smaller one.
+/// The step from a level to the next smaller one. Rows of means have their channels interleaved.
 pub(super) struct Downsampling {
-    is_even: bool,
-    /// For each texel of a row and of a column of the smaller level.
-    across: Vec<Taps>,
-    down: Vec<Taps>,
-}
-
-/// Texels along a side that a texel of the smaller level covers: two, or three of an odd side, the outer ones in part.
-struct Taps {
-    first: usize,
-    /// Weights of the first texel and the next two.
-    weights: [f32; 3],
+    fine: Size,
+    /// Weights for each texel of a row and of a column of the smaller level. Empty for even sizes.
+    across: Vec<[f32; 3]>,
+    down: Vec<[f32; 3]>,
 }
 
 impl Downsampling {
     /// Prepares the step from a level of size `fine`.
     pub fn new(fine: Size) -> Downsampling {
+        if fine.is_even() {
+            return Downsampling { fine, across: Vec::new(), down: Vec::new() };
+        }
         let half = fine.half();
         Downsampling {
-            is_even: fine.width == 2 * half.width && fine.height == 2 * half.height,
-            across: taps(fine.width, half.width),
-            down: taps(fine.height, half.height),
+            fine,
+            across: weights(fine.width, half.width),
+            down: weights(fine.height, half.height),
         }
     }
 
-    /// Returns true if each texel of the smaller level covers 2 × 2 texels.
-    pub fn is_even(&self) -> bool {
-        self.is_even
+    /// Returns the rows of the larger level that row `y` of the smaller one covers.
+    pub fn covered_rows(&self, y: usize) -> Range<usize> {
+        2 * y..2 * y + covered(self.fine.height)
     }
 
-    /// Computes row `y` of the smaller level. `one` reads texels of the larger level singly, `four` by four.
-    pub fn compute_row(
+    /// Computes row `y` of the smaller level. `fine` returns rows of the larger one.
+    pub fn compute_row<'a>(
         &self,
         y: usize,
-        row: &mut [Vec4],
-        one: impl Fn(usize, usize) -> Vec4,
-        four: impl Fn([(usize, usize); 4]) -> [Vec4; 4],
+        channels: usize,
+        fine: impl Fn(usize) -> &'a [f32],
+        row: &mut [f32],
     ) {
-        for (x, mean) in row.iter_mut().enumerate() {
-            *mean = if self.is_even {
-                let (x, y) = (2 * x, 2 * y);
-                let [a, b, c, d] = four([(x, y), (x + 1, y), (x, y + 1), (x + 1, y + 1)]);
-                a * 0.25 + b * 0.25 + c * 0.25 + d * 0.25
-            } else {
-                box_mean(&self.across[x], &self.down[y], &one)
-            };
+        let simd = SimdLevel::detect();
+        if self.fine.is_even() {
+            simd.run(Halve { above: fine(2 * y), below: fine(2 * y + 1), channels, means: row });
+            return;
+        }
+        row.fill(0.0);
+        for (y, weight) in self.covered_rows(y).zip(self.down[y]) {
+            let taps = covered(self.fine.width);
+            simd.run(AddRow { fine: fine(y), weight, across: &self.across, taps, channels, sums: row });
         }
     }
 }
 
-/// Returns the mean over the area that a texel of the smaller level covers.
-fn box_mean(across: &Taps, down: &Taps, texel: &impl Fn(usize, usize) -> Vec4) -> Vec4 {
-    let mut sum = Vec4::ZERO;
-    for (j, wy) in down.weights.into_iter().enumerate().filter(|w| w.1 > 0.0) {
-        for (i, wx) in across.weights.into_iter().enumerate().filter(|w| w.1 > 0.0) {
-            sum += texel(across.first + i, down.first + j) * (wx * wy);
-        }
-    }
-    sum
+/// Returns how many texels along a side a texel of the smaller level covers: one of a side of 1, two, or three of an odd
+/// side, the outer ones in part.
+fn covered(side: usize) -> usize {
+    if side == 1 { 1 } else { 2 + side % 2 }
 }
 
-/// Returns what each texel of the smaller side covers.
-fn taps(size: usize, half: usize) -> Vec<Taps> {
-    let of_texel = |i| {
-        if size == 1 {
-            return Taps { first: 0, weights: [1.0, 0.0, 0.0] };
-        }
-        if size == 2 * half {
-            return Taps { first: 2 * i, weights: [0.5, 0.5, 0.0] };
-        }
+/// Returns the weights of the texels that each texel of the smaller side covers, from twice its index on.
+fn weights(side: usize, half: usize) -> Vec<[f32; 3]> {
+    let of_texel = |i| match covered(side) {
+        1 => [1.0, 0.0, 0.0],
+        2 => [0.5, 0.5, 0.0],
         // Texel i covers i·(2 + 1/half) to (i + 1)·(2 + 1/half).
-        let n = size as f32;
-        let weights = [(half - i) as f32 / n, half as f32 / n, (i + 1) as f32 / n];
-        Taps { first: 2 * i, weights }
+        _ => [half - i, half, i + 1].map(|part| part as f32 / side as f32),
     };
     (0..half).map(of_texel).collect()
 }
 
-/// Encodes means as texels: data with `encode_data`, linear light with `encode_light`.
-pub(super) fn encode_means<T>(
-    means: &[Vec4],
-    filter: DownsampleFilter,
-    encode_data: impl Fn(f32) -> T + Copy,
-    encode_light: impl Fn(f32) -> T + Copy,
-    texels: &mut [T],
-) {
-    match texels.len() / means.len().max(1) {
-        1 => encode_texels::<T, 1>(means, filter, encode_data, encode_light, texels),
-        2 => encode_texels::<T, 2>(means, filter, encode_data, encode_light, texels),
-        3 => encode_texels::<T, 3>(means, filter, encode_data, encode_light, texels),
-        _ => encode_texels::<T, 4>(means, filter, encode_data, encode_light, texels),
-    }
+/// Computes the means of 2 × 2 texels of two rows.
+pub(super) struct Halve<'a> {
+    pub above: &'a [f32],
+    pub below: &'a [f32],
+    pub channels: usize,
+    pub means: &'a mut [f32],
 }
 
-fn encode_texels<T, const CHANNELS: usize>(
-    means: &[Vec4],
-    filter: DownsampleFilter,
-    encode_data: impl Fn(f32) -> T,
-    encode_light: impl Fn(f32) -> T,
-    texels: &mut [T],
-) {
-    let colors = if CHANNELS < 3 { 1 } else { 3 };
-    for (&v, texel) in means.iter().zip(texels.as_chunks_mut::<CHANNELS>().0) {
-        let (v, is_light) = match filter {
-            DownsampleFilter::Data => (v, false),
-            DownsampleFilter::Normals => (mean_direction(v), false),
-            DownsampleFilter::Light { alpha_weighted: true }
-            | DownsampleFilter::EncodedBilinear { alpha_weighted: true } => (unweight_by_alpha(v), true),
-            DownsampleFilter::Light { .. } | DownsampleFilter::EncodedBilinear { .. } => (v, true),
-        };
-        let (color, alpha) = texel.split_at_mut(colors);
-        for (c, to) in color.iter_mut().enumerate() {
-            *to = if is_light { encode_light(v[c]) } else { encode_data(v[c]) };
-        }
-        for to in alpha {
-            *to = encode_data(v.w);
+impl AutovecKernel for Halve<'_> {
+    #[inline(always)]
+    fn run(self) {
+        match self.channels {
+            1 => self.halve::<1>(),
+            2 => self.halve::<2>(),
+            3 => self.halve::<3>(),
+            _ => self.halve::<4>(),
         }
     }
 }
 
-/// Converts a mean of unit vectors to a texel: its direction, and √(1 − length) in alpha.
-fn mean_direction(mean: Vec4) -> Vec4 {
-    let n = mean.truncate();
-    let length = n.length().min(1.0);
-    let unit = n.try_normalize().unwrap_or(Vec3::Z);
-    (unit * 0.5 + 0.5).extend((1.0 - length).sqrt())
+impl Halve<'_> {
+    #[inline(always)]
+    fn halve<const CHANNELS: usize>(self) {
+        let pairs = |row| <[f32]>::as_chunks::<CHANNELS>(row).0.as_chunks::<2>().0;
+        let (means, _) = self.means.as_chunks_mut::<CHANNELS>();
+        for ((mean, above), below) in means.iter_mut().zip(pairs(self.above)).zip(pairs(self.below)) {
+            for (c, mean) in mean.iter_mut().enumerate() {
+                // A quarter of a float is exact.
+                *mean = (above[0][c] + above[1][c] + below[0][c] + below[1][c]) * 0.25;
+            }
+        }
+    }
+}
+
+/// Adds a weighted row to the sums of a row of the smaller level.
+struct AddRow<'a> {
+    fine: &'a [f32],
+    weight: f32,
+    across: &'a [[f32; 3]],
+    /// Texels of the row that each sum covers.
+    taps: usize,
+    channels: usize,
+    sums: &'a mut [f32],
+}
+
+impl AutovecKernel for AddRow<'_> {
+    #[inline(always)]
+    fn run(self) {
+        match self.channels {
+            1 => self.add_taps::<1>(),
+            2 => self.add_taps::<2>(),
+            3 => self.add_taps::<3>(),
+            _ => self.add_taps::<4>(),
+        }
+    }
+}
+
+impl AddRow<'_> {
+    #[inline(always)]
+    fn add_taps<const CHANNELS: usize>(self) {
+        match self.taps {
+            1 => self.add::<CHANNELS, 1>(),
+            2 => self.add::<CHANNELS, 2>(),
+            _ => self.add::<CHANNELS, 3>(),
+        }
+    }
+
+    #[inline(always)]
+    fn add<const CHANNELS: usize, const TAPS: usize>(self) {
+        let texels = self.fine.as_chunks::<CHANNELS>().0.windows(TAPS).step_by(2);
+        let (sums, _) = self.sums.as_chunks_mut::<CHANNELS>();
+        for ((sum, texels), weights) in sums.iter_mut().zip(texels).zip(self.across) {
+            for (texel, weight) in texels.iter().zip(weights) {
+                let weight = weight * self.weight;
+                for (sum, v) in sum.iter_mut().zip(texel) {
+                    *sum += v * weight;
+                }
+            }
+        }
+    }
 }

@@ -1,7 +1,5 @@
 //! The mean light of texels whose encoded colours are interpolated, computed in SIMD lanes.
 
-use glam::{Vec3, Vec4};
-
 use crate::texture::srgb::DecodeTable;
 use crate::texture::texels::{Channels, MIN_ALPHA_WEIGHT, TexelView};
 use blinn_core::simd::{AutovecKernel, SimdLevel};
@@ -14,7 +12,7 @@ type Rows<'a> = [&'a [f32]; 3];
 
 /// The mean light over each texel of some rows of an image, interpolated in its encoding.
 pub(super) struct InterpolatedLight {
-    /// One plane of grey or three of colours, then one of alpha.
+    /// One plane for each channel of the means.
     planes: Vec<Vec<f32>>,
     /// Image row of the first row.
     first: usize,
@@ -24,48 +22,48 @@ pub(super) struct InterpolatedLight {
 impl InterpolatedLight {
     /// Computes `count` rows from `first` on. Colours are weighted by the alpha at each point if they are `alpha_weighted`.
     pub fn of_rows(image: TexelView, first: usize, count: usize, alpha_weighted: bool) -> InterpolatedLight {
-        let stored = StoredRows::new(image, first, count);
+        let stored = StoredRows::new(image, first, count, alpha_weighted);
         let stride = stored.stride - 2;
         let table = DecodeTable::get();
         let simd = SimdLevel::detect();
-        let alpha = stored.planes.len() - 1;
+        let alpha = stored.alpha;
         let means = |plane: usize| {
             let mut means = vec![0.0; count * stride];
             for (y, means) in means.chunks_exact_mut(stride).enumerate() {
                 let rows = stored.around(plane, y);
-                let table = (plane != alpha).then_some(table);
-                let weights = (plane != alpha && alpha_weighted).then(|| stored.around(alpha, y));
+                let table = (Some(plane) != alpha).then_some(table);
+                let weights = alpha.filter(|&alpha| plane != alpha && alpha_weighted);
+                let weights = weights.map(|alpha| stored.around(alpha, y));
                 simd.run(MeanLight { rows, table, weights, means });
             }
             means
         };
-        InterpolatedLight { planes: (0..=alpha).map(means).collect(), first, stride }
+        InterpolatedLight { planes: (0..stored.planes.len()).map(means).collect(), first, stride }
     }
 
     /// Computes the means over 2 × 2 texels each, from the first two rows.
-    pub fn compute_quads(&self, quads: &mut [Vec4]) {
-        let mean = |plane: &[f32], x: usize| {
-            let (above, below) = (&plane[2 * x..][..2], &plane[self.stride + 2 * x..][..2]);
-            above[0] * 0.25 + above[1] * 0.25 + below[0] * 0.25 + below[1] * 0.25
-        };
-        for (x, quad) in quads.iter_mut().enumerate() {
-            *quad = match &self.planes[..] {
-                [grey, alpha] => Vec3::splat(mean(grey, x)).extend(mean(alpha, x)),
-                [r, g, b, alpha] => Vec4::new(mean(r, x), mean(g, x), mean(b, x), mean(alpha, x)),
-                _ => Vec4::ZERO,
-            };
+    pub fn compute_quads(&self, quads: &mut [f32]) {
+        let channels = self.planes.len();
+        for (channel, plane) in self.planes.iter().enumerate() {
+            let (above, below) = plane.split_at(self.stride);
+            let pairs = above.as_chunks::<2>().0.iter().zip(below.as_chunks::<2>().0);
+            for (quad, (above, below)) in quads.iter_mut().skip(channel).step_by(channels).zip(pairs) {
+                *quad = (above[0] + above[1] + below[0] + below[1]) * 0.25;
+            }
         }
     }
 
-    /// Returns the mean at a texel of the image.
-    #[inline]
-    pub fn at(&self, x: usize, y: usize) -> Vec4 {
-        let i = (y - self.first) * self.stride + x;
-        match &self.planes[..] {
-            [grey, alpha] => Vec4::new(grey[i], grey[i], grey[i], alpha[i]),
-            [r, g, b, alpha] => Vec4::new(r[i], g[i], b[i], alpha[i]),
-            _ => Vec4::ZERO,
+    /// Returns the means of row `y` of the image, with their channels interleaved.
+    pub fn row(&self, y: usize, width: usize) -> Vec<f32> {
+        let channels = self.planes.len();
+        let mut row = vec![0.0; width * channels];
+        for (channel, plane) in self.planes.iter().enumerate() {
+            let means = &plane[(y - self.first) * self.stride..];
+            for (to, mean) in row.iter_mut().skip(channel).step_by(channels).zip(means) {
+                *to = *mean;
+            }
         }
+        row
     }
 }
 
@@ -73,20 +71,22 @@ impl InterpolatedLight {
 /// wrapped around. Rows are padded for [`LANES`].
 struct StoredRows {
     planes: Vec<Vec<f32>>,
+    /// Index of the plane of alpha.
+    alpha: Option<usize>,
     stride: usize,
 }
 
 impl StoredRows {
-    /// Reads `count` rows from `first` on.
-    fn new(image: TexelView, first: usize, count: usize) -> StoredRows {
+    /// Reads `count` rows from `first` on. Alpha that is missing is 1, if there is a need for it.
+    fn new(image: TexelView, first: usize, count: usize, needs_alpha: bool) -> StoredRows {
         let (w, h) = (image.width as usize, image.height as usize);
         let stride = w.next_multiple_of(LANES) + 2;
         let colors = match image.channels {
             Channels::L | Channels::La => 1,
             Channels::Rgb | Channels::Rgba => 3,
         };
-        // A missing alpha is 1.
-        let mut planes = vec![vec![1.0; (count + 2) * stride]; colors + 1];
+        let alpha = (needs_alpha || image.channels as usize > colors).then_some(colors);
+        let mut planes = vec![vec![1.0; (count + 2) * stride]; colors + usize::from(alpha.is_some())];
         for (k, y) in (first + h - 1..first + h + count + 1).enumerate() {
             let start = k * stride;
             for (channel, plane) in planes.iter_mut().take(image.channels as usize).enumerate() {
@@ -96,7 +96,7 @@ impl StoredRows {
                 plane[start + w + 1] = plane[start + 1];
             }
         }
-        StoredRows { planes, stride }
+        StoredRows { planes, alpha, stride }
     }
 
     /// Returns row `y` of those that were asked for, between its neighbours.

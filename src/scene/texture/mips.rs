@@ -6,15 +6,14 @@
 //! none. Levels are stored like the image, in 8 or 16 bits with encoded colours, so that a pyramid takes a
 //! third of its image.
 
-use std::sync::{Mutex, OnceLock, PoisonError};
+use std::sync::OnceLock;
 
-use glam::Vec4;
-
-use crate::texture::downsample::{DownsampleFilter, Downsampling, Size, encode_means};
+use crate::texture::downsample::{DownsampleFilter, Downsampling, Size};
 use crate::texture::first_level::FirstLevel;
+use crate::texture::level_encoding::{LevelEncoding, StoredValue};
+use crate::texture::level_group::LevelGroup;
 use crate::texture::max_mip::MaxMip;
 use crate::texture::min_mip::MinMip;
-use crate::texture::srgb::{EncodeTable, linear_to_srgb};
 use crate::texture::texels::{Channels, TexelView, Texels, TextureChannel};
 
 /// The mip maps of an image, and the min-mip and max-mip pyramids of its channels. Computed on first use.
@@ -61,97 +60,45 @@ impl MipMaps {
 
 /// Computes all levels of `image`.
 fn pyramid(image: TexelView, filter: DownsampleFilter) -> Vec<MipLevel> {
-    let channels = if filter == DownsampleFilter::Normals { Channels::Rgba } else { image.channels };
-    let mut levels = Vec::new();
-    let mut size = Size { width: image.width as usize, height: image.height as usize };
-    let mut finer: Vec<Vec4> = Vec::new();
+    match image.texels {
+        Texels::U8(_) => compute_levels(image, filter, Texels::U8),
+        Texels::U16(_) => compute_levels(image, filter, Texels::U16),
+    }
+}
+
+fn compute_levels<T: StoredValue>(
+    image: TexelView,
+    filter: DownsampleFilter,
+    stored: impl Fn(Vec<T>) -> Texels,
+) -> Vec<MipLevel> {
+    let encoding = LevelEncoding::new(image.channels, filter);
+    let channels = encoding.mean_channels;
     let first = FirstLevel::new(image, filter);
-    let encode_table = EncodeTable::get();
+    let mut size = Size { width: image.width as usize, height: image.height as usize };
+    let mut levels = Vec::new();
+    let mut finer: Vec<f32> = Vec::new();
     while size != (Size { width: 1, height: 1 }) {
-        let half = size.half();
-        let mut means = vec![Vec4::ZERO; half.width * half.height];
-        let is_first = levels.is_empty();
-        let step = Downsampling::new(size);
-        let compute_row = |y: usize, row: &mut [Vec4]| {
-            if is_first {
-                first.compute_row(y, row);
-            } else {
-                let one = |x: usize, y: usize| finer[y * size.width + x];
-                step.compute_row(y, row, one, |texels| texels.map(|(x, y)| one(x, y)));
-            }
+        let group = LevelGroup::new(size, encoding);
+        let (means, texels) = if levels.is_empty() {
+            group.compute(&|y, row| first.compute_row(y, row))
+        } else {
+            let step = Downsampling::new(size);
+            let fine = |y: usize| &finer[y * size.width * channels..][..size.width * channels];
+            group.compute(&|y, row| step.compute_row(y, channels, fine, row))
         };
-        let rows = Rows { width: half.width, compute: &compute_row };
-        let texels = match image.texels {
-            Texels::U8(_) => {
-                let data = |v| (v * 255.0 + 0.5) as u8;
-                let encode = |means: &[Vec4], to: &mut [u8]| {
-                    encode_means(means, filter, data, |v| encode_table.encode(v), to);
-                };
-                Texels::U8(compute_level(&mut means, rows, channels, &encode))
-            }
-            Texels::U16(_) => {
-                let data = |v| (v * 65535.0 + 0.5) as u16;
-                let light = |v| (linear_to_srgb(v) * 65535.0 + 0.5) as u16;
-                let encode = |means: &[Vec4], to: &mut [u16]| encode_means(means, filter, data, light, to);
-                Texels::U16(compute_level(&mut means, rows, channels, &encode))
-            }
-        };
-        levels.push(MipLevel { width: half.width as u32, height: half.height as u32, channels, texels });
+        for (&half, texels) in group.sizes.iter().zip(texels) {
+            let (width, height) = (half.width as u32, half.height as u32);
+            levels.push(MipLevel { width, height, channels: encoding.channels, texels: stored(texels) });
+            size = half;
+        }
         finer = means;
-        size = half;
     }
     levels
 }
-
-/// Computes the means of the rows of a level.
-#[derive(Clone, Copy)]
-struct Rows<'a> {
-    width: usize,
-    compute: &'a (dyn Fn(usize, &mut [Vec4]) + Sync),
-}
-
-/// Encodes means as texels.
-type Encode<'a, T> = dyn Fn(&[Vec4], &mut [T]) + Sync + 'a;
-
-/// Computes the means of a level, and encodes them.
-///
-/// Large levels are divided among threads of their own. Tasks in rayon's pool could deadlock: a task that
-/// waits for the pool, while another thread waits for this pyramid, may wait for itself.
-fn compute_level<T: Copy + Default + Send>(
-    means: &mut [Vec4],
-    rows: Rows,
-    channels: Channels,
-    encode: &Encode<T>,
-) -> Vec<T> {
-    let width = rows.width;
-    let channels = channels as usize;
-    let mut texels = vec![T::default(); means.len() * channels];
-    let threads = (means.len() >> 16).clamp(1, rayon::current_num_threads().clamp(1, 16));
-    // Small chunks keep the means in cache until they are encoded.
-    let chunk_rows = (means.len() / width).div_ceil(threads).min((1 << 14) / width + 1);
-    let chunks = means.chunks_mut(chunk_rows * width).zip(texels.chunks_mut(chunk_rows * width * channels));
-    let chunks = Mutex::new(chunks.enumerate());
-    let next = || chunks.lock().unwrap_or_else(PoisonError::into_inner).next();
-    let work = || {
-        while let Some((i, (means, texels))) = next() {
-            for (k, means) in means.chunks_mut(width).enumerate() {
-                (rows.compute)(i * chunk_rows + k, means);
-            }
-            encode(means, texels);
-        }
-    };
-    std::thread::scope(|scope| {
-        // If the system refuses a thread, the running ones do its share.
-        let spawned = |_: &usize| std::thread::Builder::new().spawn_scoped(scope, work).is_ok();
-        let _ = (1..threads).take_while(spawned).count();
-        work();
-    });
-    texels
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::texture::mip_reference;
     use crate::{Image, TexelSemantics};
 
     fn image(width: u32, height: u32, channels: Channels, texels: Texels) -> Image {
@@ -171,6 +118,53 @@ mod tests {
     }
 
     const LIGHT: DownsampleFilter = DownsampleFilter::Light { alpha_weighted: false };
+
+    /// Values that a multiplicative hash spreads, some of them in runs of equal ones.
+    fn values(count: u32) -> impl Iterator<Item = u16> {
+        let hash = |i: u32| i.wrapping_mul(2_654_435_761) ^ i.wrapping_mul(40_503) << 16;
+        (0..count).map(move |i| match i / 64 % 4 {
+            0 => {
+                if hash(i / 16) & 1 << 20 == 0 {
+                    0
+                } else {
+                    u16::MAX
+                }
+            }
+            _ => (hash(i) >> 16) as u16,
+        })
+    }
+
+    #[test]
+    fn levels_are_those_of_their_definition() {
+        let filters = [true, false].map(|alpha_weighted| {
+            [DownsampleFilter::Light { alpha_weighted }, DownsampleFilter::EncodedBilinear { alpha_weighted }]
+        });
+        let filters = [filters.concat(), vec![DownsampleFilter::Data, DownsampleFilter::Normals]].concat();
+        // Even and odd sides, at several levels; more than a band; rows that do not fill SIMD lanes.
+        let sizes = [(1, 1), (1, 6), (5, 1), (2, 2), (38, 4), (7, 4), (6, 5), (67, 31), (64, 64), (96, 160)];
+        for (width, height) in sizes {
+            for channels in [Channels::L, Channels::La, Channels::Rgb, Channels::Rgba] {
+                let sixteen: Vec<u16> = values(width * height * channels as u32).collect();
+                let eight = sixteen.iter().map(|v| (v >> 8) as u8).collect();
+                for texels in [Texels::U8(eight), Texels::U16(sixteen)] {
+                    let image = image(width, height, channels, texels);
+                    for &filter in &filters {
+                        let levels = image.mips.levels(image.view(), filter);
+                        let expected = mip_reference::levels(image.view(), filter);
+                        assert_eq!(levels.len(), expected.len());
+                        for (i, (level, expected)) in levels.iter().zip(&expected).enumerate() {
+                            let is_equal = match (&level.texels, expected) {
+                                (Texels::U8(level), Texels::U8(expected)) => level == expected,
+                                (Texels::U16(level), Texels::U16(expected)) => level == expected,
+                                _ => false,
+                            };
+                            assert!(is_equal, "level {i} of {width} x {height}, {channels:?}, {filter:?}");
+                        }
+                    }
+                }
+            }
+        }
+    }
 
     #[test]
     fn colours_are_averaged_as_linear_light_and_data_as_stored() {

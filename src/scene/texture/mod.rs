@@ -7,8 +7,12 @@ mod downsample;
 mod first_level;
 pub(super) mod image;
 mod interpolated_light;
+mod level_encoding;
+mod level_group;
 mod max_mip;
 mod min_mip;
+#[cfg(test)]
+mod mip_reference;
 pub(super) mod mips;
 mod normal_quads;
 pub(super) mod sampling;

@@ -1,7 +1,5 @@
 //! Means of 2 × 2 vectors of an 8-bit normal map, in SIMD lanes: the first mip level of most normal maps.
 
-use glam::Vec4;
-
 use crate::texture::texels::{Channels, TexelView, Texels};
 use blinn_core::simd::{AutovecKernel, SimdLevel};
 
@@ -27,20 +25,21 @@ impl<'a> NormalQuads<'a> {
     }
 
     /// Computes the means of row `y` of the level.
-    pub fn compute_row(&self, y: usize, row: &mut [Vec4]) {
+    pub fn compute_row(&self, y: usize, row: &mut [f32]) {
         if self.has_alpha { self.means::<4>(y, row) } else { self.means::<3>(y, row) }
     }
 
-    fn means<const CHANNELS: usize>(&self, y: usize, row: &mut [Vec4]) {
+    fn means<const CHANNELS: usize>(&self, y: usize, row: &mut [f32]) {
         let (texels, _) = self.bytes.as_chunks::<CHANNELS>();
         let pairs = |y: usize| texels[y * self.width..][..self.width].as_chunks::<2>().0.chunks(LANES);
         let simd = SimdLevel::detect();
+        let (row, _) = row.as_chunks_mut::<3>();
         for (row, (above, below)) in row.chunks_mut(LANES).zip(pairs(2 * y).zip(pairs(2 * y + 1))) {
             let mut means = [[0.0; LANES]; 3];
             simd.run(MeanNormals { rows: [above, below], means: &mut means });
             let [x, y, z] = means;
             for (i, mean) in row.iter_mut().enumerate() {
-                *mean = Vec4::new(x[i], y[i], z[i], 0.0);
+                *mean = [x[i], y[i], z[i]];
             }
         }
     }
@@ -95,6 +94,41 @@ fn unit_vectors<const CHANNELS: usize>(pairs: &[[[u8; CHANNELS]; 2]], side: usiz
         z[i] *= scale;
     }
     v
+}
+
+/// Decodes row `y` of any image to vectors of length 1, or 0 if they have no direction.
+pub(super) fn unit_vectors_of_row(image: TexelView, y: usize) -> Vec<f32> {
+    let width = image.width as usize;
+    let planes = [0, 1, 2].map(|axis| {
+        let channel = if image.channels as usize >= 3 { axis } else { 0 };
+        let mut plane = vec![0.0; width];
+        image.copy_channel(y * width..(y + 1) * width, channel, &mut plane);
+        plane
+    });
+    let mut vectors = vec![0.0; 3 * width];
+    let planes = planes.each_ref().map(Vec::as_slice);
+    SimdLevel::detect().run(UnitVectors { planes, vectors: &mut vectors });
+    vectors
+}
+
+/// Decodes stored vectors, a plane for each axis.
+struct UnitVectors<'a> {
+    planes: [&'a [f32]; 3],
+    vectors: &'a mut [f32],
+}
+
+impl AutovecKernel for UnitVectors<'_> {
+    #[inline(always)]
+    fn run(self) {
+        let [x, y, z] = self.planes;
+        let (vectors, _) = self.vectors.as_chunks_mut::<3>();
+        for (to, ((x, y), z)) in vectors.iter_mut().zip(x.iter().zip(y).zip(z)) {
+            let [x, y, z] = [x, y, z].map(|v| v * 2.0 - 1.0);
+            let scale = 1.0 / (x * x + y * y + z * z).sqrt();
+            let scale = if scale < f32::INFINITY { scale } else { 0.0 };
+            *to = [x * scale, y * scale, z * scale];
+        }
+    }
 }
 
 #[cfg(test)]

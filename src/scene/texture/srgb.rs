@@ -20,21 +20,22 @@ pub fn linear_to_srgb8(v: f32) -> u8 {
     EncodeTable::get().encode(v)
 }
 
-/// Thresholds of light between bytes, and a lookup table over the high bits of an f32. The buckets of
-/// one power of two have equal widths, narrower than the light of any byte, so that at most one
-/// threshold lies within each.
+/// A lookup table over the high bits of an f32. The buckets of one power of two have equal widths, narrower than the light
+/// of any byte, so that at most one threshold between bytes lies within each.
 pub(super) struct EncodeTable {
-    /// The light at which each byte ends.
-    thresholds: [f32; 256],
-    /// The byte at the lower end of each bucket.
-    first: [u8; EncodeTable::BUCKETS + 1],
+    /// The byte at the lower end of each bucket, shifted by [`EncodeTable::SHIFT`], plus the number that makes the low bits of
+    /// light at the threshold, if there is one, carry to the next byte.
+    buckets: [u32; EncodeTable::SIZE],
 }
 
 impl EncodeTable {
     /// Lower end of the first bucket; below it, every byte is 0.
     const LOW: f32 = 1.0 / 8192.0;
     const SHIFT: u32 = 23 - 7;
-    const BUCKETS: usize = 13 << 7;
+    /// Index of the bucket of 1, the last one.
+    const LAST: usize = 13 << 7;
+    /// A power of two, for lookups without branches.
+    const SIZE: usize = (EncodeTable::LAST + 1).next_power_of_two();
 
     /// Returns the table.
     #[inline]
@@ -44,24 +45,48 @@ impl EncodeTable {
     }
 
     fn new() -> EncodeTable {
-        let thresholds = std::array::from_fn(|i| {
+        // The light at which each byte ends. The last byte has no end.
+        let thresholds: [f32; 255] = std::array::from_fn(|i| {
             let e = (i as f64 + 0.5) / 255.0;
             let linear = if e <= 0.04045 { e / 12.92 } else { libm::pow((e + 0.055) / 1.055, 2.4) };
-            // The last byte has no end.
-            if i < 255 { linear as f32 } else { f32::INFINITY }
+            linear as f32
         });
-        let low = |i: usize| f32::from_bits(EncodeTable::LOW.to_bits() + ((i as u32) << EncodeTable::SHIFT));
-        let byte_at = |i: usize| thresholds.partition_point(|&end: &f32| end <= low(i));
-        EncodeTable { thresholds, first: std::array::from_fn(|i| byte_at(i) as u8) }
+        let bucket = |i: usize| {
+            let low = EncodeTable::LOW.to_bits() + ((i as u32) << EncodeTable::SHIFT);
+            let byte = thresholds.partition_point(|&end| end <= f32::from_bits(low));
+            let width = 1 << EncodeTable::SHIFT;
+            let to_threshold = thresholds.get(byte).map_or(width, |end| (end.to_bits() - low).min(width));
+            ((byte as u32) << EncodeTable::SHIFT) + (width - to_threshold)
+        };
+        EncodeTable { buckets: std::array::from_fn(|i| bucket(i.min(EncodeTable::LAST))) }
     }
 
     /// Encodes as [`linear_to_srgb8`] does.
     #[inline(always)]
     pub fn encode(&self, v: f32) -> u8 {
-        // NaN compares false and becomes LOW.
-        let v = if v > Self::LOW { v.min(1.0) } else { Self::LOW };
-        let first = self.first[((v.to_bits() - Self::LOW.to_bits()) >> Self::SHIFT) as usize];
-        first + u8::from(v >= self.thresholds[usize::from(first)])
+        let [byte] = self.encode_lanes(&[v]);
+        byte
+    }
+
+    /// Encodes several values side by side.
+    #[inline(always)]
+    pub fn encode_lanes<const N: usize>(&self, values: &[f32; N]) -> [u8; N] {
+        let mut offsets = [0; N];
+        for (offset, &v) in offsets.iter_mut().zip(values) {
+            // NaN compares false and becomes LOW.
+            let v = if v > Self::LOW { v } else { Self::LOW };
+            let v = if v < 1.0 { v } else { 1.0 };
+            *offset = v.to_bits() - Self::LOW.to_bits();
+        }
+        let mut sums = [0; N];
+        for (sum, offset) in sums.iter_mut().zip(offsets) {
+            *sum = self.buckets[(offset >> Self::SHIFT) as usize % Self::SIZE];
+        }
+        let mut bytes = [0; N];
+        for (i, byte) in bytes.iter_mut().enumerate() {
+            *byte = ((sums[i] + (offsets[i] & ((1 << Self::SHIFT) - 1))) >> Self::SHIFT) as u8;
+        }
+        bytes
     }
 }
 
