@@ -142,67 +142,73 @@ struct EncodeLight<'a, T> {
 
 impl<T: StoredValue> AutovecKernel for EncodeLight<'_, T> {
     #[inline(always)]
-    fn run(self) {
+    fn run(mut self) {
         match (self.mean_channels, self.alpha_weighted) {
-            (2, true) => self.encode::<2, true>(),
-            (_, true) => self.encode::<4, true>(),
-            (2, false) => self.encode::<2, false>(),
-            (4, false) => self.encode::<4, false>(),
-            // Without alpha, all values are encoded alike.
-            _ => self.encode::<1, false>(),
+            (_, false) => self.encode_flat(),
+            (2, true) => self.encode_weighted::<2>(),
+            (_, true) => self.encode_weighted::<4>(),
+        }
+        match self.channels {
+            Channels::L | Channels::Rgb => {}
+            Channels::La => self.encode_alpha::<2>(),
+            Channels::Rgba => self.encode_alpha::<4>(),
         }
     }
 }
 
 impl<T: StoredValue> EncodeLight<'_, T> {
-    /// Encodes texels whose means have one channel of light, or some of light and one of alpha.
+    /// Encodes all values as light, also alpha: lanes that are left out make lookups slower.
     #[inline(always)]
-    fn encode<const CHANNELS: usize, const ALPHA_WEIGHTED: bool>(mut self) {
-        // Texels of images without alpha leave out the weight of their means.
-        let channels = if ALPHA_WEIGHTED { self.channels as usize } else { CHANNELS };
-        let texels = std::mem::take(&mut self.texels);
-        let mut to = texels.chunks_mut(LANES / CHANNELS * channels);
+    fn encode_flat(&mut self) {
+        let (means, rest) = self.means.as_chunks::<LANES>();
+        let (texels, last) = self.texels.as_chunks_mut::<LANES>();
+        for (to, values) in texels.iter_mut().zip(means) {
+            *to = T::encode_light(values, self.table);
+        }
+        for (to, v) in last.iter_mut().zip(rest) {
+            [*to] = T::encode_light(&[*v], self.table);
+        }
+    }
+
+    /// Encodes means whose last channel is the weight of the others.
+    #[inline(always)]
+    fn encode_weighted<const CHANNELS: usize>(&mut self) {
         let (chunks, rest) = self.means.as_chunks::<LANES>();
         let mut last = [0.0; LANES];
         last[..rest.len()].copy_from_slice(rest);
-        for (values, to) in chunks.iter().chain([&last]).zip(&mut to) {
-            let texels = self.encode_lanes::<CHANNELS, ALPHA_WEIGHTED>(*values);
-            if channels == CHANNELS && to.len() == LANES {
-                to.copy_from_slice(&texels);
+        // Texels of images without alpha leave out the weight.
+        let channels = self.channels as usize;
+        let texels = self.texels.chunks_mut(LANES / CHANNELS * channels);
+        for (values, to) in chunks.iter().chain([&last]).zip(texels) {
+            let mut light = [0.0; LANES];
+            for (i, light) in light.iter_mut().enumerate() {
+                *light = values[i] / (values[i / CHANNELS * CHANNELS + CHANNELS - 1] + MIN_ALPHA_WEIGHT);
+            }
+            let encoded = T::encode_light(&light, self.table);
+            if to.len() == LANES {
+                to.copy_from_slice(&encoded);
                 continue;
             }
-            for (to, texel) in to.chunks_mut(channels).zip(texels.chunks_exact(CHANNELS)) {
+            for (to, texel) in to.chunks_mut(channels).zip(encoded.as_chunks::<CHANNELS>().0) {
                 to.copy_from_slice(&texel[..channels]);
             }
         }
     }
 
+    /// Encodes the last channel of each texel as data.
     #[inline(always)]
-    fn encode_lanes<const CHANNELS: usize, const ALPHA_WEIGHTED: bool>(
-        &self,
-        mut values: [f32; LANES],
-    ) -> [T; LANES] {
-        if ALPHA_WEIGHTED {
-            let mut weights = [1.0; LANES];
-            for (i, weight) in weights.iter_mut().enumerate() {
-                if i % CHANNELS != CHANNELS - 1 {
-                    *weight = values[i / CHANNELS * CHANNELS + CHANNELS - 1] + MIN_ALPHA_WEIGHT;
-                }
+    fn encode_alpha<const CHANNELS: usize>(&mut self) {
+        let means = self.means.as_chunks::<CHANNELS>().0.chunks(LANES);
+        let texels = self.texels.as_chunks_mut::<CHANNELS>().0.chunks_mut(LANES);
+        for (means, texels) in means.zip(texels) {
+            let mut alpha = [0.0; LANES];
+            for (alpha, mean) in alpha.iter_mut().zip(means) {
+                *alpha = mean[CHANNELS - 1];
             }
-            for (v, weight) in values.iter_mut().zip(weights) {
-                *v /= weight;
+            for (to, alpha) in texels.iter_mut().zip(T::encode_data(&alpha)) {
+                to[CHANNELS - 1] = alpha;
             }
         }
-        let mut texels = T::encode_light(&values, self.table);
-        if CHANNELS > 1 {
-            let alpha = T::encode_data(&values);
-            for (i, to) in texels.iter_mut().enumerate() {
-                if i % CHANNELS == CHANNELS - 1 {
-                    *to = alpha[i];
-                }
-            }
-        }
-        texels
     }
 }
 
