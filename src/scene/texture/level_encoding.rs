@@ -1,7 +1,7 @@
 //! Encoding of the means of a mip level as texels, in SIMD lanes.
 
 use crate::texture::downsample::DownsampleFilter;
-use crate::texture::srgb::{EncodeTable, linear_to_srgb};
+use crate::texture::srgb::{EncodeTable, linear_to_srgb16};
 use crate::texture::texels::{Channels, MIN_ALPHA_WEIGHT};
 use blinn_core::simd::{AutovecKernel, SimdLevel};
 
@@ -49,7 +49,7 @@ impl StoredValue for u16 {
     fn encode_light<const N: usize>(values: &[f32; N], _: &EncodeTable) -> [u16; N] {
         let mut texels = [0; N];
         for (to, v) in texels.iter_mut().zip(values) {
-            *to = (linear_to_srgb(*v) * 65535.0 + 0.5) as u16;
+            *to = linear_to_srgb16(*v);
         }
         texels
     }

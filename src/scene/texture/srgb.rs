@@ -90,6 +90,59 @@ impl EncodeTable {
     }
 }
 
+/// Encodes linear light in 0…1 as 16 bits, to the value of [`linear_to_srgb`], rounded.
+#[inline]
+pub(super) fn linear_to_srgb16(v: f32) -> u16 {
+    EncodeTable16::get().encode(v)
+}
+
+/// Parabolas through the 16-bit values of light, for each bucket of the high bits of an f32. Where a value is close to the
+/// threshold between two integers, [`linear_to_srgb`] decides.
+struct EncodeTable16 {
+    /// Coefficients over a bucket, from 0 to 1, with the half that rounds.
+    parabolas: [[f32; 3]; EncodeTable16::BUCKETS],
+}
+
+impl EncodeTable16 {
+    /// Lower end of the first bucket.
+    const LOW: f32 = 1.0 / 512.0;
+    const SHIFT: u32 = 23 - 7;
+    const BUCKETS: usize = 9 << 7;
+    /// Bounds the errors of a parabola, 0.01, and of [`linear_to_srgb`], 0.013.
+    const MARGIN: f32 = 1.0 / 32.0;
+
+    fn get() -> &'static EncodeTable16 {
+        static TABLE: OnceLock<EncodeTable16> = OnceLock::new();
+        TABLE.get_or_init(|| {
+            let low = |i: usize| f32::from_bits(Self::LOW.to_bits() + ((i as u32) << Self::SHIFT));
+            let value = |v: f64| (1.055 * libm::pow(v, 1.0 / 2.4) - 0.055) * 65535.0;
+            let parabola = |i: usize| {
+                let (start, end) = (f64::from(low(i)), f64::from(low(i + 1)));
+                let [a, b, c] = [start, (start + end) / 2.0, end].map(value);
+                let square = 2.0 * (a - 2.0 * b + c);
+                [a + 0.5, c - a - square, square].map(|v| v as f32)
+            };
+            EncodeTable16 { parabolas: std::array::from_fn(parabola) }
+        })
+    }
+
+    #[inline]
+    fn encode(&self, v: f32) -> u16 {
+        if v > 0.003_130_8 && v < 1.0 {
+            let offset = v.to_bits() - Self::LOW.to_bits();
+            let [a, b, c] = self.parabolas[(offset >> Self::SHIFT) as usize];
+            let t = (offset & ((1 << Self::SHIFT) - 1)) as f32 / (1 << Self::SHIFT) as f32;
+            let rounded = a + t * (b + t * c);
+            let value = rounded as u16;
+            let rest = rounded - f32::from(value);
+            if rest > Self::MARGIN && rest < 1.0 - Self::MARGIN {
+                return value;
+            }
+        }
+        (linear_to_srgb(v) * 65535.0 + 0.5) as u16
+    }
+}
+
 /// Returns the linear light of each byte.
 #[inline]
 pub(super) fn decode_table_8() -> &'static [f32; 256] {
@@ -206,6 +259,15 @@ mod tests {
             );
         }
         assert_eq!([0.5, f32::NAN, 2.0, f32::INFINITY, -1.0].map(linear_to_srgb8), [188, 0, 255, 255, 0]);
+    }
+
+    #[test]
+    fn sixteen_bits_are_those_of_the_function() {
+        let end = 1.0f32.to_bits() + 200;
+        let values = (0.002f32.to_bits()..end).step_by(61).chain(end - 1000..end).map(f32::from_bits);
+        for v in values.chain([0.0, 1e-30, -1.0, 2.0, f32::NAN, f32::INFINITY]) {
+            assert_eq!(linear_to_srgb16(v), (linear_to_srgb(v) * 65535.0 + 0.5) as u16, "{v}");
+        }
     }
 
     #[test]
