@@ -7,12 +7,15 @@ use crate::texture::normal_quads::{NormalQuads, unit_vectors_of_row};
 use crate::texture::srgb::{decode_table_8, decode_table_16};
 use crate::texture::texels::{Channels, MIN_ALPHA_WEIGHT, TexelView, Texels};
 
+/// Rows of the level that are computed together from interpolated texels, which need those above and below.
+const INTERPOLATED_ROWS: usize = 4;
+
 /// Computes the first mip level of an image.
 pub(super) struct FirstLevel<'a> {
     image: TexelView<'a>,
     filter: DownsampleFilter,
     channels: usize,
-    is_even: bool,
+    size: Size,
     step: Downsampling,
     /// The fast way, for most images.
     quads: Option<Quads<'a>>,
@@ -27,40 +30,53 @@ enum Quads<'a> {
 impl<'a> FirstLevel<'a> {
     pub fn new(image: TexelView<'a>, filter: DownsampleFilter) -> FirstLevel<'a> {
         let size = Size { width: image.width as usize, height: image.height as usize };
-        let is_even = size.is_even();
         let quads = match filter {
-            _ if !is_even => None,
+            _ if !size.is_even() => None,
             DownsampleFilter::Normals => NormalQuads::new(image).map(Quads::Normals),
             _ => ByteQuads::new(image, filter).map(Quads::Bytes),
         };
         let channels = filter.mean_channels(image.channels);
-        FirstLevel { image, filter, channels, is_even, step: Downsampling::new(size), quads }
+        FirstLevel { image, filter, channels, size, step: Downsampling::new(size), quads }
     }
 
-    /// Computes the means of row `y` of the level.
-    pub fn compute_row(&self, y: usize, row: &mut [f32]) {
-        match &self.quads {
-            Some(Quads::Bytes(quads)) => quads.compute_row(y, row),
-            Some(Quads::Normals(quads)) => quads.compute_row(y, row),
-            None => self.filter_row(y, row),
+    /// Computes the means of rows of the level from `first` on.
+    pub fn compute_rows(&self, first: usize, rows: &mut [f32]) {
+        let row = self.size.half().width * self.channels;
+        if let DownsampleFilter::EncodedBilinear { alpha_weighted } = self.filter {
+            for (i, rows) in rows.chunks_mut(INTERPOLATED_ROWS * row).enumerate() {
+                self.interpolate_rows(first + i * INTERPOLATED_ROWS, alpha_weighted, rows);
+            }
+            return;
+        }
+        for (y, means) in (first..).zip(rows.chunks_mut(row)) {
+            match &self.quads {
+                Some(Quads::Bytes(quads)) => quads.compute_row(y, means),
+                Some(Quads::Normals(quads)) => quads.compute_row(y, means),
+                None => {
+                    let covered = self.step.covered_rows(y);
+                    let inputs: Vec<Vec<f32>> = covered.clone().map(|y| self.filter_inputs(y)).collect();
+                    self.step.compute_row(y, self.channels, |y| &inputs[y - covered.start], means);
+                }
+            }
         }
     }
 
-    /// Computes the means of row `y` of any image.
-    fn filter_row(&self, y: usize, row: &mut [f32]) {
-        let covered = self.step.covered_rows(y);
-        let rows: Vec<Vec<f32>> = match self.filter {
-            DownsampleFilter::EncodedBilinear { alpha_weighted } => {
-                let light =
-                    InterpolatedLight::of_rows(self.image, covered.start, covered.len(), alpha_weighted);
-                if self.is_even {
-                    return light.compute_quads(row);
-                }
-                covered.clone().map(|y| light.row(y, self.image.width as usize)).collect()
+    /// Computes rows of the mean light of interpolated texels.
+    fn interpolate_rows(&self, first: usize, alpha_weighted: bool, rows: &mut [f32]) {
+        let row = self.size.half().width * self.channels;
+        let last = first + rows.len() / row - 1;
+        let covered = self.step.covered_rows(first).start..self.step.covered_rows(last).end;
+        let light = InterpolatedLight::of_rows(self.image, covered.start, covered.len(), alpha_weighted);
+        if self.size.is_even() {
+            for (y, means) in rows.chunks_mut(row).enumerate() {
+                light.compute_quads(y, means);
             }
-            _ => covered.clone().map(|y| self.filter_inputs(y)).collect(),
-        };
-        self.step.compute_row(y, self.channels, |y| &rows[y - covered.start], row);
+            return;
+        }
+        let inputs: Vec<Vec<f32>> = (0..covered.len()).map(|y| light.row(y, self.size.width)).collect();
+        for (y, means) in (first..).zip(rows.chunks_mut(row)) {
+            self.step.compute_row(y, self.channels, |y| &inputs[y - covered.start], means);
+        }
     }
 
     /// Returns the values of row `y` of the image that the filter averages.

@@ -14,8 +14,6 @@ type Rows<'a> = [&'a [f32]; 3];
 pub(super) struct InterpolatedLight {
     /// One plane for each channel of the means.
     planes: Vec<Vec<f32>>,
-    /// Image row of the first row.
-    first: usize,
     stride: usize,
 }
 
@@ -38,14 +36,14 @@ impl InterpolatedLight {
             }
             means
         };
-        InterpolatedLight { planes: (0..stored.planes.len()).map(means).collect(), first, stride }
+        InterpolatedLight { planes: (0..stored.planes.len()).map(means).collect(), stride }
     }
 
-    /// Computes the means over 2 × 2 texels each, from the first two rows.
-    pub fn compute_quads(&self, quads: &mut [f32]) {
+    /// Computes the means over 2 × 2 texels each, from the pair `i` of rows.
+    pub fn compute_quads(&self, i: usize, quads: &mut [f32]) {
         let channels = self.planes.len();
         for (channel, plane) in self.planes.iter().enumerate() {
-            let (above, below) = plane.split_at(self.stride);
+            let (above, below) = plane[2 * i * self.stride..].split_at(self.stride);
             let pairs = above.as_chunks::<2>().0.iter().zip(below.as_chunks::<2>().0);
             for (quad, (above, below)) in quads.iter_mut().skip(channel).step_by(channels).zip(pairs) {
                 *quad = (above[0] + above[1] + below[0] + below[1]) * 0.25;
@@ -53,12 +51,12 @@ impl InterpolatedLight {
         }
     }
 
-    /// Returns the means of row `y` of the image, with their channels interleaved.
+    /// Returns the means of row `y` of those that were asked for, with their channels interleaved.
     pub fn row(&self, y: usize, width: usize) -> Vec<f32> {
         let channels = self.planes.len();
         let mut row = vec![0.0; width * channels];
         for (channel, plane) in self.planes.iter().enumerate() {
-            let means = &plane[(y - self.first) * self.stride..];
+            let means = &plane[y * self.stride..];
             for (to, mean) in row.iter_mut().skip(channel).step_by(channels).zip(means) {
                 *to = *mean;
             }

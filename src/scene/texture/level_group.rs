@@ -19,8 +19,8 @@ pub(super) struct LevelGroup {
     encoding: LevelEncoding,
 }
 
-/// Computes the means of a row of the finest level of a group.
-type ComputeRow<'a> = dyn Fn(usize, &mut [f32]) + Sync + 'a;
+/// Computes the means of rows of the finest level of a group, from one on.
+type ComputeRows<'a> = dyn Fn(usize, &mut [f32]) + Sync + 'a;
 
 /// The parts of all levels of a group that have not been computed.
 struct Bands<'a, T> {
@@ -59,7 +59,7 @@ impl LevelGroup {
     ///
     /// Large levels are divided among threads of their own. Tasks in rayon's pool could deadlock: a task that
     /// waits for the pool, while another thread waits for this pyramid, may wait for itself.
-    pub fn compute<T: StoredValue>(&self, compute_row: &ComputeRow) -> (Vec<f32>, Vec<Vec<T>>) {
+    pub fn compute<T: StoredValue>(&self, compute_rows: &ComputeRows) -> (Vec<f32>, Vec<Vec<T>>) {
         let LevelEncoding { mean_channels, channels, .. } = self.encoding;
         let channels = channels as usize;
         let (finest, coarsest) = (self.sizes[0], self.sizes[self.sizes.len() - 1]);
@@ -82,7 +82,7 @@ impl LevelGroup {
             let mut scratch = [0, 1].map(|level| vec![0.0; size(level)]);
             while let Some(band) = next() {
                 let first_row = band.index * (coarse_rows << steps);
-                self.compute_band(band, &|y, row| compute_row(first_row + y, row), &mut scratch);
+                self.compute_band(band, &|rows| compute_rows(first_row, rows), &mut scratch);
             }
         };
         let threads = (finest.texels() >> 16).clamp(1, rayon::current_num_threads().clamp(1, 16));
@@ -99,7 +99,7 @@ impl LevelGroup {
     fn compute_band<T: StoredValue>(
         &self,
         band: Band<T>,
-        compute_row: &ComputeRow,
+        compute_finest: &dyn Fn(&mut [f32]),
         scratch: &mut [Vec<f32>; 2],
     ) {
         let LevelEncoding { mean_channels, channels, .. } = self.encoding;
@@ -115,9 +115,7 @@ impl LevelGroup {
                 &mut coarser[..texels.len() / channels as usize * mean_channels]
             };
             if level == 0 {
-                for (y, means) in means.chunks_mut(row).enumerate() {
-                    compute_row(y, means);
-                }
+                compute_finest(means);
             } else {
                 let fine_row = self.sizes[level - 1].width * mean_channels;
                 for (rows, means) in finer.chunks(2 * fine_row).zip(means.chunks_mut(row)) {

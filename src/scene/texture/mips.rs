@@ -80,11 +80,15 @@ fn compute_levels<T: StoredValue>(
     while size != (Size { width: 1, height: 1 }) {
         let group = LevelGroup::new(size, encoding);
         let (means, texels) = if levels.is_empty() {
-            group.compute(&|y, row| first.compute_row(y, row))
+            group.compute(&|y, rows| first.compute_rows(y, rows))
         } else {
             let step = Downsampling::new(size);
             let fine = |y: usize| &finer[y * size.width * channels..][..size.width * channels];
-            group.compute(&|y, row| step.compute_row(y, channels, fine, row))
+            group.compute(&|first, rows| {
+                for (y, row) in (first..).zip(rows.chunks_mut(size.half().width * channels)) {
+                    step.compute_row(y, channels, fine, row);
+                }
+            })
         };
         for (&half, texels) in group.sizes.iter().zip(texels) {
             let (width, height) = (half.width as u32, half.height as u32);
