@@ -42,8 +42,8 @@ impl DownsampleFilter {
         matches!(self, Light { alpha_weighted: true } | EncodedBilinear { alpha_weighted: true })
     }
 
-    /// Returns the number of channels of the means of an image. Weighted colours have their weight with them, vectors have
-    /// no alpha.
+    /// Returns the number of channels of the means of an image. Weighted colours have their weight with
+    /// them, vectors have no alpha.
     pub fn mean_channels(self, image: Channels) -> usize {
         match (self, image) {
             (DownsampleFilter::Normals, _) => 3,

@@ -55,7 +55,8 @@ impl StoredValue for u16 {
     }
 }
 
-/// Rounds values times `max` to integers in 0…`max`, without conversions, which are not SIMD instructions.
+/// Rounds values times `max` to integers in 0…`max`, without conversions, which vectorise
+/// worse.
 #[inline(always)]
 fn to_integers<const N: usize>(values: &[f32; N], max: f32) -> [u32; N] {
     // Numbers from here to its double are integers, which the lowest bits hold.
