@@ -5,9 +5,10 @@ use crate::integrator::frame::Frame;
 use crate::integrator::material::ggx::NARROW_ALPHA;
 use crate::integrator::material::ggx_lobe::LOBE_LANES;
 use crate::integrator::material::lobe_lookups::LobeBlock;
-use crate::integrator::shading_batch::ShadingBatch;
+use crate::integrator::paths::PathStates;
+use crate::integrator::shading_batch::{ShadingBatch, ShadingPoint};
 use crate::integrator::surface::point_block::PointBlock;
-use crate::integrator::surface::soa::{LANES, mask, set3, vec3};
+use crate::integrator::surface::soa::{LANES, mask, set_lanes, set3, vec3};
 use blinn_core::geometry::Rgb;
 use blinn_core::simd::{AutovecKernel, SimdLevel};
 use blinn_scene::Environment;
@@ -55,24 +56,14 @@ impl BlockLobes {
         first: usize,
         wave: u32,
     ) -> BlockLobes {
-        let (block, _) = batch.soa.lane(first);
-        let mut reflecting = block.reflecting_lanes((batch.points.len() - first).min(LANES));
-        let mut lanes = LobeLanes::ZERO;
-        while reflecting != 0 {
-            let lane = reflecting.trailing_zeros() as usize;
-            reflecting &= reflecting - 1;
-            lanes.load(frame, compositor, batch, first + lane);
-        }
         let mut lobes = BlockLobes::default();
-        let occludes_environment = frame.occludes_environment();
-        if lanes.reflecting != 0 {
-            frame.simd().run(Classify {
-                block,
-                lanes: &lanes,
-                wave,
-                occludes_environment,
-                lobes: &mut lobes,
-            });
+        let (block, _) = batch.soa.lane(first);
+        let points = batch.block_points(first);
+        if block.reflecting_lanes(points.len()) != 0 {
+            let lanes = LobeLanes::new(frame, compositor, block, points, batch.has_transmission);
+            let occludes_environment = frame.occludes_environment();
+            let lobes = &mut lobes;
+            frame.simd().run(Classify { block, lanes: &lanes, wave, occludes_environment, lobes });
         }
         lobes
     }
@@ -110,17 +101,45 @@ impl LobeLanes {
         continuing: 0,
     };
 
+    /// The inputs of the `points` of a block, at least 1.
     #[inline(always)]
-    fn load(&mut self, frame: &Frame, compositor: &Compositor, batch: &ShadingBatch, i: usize) {
-        let point = &batch.points[i];
-        let k = batch.coefficients(i);
+    fn new(
+        frame: &Frame,
+        compositor: &Compositor,
+        block: &PointBlock,
+        points: &[ShadingPoint],
+        has_transmission: bool,
+    ) -> LobeLanes {
+        let reflecting = block.reflecting_lanes(points.len());
+        let mut lanes = LobeLanes { reflecting, ..LobeLanes::ZERO };
+        for i in set_lanes(reflecting) {
+            let transmittance = compositor.transmittance_to(points[i].path, vec3(&block.p, i));
+            set3(&mut lanes.throughput, i, transmittance.to_array());
+        }
+        for channel in &mut lanes.throughput {
+            for i in 0..LANES {
+                channel[i] *= block.k.opacity[i];
+            }
+        }
         let states = compositor.rays.states;
-        let lane = i % LANES;
-        set3(&mut self.throughput, lane, compositor.throughput(batch, i).to_array());
-        self.importance[lane] = states.importance(point.path);
-        self.reflecting |= 1 << lane;
-        self.refracting |= u32::from(frame.refracts(point.id, &k)) << lane;
-        self.continuing |= u32::from(states.may_reflect(point.path)) << lane;
+        if let PathStates::Secondary(_) = states {
+            for i in set_lanes(reflecting) {
+                lanes.importance[i] = states.importance(points[i].path);
+                lanes.continuing |= u32::from(states.may_reflect(points[i].path)) << i;
+            }
+        } else {
+            // All eye rays have one state.
+            let path = points[0].path;
+            lanes.importance = [states.importance(path); LANES];
+            lanes.continuing = if states.may_reflect(path) { reflecting } else { 0 };
+        }
+        if has_transmission {
+            for i in set_lanes(reflecting) {
+                let refracts = frame.refracts(points[i].id, &block.k.get(i));
+                lanes.refracting |= u32::from(refracts) << i;
+            }
+        }
+        lanes
     }
 }
 

@@ -7,7 +7,7 @@ use crate::integrator::light_parts::{LightSplit, NoisyLight, SampleParts, SeenFe
 use crate::integrator::path_rays::PathRays;
 use crate::integrator::paths::{Escape, MAX_PATH_RADIANCE, MAX_RADIANCE, PathLight, SecondaryRay, Wave};
 use crate::integrator::shading_batch::{ShadingBatch, ShadingPoint};
-use crate::integrator::surface::soa::vec3;
+use crate::integrator::surface::soa::{LANES, set3, vec3};
 use blinn_core::geometry::Rgb;
 use glam::Vec3;
 
@@ -120,10 +120,14 @@ impl<'a> Compositor<'a> {
     /// The share of the light of point `i` of `batch` that arrives at the origin of its path's current ray.
     #[inline(always)]
     pub fn throughput(&self, batch: &ShadingBatch, i: usize) -> Rgb {
-        let path = batch.points[i].path;
         let (block, lane) = batch.soa.lane(i);
-        let medium = self.rays.states.medium_transmittance_to(path, vec3(&block.p, lane));
-        self.light[path].transmittance * medium * batch.coefficients(i).opacity
+        self.transmittance_to(batch.points[i].path, vec3(&block.p, lane)) * block.k.opacity[lane]
+    }
+
+    /// The share of light from point `p` along a path that arrives at the origin of the path's current ray.
+    #[inline(always)]
+    pub fn transmittance_to(&self, path: usize, p: Vec3) -> Rgb {
+        self.light[path].transmittance * self.rays.states.medium_transmittance_to(path, p)
     }
 
     /// Composites the shaded points of the current surfaces, which have spawned `rays` and left out those of `unseen`, and moves
@@ -144,44 +148,34 @@ impl<'a> Compositor<'a> {
                 *sum += share;
             }
         }
-        for (i, point) in batch.points.iter().enumerate() {
-            let mut surface = CompositedPoint::new(frame, batch, i, point);
-            let mut medium = Rgb::ONE;
-            if self.rays.is_secondary {
-                let (block, lane) = batch.soa.lane(i);
-                let p = vec3(&block.p, lane);
-                medium = self.rays.states.medium_transmittance_to(point.path, p);
-                surface.radiance *= medium;
-            }
-            let PathLight { radiance, transmittance, .. } = &mut self.light[point.path];
-            let before = *transmittance;
-            *radiance += before * surface.radiance;
-            *transmittance *= surface.transmittance;
-            let behind = *transmittance;
-            let stopped = || (before - behind).element_sum() * (1.0 / 3.0);
-            if let Some(parts) = self.parts.get_mut(point.path) {
-                add_parts(parts, frame, batch, i, before, stopped());
-            }
-            if let Some(layers) = self.layers.get_mut(point.path) {
-                layers.add(frame, batch, i, before);
-            }
-            if let Some(emission) = self.emission.get_mut(point.path) {
-                let (k_e, _) = batch.layered_ke_ka(i);
-                *emission += before * medium * batch.coefficients(i).opacity * k_e;
-            }
-            if let Some(seen) = self.seen.get_mut(point.path) {
-                let (k, stopped) = (batch.coefficients(i), stopped());
-                let surface =
-                    SeenFeatures { albedo: k.color, normal: batch.n(i).as_vec3(), coverage: 0.0, known: 1.0 };
-                let share = (stopped - seen_elsewhere[point.path]).max(0.0);
-                seen.add(&surface, share);
-                seen.add_light(k.k_e, share);
-                seen.coverage += stopped;
-            }
-            if transmittance.max_element() < OPAQUE_TRANSMITTANCE {
-                *transmittance = Rgb::ZERO;
-            } else {
-                any_transparent = true;
+        let has_features = self.collects_features();
+        for (block_index, points) in batch.points.chunks(LANES).enumerate() {
+            let first = block_index * LANES;
+            let (block, _) = batch.soa.lane(first);
+            let surfaces = CompositedBlock::new(frame, batch, first, points);
+            for (lane, point) in points.iter().enumerate() {
+                // The remainder lets the compiler drop the bounds checks.
+                let lane = lane % LANES;
+                let mut radiance: Rgb = vec3(&surfaces.radiance, lane);
+                let mut medium = Rgb::ONE;
+                if self.rays.is_secondary {
+                    medium = self.rays.states.medium_transmittance_to(point.path, vec3(&block.p, lane));
+                    radiance *= medium;
+                }
+                let light = &mut self.light[point.path];
+                let before = light.transmittance;
+                let behind = before * vec3(&surfaces.transmittance, lane);
+                light.radiance += before * radiance;
+                if behind.max_element() < OPAQUE_TRANSMITTANCE {
+                    light.transmittance = Rgb::ZERO;
+                } else {
+                    light.transmittance = behind;
+                    any_transparent = true;
+                }
+                if has_features {
+                    let share = CompositedShare { before, medium, behind };
+                    self.add_features(frame, batch, first + lane, &share, &seen_elsewhere);
+                }
             }
         }
         if !any_transparent {
@@ -190,6 +184,45 @@ impl<'a> Compositor<'a> {
         let light = &self.light;
         self.rays.continue_behind(|path| light[path].transmittance.max_element() > 0.0);
         !self.rays.is_empty()
+    }
+
+    /// True if more than the light of the paths is collected.
+    fn collects_features(&self) -> bool {
+        !(self.parts.is_empty() && self.layers.is_empty() && self.emission.is_empty() && self.seen.is_empty())
+    }
+
+    /// Adds what is collected besides the light of point `i` to its path. `seen_elsewhere` is the share of each path's features
+    /// that rays see.
+    fn add_features(
+        &mut self,
+        frame: &Frame,
+        batch: &ShadingBatch,
+        i: usize,
+        share: &CompositedShare,
+        seen_elsewhere: &[f32],
+    ) {
+        let path = batch.points[i].path;
+        let &CompositedShare { before, medium, behind } = share;
+        let stopped = (before - behind).element_sum() * (1.0 / 3.0);
+        if let Some(parts) = self.parts.get_mut(path) {
+            add_parts(parts, frame, batch, i, before, stopped);
+        }
+        if let Some(layers) = self.layers.get_mut(path) {
+            layers.add(frame, batch, i, before);
+        }
+        if let Some(emission) = self.emission.get_mut(path) {
+            let (k_e, _) = batch.layered_ke_ka(i);
+            *emission += before * medium * batch.coefficients(i).opacity * k_e;
+        }
+        if let Some(seen) = self.seen.get_mut(path) {
+            let k = batch.coefficients(i);
+            let surface =
+                SeenFeatures { albedo: k.color, normal: batch.n(i).as_vec3(), coverage: 0.0, known: 1.0 };
+            let share = (stopped - seen_elsewhere[path]).max(0.0);
+            seen.add(&surface, share);
+            seen.add_light(k.k_e, share);
+            seen.coverage += stopped;
+        }
     }
 
     /// Adds the light that secondary rays found to the paths that spawned them.
@@ -333,33 +366,59 @@ fn add_parts(
     surface.coverage += stopped;
 }
 
-/// A surface point as it is composited.
-struct CompositedPoint {
-    /// Light from the point.
-    radiance: Rgb,
+/// The surface points of a block as they are composited.
+struct CompositedBlock {
+    /// Light from the points.
+    radiance: [[f32; LANES]; 3],
     /// Share of the light from behind that passes.
-    transmittance: Rgb,
+    transmittance: [[f32; LANES]; 3],
 }
 
-impl CompositedPoint {
+/// How much of a path's light comes from a point and from behind it.
+struct CompositedShare {
+    /// Transmittance in front of the point, without `medium`.
+    before: Rgb,
+    /// Transmittance of the medium that the path's ray crosses.
+    medium: Rgb,
+    /// Transmittance behind the point.
+    behind: Rgb,
+}
+
+impl CompositedBlock {
+    /// The block of `points`, of which the first has index `first`.
     #[inline(always)]
-    fn new(frame: &Frame, batch: &ShadingBatch, i: usize, point: &ShadingPoint) -> CompositedPoint {
-        let k = batch.coefficients(i);
-        let light = batch.radiance(i);
-        let uncovered = Rgb::splat(1.0 - k.opacity);
-        if point.is_shadow_catcher {
-            let lit = lit_share(light, batch.unshadowed(i));
-            let transmittance = Rgb::ONE - (Rgb::ONE - lit) * k.opacity;
-            return CompositedPoint { radiance: Rgb::ZERO, transmittance };
+    fn new(frame: &Frame, batch: &ShadingBatch, first: usize, points: &[ShadingPoint]) -> CompositedBlock {
+        let (block, _) = batch.soa.lane(first);
+        let opacity = &block.k.opacity;
+        let mut composited =
+            CompositedBlock { radiance: [[0.0; LANES]; 3], transmittance: [[0.0; LANES]; 3] };
+        let CompositedBlock { radiance, transmittance } = &mut composited;
+        for c in 0..3 {
+            for i in 0..LANES {
+                radiance[c][i] = block.radiance[c][i] * opacity[i];
+                transmittance[c][i] = 1.0 - opacity[i];
+            }
         }
-        let transmitted = match k.k_t {
-            // Most surfaces transmit nothing.
-            Rgb::ZERO => Rgb::ZERO,
-            // Refracted rays carry this light.
-            _ if frame.refracts(point.id, &k) => Rgb::ZERO,
-            k_t => k_t * batch.base_share(i),
-        };
-        CompositedPoint { radiance: light * k.opacity, transmittance: uncovered + transmitted * k.opacity }
+        // Most surfaces transmit nothing.
+        if batch.has_transmission {
+            for (lane, point) in points.iter().enumerate() {
+                let k = block.k.get(lane);
+                // Refracted rays carry the other light.
+                if k.k_t != Rgb::ZERO && !frame.refracts(point.id, &k) {
+                    let transmitted = k.k_t * batch.base_share(first + lane);
+                    let uncovered = vec3(transmittance, lane);
+                    set3(transmittance, lane, (uncovered + transmitted * k.opacity).to_array());
+                }
+            }
+        }
+        if frame.has_shadow_catcher() {
+            for (lane, _) in points.iter().enumerate().filter(|(_, point)| point.is_shadow_catcher) {
+                let lit = lit_share(vec3(&block.radiance, lane), vec3(&block.unshadowed, lane));
+                set3(radiance, lane, [0.0; 3]);
+                set3(transmittance, lane, (Rgb::ONE - (Rgb::ONE - lit) * opacity[lane]).to_array());
+            }
+        }
+        composited
     }
 }
 

@@ -11,7 +11,7 @@ use crate::integrator::surface::hits_by_triangle::HitsByTriangle;
 use crate::integrator::surface::points_soa::PointsSoa;
 use crate::integrator::surface::shading_triangle::TriangleSurface;
 use crate::integrator::surface::shadow_terminator::offset_to_smooth_surface;
-use crate::integrator::surface::soa::{dvec3, set3, vec3};
+use crate::integrator::surface::soa::{LANES, dvec3, set3, vec3};
 use blinn_core::geometry::{HitId, Rgb, offset_ray_origin};
 
 /// Memory that is reused from batch to batch.
@@ -78,6 +78,12 @@ impl ShadingBatch<'_> {
     pub fn recycle(self, buffers: &mut BatchBuffers) {
         let ShadingBatch { points, soa, hits_by_triangle, .. } = self;
         *buffers = BatchBuffers { soa, points, hits_by_triangle };
+    }
+
+    /// The points of the block whose first point is `first`.
+    #[inline(always)]
+    pub fn block_points(&self, first: usize) -> &[ShadingPoint] {
+        &self.points[first..self.points.len().min(first + LANES)]
     }
 
     /// Coefficients of point `i`.
@@ -176,13 +182,6 @@ impl ShadingBatch<'_> {
     pub fn radiance(&self, i: usize) -> Rgb {
         let (block, lane) = self.soa.lane(i);
         vec3(&block.radiance, lane)
-    }
-
-    /// L of point `i` so far without shadows.
-    #[inline(always)]
-    pub fn unshadowed(&self, i: usize) -> Rgb {
-        let (block, lane) = self.soa.lane(i);
-        vec3(&block.unshadowed, lane)
     }
 
     /// Origin of a ray that leaves point `i` in `direction`, and the triangle that it must not hit.

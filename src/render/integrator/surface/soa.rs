@@ -48,3 +48,18 @@ pub(crate) fn mask(lanes: &[bool; LANES]) -> u32 {
     }
     mask
 }
+
+/// The lanes of a bit mask.
+#[inline(always)]
+pub(crate) fn set_lanes(mut mask: u32) -> impl Iterator<Item = usize> {
+    std::iter::from_fn(move || {
+        if mask == 0 {
+            return None;
+        }
+        // The remainder lets the compiler drop bounds checks.
+        let lane = mask.trailing_zeros() as usize % LANES;
+        // Clears the lowest bit.
+        mask &= mask - 1;
+        Some(lane)
+    })
+}
