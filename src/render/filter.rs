@@ -28,6 +28,17 @@ impl PixelFilter {
         }
     }
 
+    /// Width in pixels of the box filter with the variance of the offsets that are drawn from it. A constant, as pictures of
+    /// one sample per pixel need no table.
+    pub fn width(self) -> f64 {
+        match self {
+            PixelFilter::Box => 0.999_999_523_162_728_1,
+            PixelFilter::Tent => 1.414_354_128_988_120_3,
+            PixelFilter::Gaussian => 1.660_047_134_463_926_5,
+            PixelFilter::BlackmanHarris => 1.441_326_114_088_640_9,
+        }
+    }
+
     /// Its value at `x` pixels from the centre, up to a factor.
     fn value(self, x: f64) -> f64 {
         use std::f64::consts::TAU;
@@ -52,8 +63,6 @@ const INTERVALS: usize = 1024;
 pub struct FilterSampler {
     /// Offsets at equal steps of probability: the inverse of the cumulative distribution.
     inverse_cdf: Box<[f64; INTERVALS + 1]>,
-    /// Width in pixels of the box filter with the same variance.
-    width: f64,
 }
 
 impl FilterSampler {
@@ -84,14 +93,7 @@ impl FilterSampler {
             let f = if b > a { (target - a) / (b - a) } else { 0.0 };
             x(i - 1) + f * 2.0 * r / steps as f64
         };
-        let inverse_cdf = Box::new(std::array::from_fn(inverse));
-        let width = box_width(&inverse_cdf);
-        FilterSampler { inverse_cdf, width }
-    }
-
-    /// Width in pixels of the box filter with the same variance.
-    pub fn width(&self) -> f64 {
-        self.width
+        FilterSampler { inverse_cdf: Box::new(std::array::from_fn(inverse)) }
     }
 
     /// The offset in pixels from the pixel's centre for a number in 0…1.
@@ -109,16 +111,16 @@ impl FilterSampler {
     }
 }
 
-/// Width in pixels of the box filter with the variance of offsets at equal steps of probability.
-fn box_width(offsets: &[f64; INTERVALS + 1]) -> f64 {
-    let square = |ends: &[f64]| 0.25 * (ends[0] + ends[1]) * (ends[0] + ends[1]);
-    let variance = offsets.windows(2).map(square).sum::<f64>() / INTERVALS as f64;
-    (12.0 * variance).sqrt()
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    /// Width in pixels of the box filter with the variance of offsets at equal steps of probability.
+    fn box_width(offsets: &[f64; INTERVALS + 1]) -> f64 {
+        let square = |ends: &[f64]| 0.25 * (ends[0] + ends[1]) * (ends[0] + ends[1]);
+        let variance = offsets.windows(2).map(square).sum::<f64>() / INTERVALS as f64;
+        (12.0 * variance).sqrt()
+    }
 
     #[test]
     fn width_is_that_of_a_box_of_the_same_variance() {
@@ -130,8 +132,9 @@ mod tests {
             (PixelFilter::BlackmanHarris, 1.4394),
         ];
         for (filter, expected) in widths {
-            let width = FilterSampler::of(filter).width();
+            let width = filter.width();
             assert!((width / expected - 1.0).abs() < 2e-3, "{filter:?}: {width}");
+            assert_eq!(box_width(&FilterSampler::of(filter).inverse_cdf), width, "{filter:?}");
         }
     }
 

@@ -12,7 +12,8 @@ use blinn_scene::ThinLens;
 pub(super) struct SampleGenerator<'a> {
     settings: &'a RenderSettings,
     pub sampler: LowDiscrepancySampler,
-    filter: &'static FilterSampler,
+    /// The filter; `None` for single samples, which are at the centres of pixels.
+    filter: Option<&'static FilterSampler>,
     /// Width and height of a pixel on the film: multiplying by them is faster than dividing.
     pixel_size: [f64; 2],
     /// The part of the film that a sample covers.
@@ -23,12 +24,12 @@ pub(super) struct SampleGenerator<'a> {
 
 impl SampleGenerator<'_> {
     pub fn new(settings: &RenderSettings, lens: Option<ThinLens>) -> SampleGenerator<'_> {
-        let filter = FilterSampler::of(settings.filter);
+        let is_single = settings.samples <= 1;
         SampleGenerator {
             settings,
             sampler: LowDiscrepancySampler { seed: settings.seed, count: settings.samples },
-            footprint: sample_footprint(settings, filter.width()),
-            filter,
+            footprint: sample_footprint(settings),
+            filter: (!is_single).then(|| FilterSampler::of(settings.filter)),
             lens,
             pixel_size: [1.0 / f64::from(settings.width), 1.0 / f64::from(settings.height)],
         }
@@ -65,11 +66,13 @@ impl SampleGenerator<'_> {
     pub fn generate(&self, simd: SimdLevel, pixels: &[UVec2], out: &mut Vec<Sample>) {
         out.clear();
         out.reserve(pixels.len() * self.samples_per_pixel());
-        if self.samples_per_pixel() == 1 {
-            let centre = |&pixel| Sample { footprint: self.footprint, ..self.settings.centre_sample(pixel) };
-            out.extend(pixels.iter().map(centre));
-        } else {
-            simd.run(GenerateSamples { generator: self, pixels, out });
+        match self.filter {
+            Some(filter) => simd.run(GenerateSamples { generator: self, filter, pixels, out }),
+            None => {
+                let centre =
+                    |&pixel| Sample { footprint: self.footprint, ..self.settings.centre_sample(pixel) };
+                out.extend(pixels.iter().map(centre));
+            }
         }
         if let Some(lens) = self.lens {
             let pair = SampleDimension::Aperture.pair();
@@ -81,8 +84,8 @@ impl SampleGenerator<'_> {
 }
 
 /// Width and height on the film that one sample covers: the filter's area divided by the number of samples.
-fn sample_footprint(settings: &RenderSettings, filter_width: f64) -> [f64; 2] {
-    let side = filter_width / f64::from(settings.samples.max(1)).sqrt();
+fn sample_footprint(settings: &RenderSettings) -> [f64; 2] {
+    let side = settings.filter.width() / f64::from(settings.samples.max(1)).sqrt();
     [side / f64::from(settings.width), side / f64::from(settings.height)]
 }
 
@@ -92,6 +95,7 @@ const LANES: usize = 32;
 /// Generates several samples per pixel.
 struct GenerateSamples<'a, 'b> {
     generator: &'a SampleGenerator<'b>,
+    filter: &'a FilterSampler,
     pixels: &'a [UVec2],
     out: &'a mut Vec<Sample>,
 }
@@ -99,8 +103,8 @@ struct GenerateSamples<'a, 'b> {
 impl AutovecKernel for GenerateSamples<'_, '_> {
     #[inline(always)]
     fn run(self) {
-        let GenerateSamples { generator, pixels, out } = self;
-        let SampleGenerator { sampler, filter, footprint, .. } = generator;
+        let GenerateSamples { generator, filter, pixels, out } = self;
+        let SampleGenerator { sampler, footprint, .. } = generator;
         let count = generator.settings.samples;
         let mut samples = pixels.iter().flat_map(|&pixel| {
             let scramble = sampler.film_scramble(pixel);
