@@ -2,14 +2,21 @@
 //! nothing.
 
 use std::path::Path;
+use std::sync::OnceLock;
 
 /// Physical memory of the machine in bytes.
 pub fn total_bytes() -> Option<u64> {
     kilobytes(&std::fs::read_to_string("/proc/meminfo").ok()?, "MemTotal:")
 }
 
-/// Bytes that this process may allocate: the machine's memory, or less if a control group or `ulimit` says so.
+/// Bytes that this process may allocate: the machine's memory, or less if a control group or `ulimit` said so when it was
+/// first asked. A picture asks several times, and the system takes longer to answer than to read a small scene.
 pub fn limit_bytes() -> Option<u64> {
+    static LIMIT: OnceLock<Option<u64>> = OnceLock::new();
+    *LIMIT.get_or_init(read_limit)
+}
+
+fn read_limit() -> Option<u64> {
     let cgroups = std::fs::read_to_string("/proc/self/cgroup").unwrap_or_default();
     let own_cgroup = cgroups.lines().find_map(|line| line.strip_prefix("0::/")).unwrap_or_default();
     // The limits of all parent groups apply, too.
