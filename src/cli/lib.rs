@@ -88,7 +88,7 @@ fn execute(argv: Vec<OsString>, host: Host) -> u8 {
         ColorArg::Never => ColorChoice::Never,
     };
     let matches = args::help::command(&argv).color(color).try_get_matches_from(&argv);
-    let cli = match matches.and_then(|matches| Cli::from_arg_matches(&matches)) {
+    let cli = match matches.and_then(|mut matches| Cli::from_arg_matches_mut(&mut matches)) {
         Ok(cli) => cli,
         Err(error) => return exit_for_clap_error(&error, &argv, &command_line),
     };

@@ -138,7 +138,7 @@ fn usage_errors_are_one_line_with_a_hint() {
         ("render a.glb --count 4", "unexpected argument '--count': it is an option of blinn turntable"),
         (
             "info a.glb --size 4x4",
-            "it is an option of blinn render, blinn turntable, blinn view, blinn sheet, blinn bench, blinn rays and blinn diff",
+            "it is an option of blinn render, blinn turntable, blinn view, blinn sheet, blinn diff, blinn bench and blinn rays",
         ),
         ("render a.glb --quux", "unexpected argument '--quux': see blinn render --help"),
         (

@@ -6,8 +6,8 @@ use std::path::Path;
 use clap::{Command, ValueEnum};
 
 use super::choices::ColorArg;
-use super::command_tree::find_flag;
-use super::{help, values};
+use super::command_tree::{built, find_flag};
+use super::values;
 use blinn_session::{FrameList, SCENE_EXTENSIONS};
 
 /// Joins a flag and the argument after it with `=` in two cases. Only then clap takes the argument for the value.
@@ -86,7 +86,7 @@ fn takes_value(arg: &OsStr) -> bool {
         find_flag(command, long).is_some_and(|arg| arg.get_action().takes_values())
             || command.get_subcommands().any(|below| search(below, long))
     }
-    arg.to_str().and_then(|text| text.strip_prefix("--")).is_some_and(|long| search(&help::full(), long))
+    arg.to_str().and_then(|text| text.strip_prefix("--")).is_some_and(|long| search(&built(), long))
 }
 
 #[cfg(test)]

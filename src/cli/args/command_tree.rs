@@ -4,9 +4,9 @@ use clap::{Arg, ArgMatches, Command};
 
 use super::help;
 
-/// The command tree with the arguments that clap adds.
+/// The command tree with the arguments of all commands, without what clap adds.
 pub fn built() -> Command {
-    let mut root = help::full();
+    let mut root = help::full().disable_help_subcommand(true).disable_version_flag(true);
     root.build();
     root
 }

@@ -2,19 +2,13 @@
 
 use std::path::PathBuf;
 
-use clap::Args;
+use clap::{Arg, ArgAction, Args};
 
 use super::choices::UpArg;
 use super::compare::CompareArgs;
 use super::preview::PreviewArgs;
 use super::scene::SceneArgs;
 use super::values;
-
-/// Names and help of the two files, which [`SceneArgs`] takes as scenes.
-pub const DIFF_FILES: ([&str; 2], &str) = (
-    ["OLD", "NEW"],
-    "Two scenes (.gltf, .glb, .obj, .stl, .ply or .blend), two folders of them, or two images",
-);
 
 /// Options of NEW that differ from those of OLD.
 #[derive(Clone, Copy, Debug, Args)]
@@ -29,6 +23,7 @@ pub struct NewSceneArgs {
 }
 
 #[derive(Debug, Args)]
+#[command(mut_arg("scenes", two_files))]
 pub struct DiffArgs {
     #[command(flatten)]
     pub scene: SceneArgs,
@@ -55,4 +50,10 @@ pub struct DiffArgs {
     pub size: Option<(u32, u32)>,
     #[command(flatten)]
     pub preview: PreviewArgs,
+}
+
+/// Names the two files, which [`SceneArgs`] takes as scenes.
+fn two_files(scenes: Arg) -> Arg {
+    let help = "Two scenes (.gltf, .glb, .obj, .stl, .ply or .blend), two folders of them, or two images";
+    scenes.action(ArgAction::Set).num_args(2).value_names(["OLD", "NEW"]).help(help).long_help(None)
 }

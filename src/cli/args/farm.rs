@@ -4,6 +4,7 @@ use std::path::PathBuf;
 
 use clap::{Args, Subcommand};
 
+use super::command_args::{CommandArgs, CommandGroup};
 use super::option_args::GivenOptions;
 use super::output::OutputArgs;
 use super::process::{CommonArgs, ProcessArgs};
@@ -21,9 +22,9 @@ pub struct JobArgs {
 #[derive(Debug, Subcommand)]
 pub enum EngineArgs {
     /// Print an Open Job Description template, 2023-09 with TASK_CHUNKING
-    Openjd(OpenjdArgs),
+    Openjd(CommandGroup<OpenjdArgs>),
     /// Print an sbatch script for Slurm that runs an array job
-    Slurm(SlurmArgs),
+    Slurm(CommandGroup<SlurmArgs>),
 }
 
 #[derive(Debug, Args)]
@@ -66,9 +67,9 @@ pub struct JobFileArgs {
 #[derive(Debug, Subcommand)]
 pub enum JobCommand {
     /// Render frames of an animation: the options of blinn render
-    Render(Box<RenderArgs>),
+    Render(CommandArgs<RenderArgs>),
     /// Render frames of a turntable: the options of blinn turntable
-    Turntable(Box<TurntableArgs>),
+    Turntable(CommandArgs<TurntableArgs>),
 }
 
 impl EngineArgs {

@@ -4,9 +4,9 @@
 
 use std::ffi::OsString;
 
-use clap::{Arg, ArgAction, Command, CommandFactory};
+use clap::{Arg, Command, CommandFactory};
 
-use super::diff::DIFF_FILES;
+use super::command_args::add_help_flags;
 use super::root::Cli;
 
 /// Options that `-h` lists of commands that have more than `MAX_LISTED`.
@@ -15,8 +15,6 @@ const COMMON: &str = "\
     lights point-light sun light-radius ao ground kd ks hide time frames fps count only chunk turn axis port open \
     elevation views threads config report quiet";
 const MAX_LISTED: usize = 20;
-/// Options of pictures that the page of `view` does not have.
-const NOT_OF_VIEW: [&str; 3] = ["aov", "depth-unit", "crop"];
 /// Width of a line in columns, and of the column of names.
 const WIDTH: usize = 100;
 const MAX_NAME: usize = 28;
@@ -110,7 +108,11 @@ pub fn command(argv: &[OsString]) -> Command {
     if !may_print_screen(argv) {
         return full();
     }
-    map_tree(full(), "", &|command, path| {
+    map_tree(full(), "", &|mut command, path| {
+        if !command.has_subcommands() {
+            // Defines its arguments.
+            command.build();
+        }
         let template = screen_template(&command, path);
         command.help_template(template)
     })
@@ -119,7 +121,8 @@ pub fn command(argv: &[OsString]) -> Command {
 /// False if no screen of help is printed for `argv`: making the screens of all commands takes longer than parsing.
 fn may_print_screen(argv: &[OsString]) -> bool {
     // Commands without arguments print their screens, too.
-    let is_short = argv.len() <= "blinn job slurm".split(' ').count();
+    let is_word = |arg: &OsString| arg.as_encoded_bytes().iter().all(u8::is_ascii_lowercase);
+    let is_short = argv.len() <= "blinn job slurm".split(' ').count() && argv.iter().skip(1).all(is_word);
     let is_help = |arg: &OsString| {
         let arg = arg.as_encoded_bytes();
         arg == b"--help" || arg.starts_with(b"-") && !arg.starts_with(b"--") && arg.contains(&b'h')
@@ -127,25 +130,12 @@ fn may_print_screen(argv: &[OsString]) -> bool {
     is_short || argv.iter().any(is_help)
 }
 
-/// The command tree with complete help.
+/// The command tree with complete help. A command has its arguments when a command line names it, or when it is built.
 pub fn full() -> Command {
-    let ([old, new], help) = DIFF_FILES;
-    let name_files = |files: Arg| {
-        files.action(ArgAction::Set).num_args(2).value_names([old, new]).help(help).long_help(None)
-    };
-    let root = Cli::command().after_long_help(EXIT_CODES);
-    let root = root.mut_subcommand("diff", |diff| diff.mut_arg("scenes", name_files));
-    map_tree(root, "", &|command, path| {
-        let mut command = add_help_flags(command).mut_args(ignore_case_of_choices);
-        if path == "view" {
-            // They are accepted for a message that says where they belong.
-            command =
-                NOT_OF_VIEW.into_iter().fold(command, |view, id| view.mut_arg(id, |arg| arg.hide(true)));
-        }
-        match examples(path) {
-            Some(examples) if !path.is_empty() => command.after_long_help(examples),
-            _ => command,
-        }
+    let root = add_help_flags(Cli::command()).after_long_help(EXIT_CODES);
+    map_tree(root, "", &|command, path| match examples(path) {
+        Some(examples) if !path.is_empty() => command.after_long_help(examples),
+        _ => command,
     })
 }
 
@@ -156,22 +146,6 @@ fn map_tree(command: Command, path: &str, function: &dyn Fn(Command, &str) -> Co
         let path = format!("{path} {}", below.get_name()).trim_start().to_string();
         map_tree(below, &path, function)
     })
-}
-
-/// Accepts the values of a fixed set in upper and lower case: Blender writes AgX, PNG and CYCLES.
-fn ignore_case_of_choices(arg: Arg) -> Arg {
-    let has_choices = arg.get_action().takes_values() && !arg.get_possible_values().is_empty();
-    arg.ignore_case(has_choices)
-}
-
-fn add_help_flags(command: Command) -> Command {
-    let flag = |name: &'static str| Arg::new(name).help_heading("Process");
-    let short = flag("help-short").short('h').action(ArgAction::HelpShort);
-    let long = flag("help").long("help").alias("help-all").action(ArgAction::HelpLong);
-    command
-        .disable_help_flag(true)
-        .arg(short.help("Print a line for each common option"))
-        .arg(long.help("Print help for every option"))
 }
 
 /// The examples of a command, or else of the command above it.

@@ -6,6 +6,7 @@ mod bench;
 mod camera_list;
 mod check;
 mod choices;
+mod command_args;
 pub(super) mod command_tree;
 mod compare;
 pub(super) mod config;

@@ -4,6 +4,7 @@ use clap::{Parser, Subcommand};
 
 use super::assemble::AssembleArgs;
 use super::bench::BenchArgs;
+use super::command_args::{CommandArgs, CommandGroup};
 use super::diff::DiffArgs;
 use super::farm::JobArgs;
 use super::info::InfoArgs;
@@ -26,29 +27,29 @@ pub struct Cli {
 #[derive(Debug, Subcommand)]
 pub enum Command {
     /// Render an image of each scene
-    Render(Box<RenderArgs>),
+    Render(CommandArgs<RenderArgs>),
     /// Render a turntable of each scene: one turn, seen from all sides
-    Turntable(Box<TurntableArgs>),
+    Turntable(CommandArgs<TurntableArgs>),
     /// Show a scene in the browser: find a camera, and copy its command
-    View(Box<ViewArgs>),
+    View(CommandArgs<ViewArgs>),
     /// Draw views from four sides at one scale, with dimensions
-    Sheet(Box<SheetArgs>),
+    Sheet(CommandArgs<SheetArgs>),
     /// Compare two scenes, two images, or two folders of scenes
-    Diff(Box<DiffArgs>),
+    Diff(CommandArgs<DiffArgs>),
     /// Make an animation from finished frames
-    Assemble(AssembleArgs),
+    Assemble(CommandArgs<AssembleArgs>),
     /// Print the contents of a scene
-    Info(InfoArgs),
+    Info(CommandArgs<InfoArgs>),
     /// Measure load, build, ray and frame times and memory
-    Bench(Box<BenchArgs>),
+    Bench(CommandArgs<BenchArgs>),
     /// Write the rays of a benchmark and their hits for NumPy
-    Rays(RaysArgs),
+    Rays(CommandArgs<RaysArgs>),
     /// Print completions for a shell
-    Completions(CompletionsArgs),
+    Completions(CommandArgs<CompletionsArgs>),
     /// Print a man page
-    Man(ManArgs),
+    Man(CommandArgs<ManArgs>),
     /// Print a job description for a render farm
-    Job(JobArgs),
+    Job(CommandGroup<JobArgs>),
 }
 
 impl Command {

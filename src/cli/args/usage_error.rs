@@ -12,9 +12,9 @@ use blinn_core::worded;
 use blinn_session::SCENE_EXTENSIONS;
 use blinn_session::values::NAMED_DIRECTIONS;
 
-use super::command_tree::find_flag;
+use super::command_tree::{built, find_flag};
 use super::foreign_words::Equivalent;
-use super::{config, foreign_words, help};
+use super::{config, foreign_words};
 use crate::option_words;
 
 /// Message for a clap error in one line. `argv` is the `command_line` with the options of its --config file.
@@ -51,7 +51,7 @@ fn help_of_missing(error: &Error, flag: &str, argv: &[OsString]) -> String {
     if !is_missing || has_choices {
         return String::new();
     }
-    let (root, name) = (help::full(), flag_name(flag));
+    let (root, name) = (built(), flag_name(flag));
     let commands = command_path(&root, argv, name);
     let flag = commands.last().and_then(|command| find_flag(command, name.trim_start_matches('-')));
     let help = flag.and_then(|flag| flag.get_help()).map(|help| help.to_string()).unwrap_or_default();
@@ -109,7 +109,7 @@ fn with_word(message: String, flag: String) -> String {
 
 /// A flag that the command does not have: another program's, another command's, or misspelt.
 fn unknown_argument(flag: &str, argv: &[OsString]) -> String {
-    let root = help::full();
+    let root = built();
     let commands = command_path(&root, argv, flag);
     let long = flag.strip_prefix("--").unwrap_or_default();
     let with_flag = |command: &Command| -> Vec<String> {
@@ -155,7 +155,7 @@ fn unknown_command(error: &Error) -> String {
     if SCENE_EXTENSIONS.iter().any(|scene| extension.eq_ignore_ascii_case(scene)) {
         return format!("unknown command '{word}': to render it, use blinn render {word}");
     }
-    let root = help::full();
+    let root = built();
     let hint = match (
         foreign_words::command(&word),
         closest_name(&word, root.get_subcommands().map(Command::get_name)),
@@ -169,14 +169,14 @@ fn unknown_command(error: &Error) -> String {
 
 /// The names of a command's flags, without `--` and without those that help does not show.
 pub fn shown_flags(command: &str) -> Vec<String> {
-    let root = help::full();
+    let root = built();
     let command = root.find_subcommand(command);
     command.into_iter().flat_map(long_flags).map(str::to_string).collect()
 }
 
 /// True if a command has a flag of a name without `--`, or of an alias.
 pub fn has_flag(command: &str, name: &str) -> bool {
-    help::full().find_subcommand(command).is_some_and(|command| find_flag(command, name).is_some())
+    built().find_subcommand(command).is_some_and(|command| find_flag(command, name).is_some())
 }
 
 /// The names of a command's flags, without `--`.

@@ -1,6 +1,6 @@
 //! Arguments of `blinn view`.
 
-use clap::Args;
+use clap::{Arg, Args};
 
 use super::option_args::{OptionArgs, PictureGroup};
 use super::preview::PreviewProcessArgs;
@@ -9,7 +9,11 @@ use super::scene::SceneArgs;
 use super::time::TimeArgs;
 use super::values::{self, BaseUrl};
 
+/// Options of pictures that the page does not have. They are accepted for a message that says where they belong.
+const NOT_OF_VIEW: [&str; 3] = ["aov", "depth-unit", "crop"];
+
 #[derive(Debug, Args)]
+#[command(mut_args(hide_not_of_view))]
 pub struct ViewArgs {
     #[command(flatten)]
     pub scene: SceneArgs,
@@ -46,4 +50,9 @@ pub struct ServerArgs {
     /// Print the address as JSON
     #[arg(long)]
     pub json: bool,
+}
+
+fn hide_not_of_view(arg: Arg) -> Arg {
+    let is_hidden = arg.is_hide_set() || NOT_OF_VIEW.contains(&arg.get_id().as_str());
+    arg.hide(is_hidden)
 }

@@ -118,7 +118,7 @@ fn warnings_have_sections() {
 
 #[test]
 fn what_helps_names_flags_that_exist() {
-    let root = <crate::args::Cli as clap::CommandFactory>::command();
+    let root = crate::args::command_tree::built();
     let render = root.find_subcommand("render").unwrap();
     let is_flag = |word: &&str| word.starts_with("--");
     let help =
