@@ -5,12 +5,15 @@ use crate::clip_bounds::log_clip_bounds;
 use crate::dataset_plan::DatasetPlan;
 use crate::error::SessionError;
 use crate::log::SessionLog;
+use crate::options::Options;
 use crate::plan::SessionPlan;
 use crate::planned_frame::PlannedFrame;
+use crate::round_sizes::round_sizes;
+use blinn_accel::{Accel, RoundSizes};
 use blinn_output::datasets::Dataset;
 use blinn_scene::{
-    ClipBoundsCache, DEFAULT_BASELINE, DistanceRange, LightRotation, Normalization, PoseSettings, PosedScene,
-    SampledView, Scene, StereoEye, clip_duration, pose,
+    Camera, ClipBoundsCache, DEFAULT_BASELINE, DistanceRange, LightRotation, Normalization, PoseSettings,
+    PosedScene, SampledView, Scene, StereoEye, clip_duration, pose,
 };
 
 /// The scene as all views of a dataset see it.
@@ -69,6 +72,12 @@ impl<'s> DatasetViews<'s> {
             normalization: self.normalization,
             sampling: self.dataset.sampling,
         }
+    }
+
+    /// The sizes of points and lines in the view of `camera`.
+    pub fn round_sizes(&self, accel: &Accel, camera: &Camera) -> RoundSizes {
+        let Options { point_size, line_width, .. } = self.plan.options;
+        round_sizes(point_size, line_width, accel, camera, self.size.1)
     }
 
     /// The camera of a view.

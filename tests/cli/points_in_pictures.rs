@@ -134,3 +134,56 @@ fn mattes_of_points_know_clipping_planes_and_grounds() {
         assert_eq!(area("line") > 1.0, has_line, "{options}");
     }
 }
+
+/// The masks of COCO and BOP are those of the layer of objects: points and lines have some, and hide what is behind them.
+#[test]
+fn datasets_have_masks_of_points_and_lines() {
+    let (_dir, at) = folder();
+    // Points and a line in front of a triangle, seen from both sides.
+    let content = "o triangle\nv -1 -1 0\nv 1 -1 0\nv 0 1 0\nf 1 2 3\n\
+                   o points\nv 0 0 .4\nv 0 0 -.4\np 4 5\n\
+                   o line\nv -.5 -.5 .4\nv .5 -.5 .4\nl 6 7\n";
+    fs::write(at.join("a.obj"), content).unwrap();
+    for sizes in ["", "--point-size .2 --line-width 3px"] {
+        let line =
+            format!("turntable a.obj --views 3 --size 48x36 -s 1 --aov object-id --dataset bop,coco {sizes}");
+        runs(&at, &format!("{line} -o data/"));
+        let scene = at.join("data/train/000001");
+        let json = |file: &str| -> Value {
+            serde_json::from_str(&fs::read_to_string(scene.join(file)).unwrap()).unwrap()
+        };
+        let coco = json("rgb/annotations.json");
+        let poses = json("scene_gt.json");
+        let mut found = [0; 3];
+        for view in 1..=3u64 {
+            let ids = png_indices(&scene.join(format!("layers/{view:06}.object-id.png")));
+            for object in 1..=3u8 {
+                let pixels = ids.iter().filter(|id| **id == object).count();
+                found[usize::from(object) - 1] += pixels;
+                let area: u64 = coco["annotations"]
+                    .as_array()
+                    .unwrap()
+                    .iter()
+                    .filter(|row| row["image_id"] == view && row["object_id"] == object)
+                    .map(|row| row["area"].as_u64().unwrap())
+                    .sum();
+                assert_eq!(area, pixels as u64, "{sizes} view {view} object {object}");
+            }
+            // Only the triangle has a model, so only it has a pose and masks.
+            let posed = poses[view.to_string()].as_array().unwrap();
+            assert!(posed.iter().all(|row| row["obj_id"] == 1), "{posed:?}");
+            assert!(!scene.join(format!("mask/{view:06}_{:06}.png", posed.len())).exists());
+        }
+        assert!(found.iter().all(|pixels| *pixels > 4), "{found:?}");
+        fs::remove_dir_all(at.join("data")).unwrap();
+    }
+}
+
+/// The pixels of a palette image.
+fn png_indices(path: &Path) -> Vec<u8> {
+    let mut reader =
+        png::Decoder::new(std::io::BufReader::new(fs::File::open(path).unwrap())).read_info().unwrap();
+    let mut pixels = vec![0; reader.output_buffer_size().unwrap()];
+    reader.next_frame(&mut pixels).unwrap();
+    pixels
+}

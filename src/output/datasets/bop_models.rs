@@ -20,10 +20,13 @@ pub struct PosedObject {
     instances: Vec<u32>,
 }
 
-/// The objects of a scene that have instances, by their number.
+/// The objects of a scene that have triangles, by their number.
 pub fn posed_objects(posed: &PosedScene) -> BTreeMap<u32, PosedObject> {
     let mut objects: BTreeMap<u32, PosedObject> = BTreeMap::new();
     for (i, instance) in (0u32..).zip(&posed.scene.instances) {
+        if posed.mesh(i).triangles.is_empty() {
+            continue;
+        }
         let object = objects
             .entry(instance.object)
             .or_insert_with(|| PosedObject { pose: rigid_pose(posed, instance), instances: Vec::new() });

@@ -56,7 +56,8 @@ impl<'a> BopWriter<'a> {
             };
             Ok([write("mask", &mask.amodal)?, write("mask_visib", &mask.visible)?])
         };
-        let written = masks.par_iter().enumerate().map(write_masks).collect::<Result<Vec<_>>>()?;
+        let masks = self.objects.with_models(masks);
+        let written = masks.into_par_iter().enumerate().map(write_masks).collect::<Result<Vec<_>>>()?;
         let depth = self.write_depth(number, view)?;
         Ok(written.into_iter().flatten().chain([depth]).flatten().collect())
     }

@@ -49,6 +49,11 @@ impl<'a> BopObjects<'a> {
         Ok(BopObjects { files, posed, numbers, objects })
     }
 
+    /// The masks of objects with a model: those of points and lines alone have none.
+    pub fn with_models<'m>(&self, masks: &'m [ImageMasks]) -> Vec<&'m ImageMasks> {
+        masks.iter().filter(|mask| self.objects.contains_key(&mask.object)).collect()
+    }
+
     /// Describes a view, in which objects have `masks`.
     pub fn image(&self, dataset: &Dataset, view: &DatasetView, masks: &[ImageMasks]) -> BopImage {
         let pinhole = Pinhole::new(&view.camera, dataset.size, dataset.window);

@@ -103,6 +103,7 @@ impl DatasetFiles<'_> {
             }
             if let Some(bop) = &bop {
                 files.extend(bop.image(&context.dataset, view, &masks).sample_files());
+                let masks = bop.with_models(&masks);
                 let amodal = masks.iter().map(|mask| &mask.amodal);
                 files.push(("mask.json", bop_sample_masks(size, amodal)));
                 let visible = masks.iter().map(|mask| &mask.visible);
@@ -147,12 +148,13 @@ impl DatasetFiles<'_> {
         plan.dataset_folders(path, index)
     }
 
-    /// The posed scene with the faces that eye rays hit.
+    /// The posed scene with the faces, points and lines that eye rays hit.
     fn frame<'p>(&self, posed: &'p PosedScene<'p>, accel: &'p Accel, camera: Camera) -> Frame<'p> {
         let options = &self.transforms.plan.session.options;
         let lit = options.lighting.resolve(posed, &camera);
         let cull_back_faces = options.cull != BackFaceCulling::Off;
-        Frame { cull_back_faces, ..Frame::new(posed, accel, camera, &lit) }
+        let rounds = self.transforms.views.round_sizes(accel, &camera);
+        Frame { cull_back_faces, rounds, ..Frame::new(posed, accel, camera, &lit) }
     }
 
     /// Writes what depends on the masks of objects: the formats of COCO and BOP.
