@@ -265,8 +265,10 @@ impl MtlMaterial {
     }
 }
 
-/// Returns the fourth of four numbers, if it can be an opacity.
+/// Returns the fourth number behind a colour of three, if it can be an opacity.
 fn fourth_share(rest: &str, commas: &mut DecimalCommas) -> Option<f32> {
+    // `xyz` before three numbers would make the last of them the fourth word.
+    parse_color(rest, commas).ok()?;
     let mut words = rest.split_whitespace();
     let fourth = words.nth(3)?;
     commas.parse(fourth).filter(|share| words.next().is_none() && (0.0..=1.0).contains(share))

@@ -22,6 +22,15 @@ fn an_invalid_line_is_ignored_and_the_rest_is_read() {
 }
 
 #[test]
+fn colours_that_are_not_rgb_set_no_opacity() {
+    for (kd, expected) in [("xyz .2 .3 .5", None), ("x .2 .3 .5", None), (".2 .3 .4 .5", Some(0.5))] {
+        let (m, warnings) = one(&format!("newmtl a\nKd {kd}\n"));
+        assert_eq!((m.d, m.kd.is_some()), (expected, expected.is_some()), "{kd}");
+        assert_eq!(warnings.len(), usize::from(expected.is_none()), "{warnings:?}");
+    }
+}
+
+#[test]
 fn map_options_may_precede_or_follow_a_name_with_spaces() {
     for text in [
         "-s 2 3 1 -o .5 -clamp on -bm 0.5 -imfchan g my  tex 2.png",
