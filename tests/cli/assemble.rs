@@ -146,11 +146,14 @@ fn invalid_arguments_are_one_line() {
         1,
         "text.png: a frame must be a .png, .jpg or .webp",
     );
+    // Frames have a size of their own: `assemble` has no --size.
+    frame(&folder.path().join("small.png"), (8, 8), [0, 0, 0, 255]);
+    expect_line(&assemble(folder.path(), "small.png -o a.mp4 -q"), 1, "not 8x8; render in another --size");
     frame(&folder.path().join("f/a_3.png"), (18, 32), [0, 0, 0, 255]);
     expect_line(&assemble(folder.path(), "f -o a.gif -q"), 1, "f/a_3.png is 18x32, but f/a_2.png is 32x18");
     std::fs::write(folder.path().join("kept.gif"), "kept").unwrap();
     expect_line(&assemble(folder.path(), "f/a_2.png -o kept.gif --no-overwrite"), 1, "--no-overwrite");
     assert_eq!(std::fs::read(folder.path().join("kept.gif")).unwrap(), b"kept");
     let left = std::fs::read_dir(folder.path()).unwrap().count();
-    assert_eq!(left, 3, "f, text.png, kept.gif");
+    assert_eq!(left, 4, "f, text.png, small.png, kept.gif");
 }

@@ -75,7 +75,7 @@ pub(super) fn check_size((width, height): (u32, u32)) -> Result<(), String> {
     }
     Err(worded!(
         "MP4 has at most {}x{} pixels, in portrait or landscape, and at least {} a side, \
-         not {}x{}; set another `size`, or write .apng",
+         not {}x{}; render in another `size`, or write .apng",
         max_long,
         max_short,
         MIN_SIDE,
