@@ -188,7 +188,8 @@ fn the_command_line_overrides_a_config_file() {
     for (text, message) in [
         ("sizes = 3", "'sizes' is not an option of render"),
         ("size = \"1x\"", "1280x720"),
-        ("size = true", "'size' cannot be true"),
+        ("size = true", "'size' cannot be true; expected a number or a text in quotes"),
+        ("strict = \"yes\"", "'strict' cannot be \"yes\"; expected true or false"),
         ("a = 1\nb = = 2", "line 2"),
         ("config = \"c.toml\"", "'config' is not an option"),
     ] {

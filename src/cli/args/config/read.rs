@@ -72,7 +72,8 @@ fn to_args(command: &Command, matches: &ArgMatches, table: &Table) -> Result<Vec
         if explicit.contains(&arg.get_id()) || has_conflict(command, arg, &explicit) {
             continue;
         }
-        let values = values_of(arg, value).ok_or_else(|| format!("'{name}' cannot be {value}"))?;
+        let values = values_of(arg, value)
+            .ok_or_else(|| format!("'{name}' cannot be {value}; expected {}", expected_value(arg)))?;
         for text in values {
             args.push(match text {
                 // Among options, text that begins with a dash would be one.
@@ -100,6 +101,14 @@ fn values_of(arg: &Arg, value: &Value) -> Option<Vec<Option<String>>> {
             list.iter().map(|item| text_of(item).map(Some)).collect()
         }
         value => Some(vec![Some(text_of(value)?)]),
+    }
+}
+
+/// What an option can be set to, for a message.
+fn expected_value(arg: &Arg) -> &'static str {
+    match arg.get_action().takes_values() {
+        true => "a number or a text in quotes",
+        false => "true or false",
     }
 }
 
