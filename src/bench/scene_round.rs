@@ -20,7 +20,7 @@ use blinn_render::display::{Background, Display, ViewTransform};
 use blinn_render::integrator::{Aov, Frame, Phong};
 use blinn_render::{NoisyPicture, RenderSettings, meter, render, render_aovs};
 use blinn_scene::{Lighting, PoseSettings, PosedScene, Scene, View, pose};
-use blinn_session::load_scene;
+use blinn_session::{default_round_sizes, load_scene};
 
 /// Samples per pixel of the picture whose noise is removed, at least: the default of `blinn render`.
 const NOISY_SAMPLES: u32 = 4;
@@ -234,7 +234,8 @@ fn frame_and_display<'a>(
     let RenderSettings { width, height, .. } = *settings;
     let (camera, _) = view.resolve(posed, width, height)?;
     let lit = Lighting::default().resolve(posed, &camera);
-    let frame = Frame::new(posed, accel, camera, &lit);
+    let rounds = default_round_sizes(accel, &camera, height);
+    let frame = Frame { rounds, ..Frame::new(posed, accel, camera, &lit) };
     let metered = match lit.uses_file_lights {
         true => meter(&frame, &Phong::default(), f64::from(width) / f64::from(height), &())?,
         false => None,

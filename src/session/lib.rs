@@ -105,7 +105,7 @@ pub use pipeline::run_pipeline;
 pub use plan::SessionPlan;
 pub use planned_frame::{DEFAULT_FPS, FrameRate, PlannedFrame};
 pub use posed_frame::{PosedFrame, SceneSetup, ignored_primitives};
-pub use round_sizes::{RoundWidth, ray_sizes};
+pub use round_sizes::{RoundWidth, default_round_sizes, ray_sizes};
 pub use scene::{Scene, prepare_scene};
 pub use scene_folder::{ForeignModels, has_scene_extension, visit_scenes};
 pub use scene_renderer::{RenderedImage, SceneRenderer};

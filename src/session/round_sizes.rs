@@ -45,6 +45,11 @@ impl RoundWidth {
     }
 }
 
+/// Returns the default sizes of points and lines that `camera` sees in a picture of `height` pixels.
+pub fn default_round_sizes(accel: &Accel, camera: &Camera, height: u32) -> RoundSizes {
+    round_sizes(RoundWidth::Auto, RoundWidth::Auto, accel, camera, height)
+}
+
 /// Returns the sizes of points and lines that `camera` sees in a picture of `height` pixels.
 pub(crate) fn round_sizes(
     points: RoundWidth,

@@ -181,6 +181,17 @@ fn hashes_agree_across_simd_levels_and_differ_between_scenes() {
     );
 }
 
+#[test]
+fn frames_show_points_and_lines() {
+    let (_guard, folder) = folder();
+    fs::write(folder.join("points.obj"), "v 0 0 0\nv 1 1 1\np 1 2\n").unwrap();
+    fs::write(folder.join("line.obj"), "v 0 0 0\nv 1 1 1\nl 1 2\n").unwrap();
+    stdout_of(&folder, &format!("bench points.obj line.obj {MINIMAL} --stages frame --json a.json"));
+    let results = read_json(&folder.join("a.json"));
+    let hash = |scene: usize| &results["scenes"][scene]["stages"][0]["hash"];
+    assert!(hash(0).is_string() && hash(1).is_string() && hash(0) != hash(1), "{results}");
+}
+
 /// The measured memory of a small scene does not depend on a large one before it.
 #[test]
 #[cfg(target_os = "linux")]
