@@ -64,8 +64,12 @@ MODULES = {
     "blinn_render::integrator::surface::texture_eval": TEXTURES,
     "blinn_scene::texture": TEXTURES,
     "blinn_scene::texture::downsample": MIPS,
+    "blinn_scene::texture::byte_quads": MIPS,
+    "blinn_scene::texture::first_level": MIPS,
     "blinn_scene::texture::interpolated_light": MIPS,
+    "blinn_scene::texture::level_": MIPS,
     "blinn_scene::texture::mips": MIPS,
+    "blinn_scene::texture::normal_quads": MIPS,
 
     "blinn_render::integrator::block_lobes": LOBES,
     "blinn_render::integrator::layer_split": LOBES,
