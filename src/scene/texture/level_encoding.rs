@@ -55,8 +55,7 @@ impl StoredValue for u16 {
     }
 }
 
-/// Rounds values times `max` to integers in 0…`max`, without conversions, which vectorise
-/// worse.
+/// Rounds values times `max` to integers in 0…`max`, without conversions, which vectorise worse.
 #[inline(always)]
 fn to_integers<const N: usize>(values: &[f32; N], max: f32) -> [u32; N] {
     // Numbers from here to its double are integers, which the lowest bits hold.
@@ -82,7 +81,8 @@ pub(super) struct LevelEncoding {
     pub mean_channels: usize,
     /// Channels of a texel.
     pub channels: Channels,
-    simd: SimdLevel,
+    /// The SIMD level of all loops over means.
+    pub simd: SimdLevel,
 }
 
 impl LevelEncoding {

@@ -5,7 +5,6 @@ use std::sync::{Mutex, PoisonError};
 
 use crate::texture::downsample::{Halve, Size};
 use crate::texture::level_encoding::{LevelEncoding, StoredValue};
-use blinn_core::simd::SimdLevel;
 
 /// Most levels of a group.
 const MAX_LEVELS: usize = 4;
@@ -32,9 +31,9 @@ struct Bands<'a, T> {
 /// Rows of all levels of a group that cover the same part of the image.
 struct Band<'a, T> {
     index: usize,
-    /// Of each level.
+    /// Texels of each level.
     texels: Vec<&'a mut [T]>,
-    /// Of the coarsest level.
+    /// Means of the coarsest level.
     means: &'a mut [f32],
 }
 
@@ -102,8 +101,7 @@ impl LevelGroup {
         compute_finest: &dyn Fn(&mut [f32]),
         scratch: &mut [Vec<f32>; 2],
     ) {
-        let LevelEncoding { mean_channels, channels, .. } = self.encoding;
-        let simd = SimdLevel::detect();
+        let LevelEncoding { mean_channels, channels, simd, .. } = self.encoding;
         let last = self.sizes.len() - 1;
         let [coarser, finer] = scratch;
         let (mut coarser, mut finer) = (&mut coarser[..], &mut finer[..]);
