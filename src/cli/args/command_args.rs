@@ -1,4 +1,4 @@
-//! What every command has besides its own arguments.
+//! Arguments of commands, with the flags for help: defined only for the command that is given.
 
 use std::ops::Deref;
 

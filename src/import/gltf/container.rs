@@ -71,7 +71,7 @@ pub(super) fn split<'a>(bytes: &'a [u8], warnings: &mut Warnings) -> Result<Cont
                 warnings.add(format_args!("byte {at}"), format_args!("ignored another {name} chunk"));
                 chunks.skip();
             }
-            // Of an extension; readers must ignore it.
+            // Ignores chunks of extensions, as glTF requires.
             _ => chunks.skip(),
         }
     }

@@ -104,7 +104,7 @@ fn values_of(arg: &Arg, value: &Value) -> Option<Vec<Option<String>>> {
     }
 }
 
-/// What an option can be set to, for a message.
+/// Says what an option can be set to.
 fn expected_value(arg: &Arg) -> &'static str {
     match arg.get_action().takes_values() {
         true => "a number or a text in quotes",
